@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use crate::run::{built, cargo, check, root};
+use crate::run::{built_path, cargo, check, root};
 
 /// Ray casters for triangle meshes, in a separate environment: nothing else needs them.
 const PEERS: [&str; 3] = ["numpy==2.4.6", "trimesh==5.2.0", "embreex==4.4.0.post1"];
@@ -20,8 +20,8 @@ pub fn run() -> Result<(), String> {
     check(
         Command::new(python)
             .arg(root().join("xtask/depth/run.py"))
-            .arg(built("release", "fabkit"))
-            .arg(built("release", "examples/depth_throughput"))
+            .arg(built_path("release", "fabkit"))
+            .arg(built_path("release", "examples/depth_throughput"))
             .arg(root().join("docs/benchmarks_depth.md")),
     )
 }

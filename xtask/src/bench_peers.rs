@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::run::{built, cargo, check, root};
+use crate::run::{built_path, cargo, check, root};
 
 /// Times fabkit beside manifold3d, cadquery and build123d on the same trees at the same chord tolerance, prints the
 /// table and writes it into `docs/benchmarks.md`.
@@ -13,13 +13,13 @@ pub fn run() -> Result<(), String> {
     let release = ["build", "--release", "--package"];
     check(cargo().args(release).arg("fabkit"))?;
     check(cargo().args(release).args(["fabkit-mesh", "--example", "peer"]))?;
-    let peer = built("release", "examples/peer");
+    let peer = built_path("release", "examples/peer");
 
-    let trees = built("release", "bench-peers");
+    let trees = built_path("release", "bench-peers");
     fs::create_dir_all(&trees).map_err(|e| format!("{}: {e}", trees.display()))?;
     check(Command::new(&peer).arg("scenes").arg(&trees))?;
     let export = |sensor: &str, parts: &[&str]| {
-        let mut command = Command::new(built("release", "fabkit"));
+        let mut command = Command::new(built_path("release", "fabkit"));
         command.args(["export", sensor, "--quiet", "--format", "tree", "-o"]);
         if sensor == "rtac0" {
             // This route has printed mold halves.

@@ -15,7 +15,7 @@ use std::process::Command;
 use std::sync::Mutex;
 use std::time::Instant;
 
-use crate::run::{built, check, exists, in_ci, root, skip, tool};
+use crate::run::{built_path, check, exists, in_ci, root, skip, tool_path};
 use pages::Runner;
 
 /// First lines of generated pages.
@@ -53,7 +53,7 @@ pub fn run(only: Option<&str>) -> Result<(), String> {
     let front = structure::front_pages(&root())?;
     faults.extend(structure::dead_links(&root(), &front));
     if let Some(python) = python {
-        let package = if importable(&python, "fabkit") {
+        let package = if is_importable(&python, "fabkit") {
             None
         } else {
             Some(crate::python_package::unpacked()?)
@@ -111,7 +111,7 @@ fn run_pages(
 }
 
 fn run_page(runner: &mut Runner, path: &Path, page: &markdown::Page) -> Result<(), String> {
-    let folder = built("book-runs", "").join(path.with_extension(""));
+    let folder = built_path("book-runs", "").join(path.with_extension(""));
     let failed = |e: std::io::Error| format!("{}: {e}", folder.display());
     if folder.exists() {
         fs::remove_dir_all(&folder).map_err(failed)?;
@@ -127,9 +127,9 @@ fn run_page(runner: &mut Runner, path: &Path, page: &markdown::Page) -> Result<(
 
 /// Updates the generated pages; in continuous integration they must be up to date.
 fn reference(fabkit: &Path, python: Option<&Path>) -> Result<(), String> {
-    let schema = output(Command::new(fabkit).arg("schema"))?;
+    let schema = run_output(Command::new(fabkit).arg("schema"))?;
     let mut outputs = yaml::pages(&schema)?;
-    outputs.push(sweep::page(&output(Command::new(fabkit).args(["schema", "--sweep"]))?)?);
+    outputs.push(sweep::page(&run_output(Command::new(fabkit).args(["schema", "--sweep"]))?)?);
     outputs.push(command::page(fabkit)?);
     if let Some(python) = python {
         outputs.push(python_page(python)?);
@@ -152,7 +152,7 @@ fn reference(fabkit: &Path, python: Option<&Path>) -> Result<(), String> {
 fn python_page(python: &Path) -> Result<Output, String> {
     let script = root().join("xtask/book/python_reference.py");
     let packages = PACKAGES.map(|package| root().join(package));
-    let text = output(Command::new(python).arg(script).args(packages))?;
+    let text = run_output(Command::new(python).arg(script).args(packages))?;
     let text = format!("# Python\n\n{GENERATED}\n\n{text}");
     Ok(Output { path: PathBuf::from("reference/python.md"), text })
 }
@@ -179,30 +179,30 @@ pub fn compare_python_page() -> Result<(), String> {
 
 /// Makes the book's HTML pages in `target/book`, if mdBook is installed. The Markdown pages are readable without it.
 fn html(docs: &Path) -> Result<(), String> {
-    let Some(mdbook) = ["mdbook".into(), tool("mdbook")].into_iter().find(|p| exists(p)) else {
+    let Some(mdbook) = ["mdbook".into(), tool_path("mdbook")].into_iter().find(|p| exists(p)) else {
         return skip(
             "the book as HTML pages",
             "mdbook is not here; `cargo install --locked --root .tools mdbook` brings it",
         );
     };
-    check(Command::new(mdbook).arg("build").arg(docs).arg("--dest-dir").arg(built("book", "")))
+    check(Command::new(mdbook).arg("build").arg(docs).arg("--dest-dir").arg(built_path("book", "")))
 }
 
 /// Returns Python code that imports a module, but not from the folder in which the interpreter starts.
-fn import_of(module: &str) -> String {
+fn import_code(module: &str) -> String {
     format!("import sys; del sys.path[0]; import {module}")
 }
 
 /// Returns whether an interpreter can import a module, independent of the current folder, which may have a subfolder of
 /// that name.
-fn importable(python: &Path, module: &str) -> bool {
+fn is_importable(python: &Path, module: &str) -> bool {
     let mut import = Command::new(python);
-    import.args(["-c", &import_of(module)]).current_dir(env::temp_dir());
+    import.args(["-c", &import_code(module)]).current_dir(env::temp_dir());
     import.output().is_ok_and(|output| output.status.success())
 }
 
 /// Runs a program and returns its standard output.
-fn output(command: &mut Command) -> Result<String, String> {
+fn run_output(command: &mut Command) -> Result<String, String> {
     let name = command.get_program().to_string_lossy().into_owned();
     let output = command.output().map_err(|e| format!("{name}: {e}"))?;
     if !output.status.success() {

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::run::{built, cargo, check, fabkit, root};
+use crate::run::{built_path, cargo, check, fabkit, root};
 
 const USAGE: &str = "usage: cargo xtask bytes [--accept | --debug]";
 
@@ -49,8 +49,8 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     if debug {
         check(cargo().args(["build", "--package", "fabkit"]))?;
         // On one thread, so that dependences on the number of threads show as well.
-        let debug = hashes(&built("debug", "fabkit"), Some("1"))?;
-        return compared("the release build", &now, &debug);
+        let debug = hashes(&built_path("debug", "fabkit"), Some("1"))?;
+        return compare_hashes("the release build", &now, &debug);
     }
     let list = root().join(LIST);
     if accept {
@@ -63,7 +63,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
         .filter_map(|line| line.split_once(' '))
         .map(|(hash, file)| (file.to_owned(), hash.to_owned()))
         .collect();
-    compared(LIST, &before, &now)
+    compare_hashes(LIST, &before, &now)
 }
 
 /// Hashes everything that the command exports, and captures computed on the given number of threads.
@@ -99,7 +99,7 @@ fn hash_pictures(
     fs::remove_dir_all(&folder).map_err(|e| e.to_string())
 }
 
-fn compared(
+fn compare_hashes(
     what: &str,
     before: &BTreeMap<String, String>,
     now: &BTreeMap<String, String>,
@@ -194,22 +194,22 @@ fn hash_folder(
             hash_folder(&path, &name, hashes)?;
         } else if file != "manifest.json" && file != "pattern.txt" {
             let bytes = fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-            let hash = short(&bytes);
+            let hash = short_hash(&bytes);
             // Numbered halves are combined in one line.
-            let set = hashes.entry(unnumbered(&name)).or_default();
+            let set = hashes.entry(star_number(&name)).or_default();
             *set =
-                if set.is_empty() { hash } else { short(format!("{set}{name}{hash}").as_bytes()) };
+                if set.is_empty() { hash } else { short_hash(format!("{set}{name}{hash}").as_bytes()) };
         }
     }
     Ok(())
 }
 
-fn short(bytes: &[u8]) -> String {
+fn short_hash(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex()[..16].to_owned()
 }
 
 /// Replaces the number of a half: `semi-dome-044.stl` becomes `semi-dome-*.stl`.
-fn unnumbered(name: &str) -> String {
+fn star_number(name: &str) -> String {
     let number = |word: &str| word.len() == 3 && word.bytes().all(|b| b.is_ascii_digit());
     let starred = |part: &str| match part.split_once('.') {
         Some((stem, rest)) if number(stem) => format!("*.{rest}"),

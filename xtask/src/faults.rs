@@ -18,13 +18,13 @@ use std::thread;
 
 use self::random::Random;
 use self::scenarios::Scenario;
-use crate::run::{built, root, skip};
+use crate::run::{built_path, root, skip};
 
 /// Numbers of trials in one round. The gate does one round; a thorough search about twenty.
 const FAULTS: usize = 220;
 const KILLS: usize = 50;
-const CROWDS: usize = 10;
-const STARVED: usize = 12;
+const CONCURRENT_RUNS: usize = 10;
+const MEMORY_RUNS: usize = 12;
 
 /// Single trial.
 #[derive(Clone, Debug)]
@@ -35,7 +35,7 @@ enum Trial {
     Kill(f64),
     /// Several processes run at once; in a resumable folder, after one that was killed after this share of its usual
     /// time.
-    Crowd(f64),
+    Concurrent(f64),
     /// The address space is limited to this number of MiB.
     Memory(u64),
 }
@@ -58,7 +58,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     for scenario in &mut scenarios {
         scenario.prepare(&shim)?;
     }
-    let trials = draw(&scenarios, rounds as usize, &mut Random(seed));
+    let trials = draw_trials(&scenarios, rounds as usize, &mut Random(seed));
     let next = AtomicUsize::new(0);
     let wrong = Mutex::new(Vec::new());
     let threads = thread::available_parallelism().map_or(2, usize::from);
@@ -82,7 +82,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
         "xtask: {} injected faults, {} kills, {} crowds, {} starved runs; seed {seed}",
         count(|t| matches!(t, Trial::Call(fault) if !fault.kills())),
         count(|t| matches!(t, Trial::Kill(_)) || matches!(t, Trial::Call(f) if f.kills())),
-        count(|t| matches!(t, Trial::Crowd(_))),
+        count(|t| matches!(t, Trial::Concurrent(_))),
         count(|t| matches!(t, Trial::Memory(_))),
     );
     let wrong = wrong.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -93,7 +93,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
 }
 
 /// Draws the trials: every call of every kind in turn until the number is reached, the rest at random.
-fn draw(scenarios: &[Scenario], rounds: usize, random: &mut Random) -> Vec<(usize, Trial)> {
+fn draw_trials(scenarios: &[Scenario], rounds: usize, random: &mut Random) -> Vec<(usize, Trial)> {
     let mut trials = Vec::new();
     let mut calls: Vec<(usize, shim::Fault)> = scenarios
         .iter()
@@ -120,17 +120,17 @@ fn draw(scenarios: &[Scenario], rounds: usize, random: &mut Random) -> Vec<(usiz
         let at = any(&|_| true);
         trials.push((at, Trial::Kill(0.0)));
     }
-    for _ in 0..rounds * CROWDS {
-        trials.push((any(&|s| s.takes_crowds()), Trial::Crowd(0.0)));
+    for _ in 0..rounds * CONCURRENT_RUNS {
+        trials.push((any(&|s| s.has_rivals()), Trial::Concurrent(0.0)));
     }
-    for _ in 0..rounds * STARVED {
+    for _ in 0..rounds * MEMORY_RUNS {
         trials.push((any(&|_| true), Trial::Memory(0)));
     }
     for (_, trial) in &mut trials {
         match trial {
             Trial::Kill(part) => *part = random.unit(),
             // Negative values are set to 0: half of the crowds start in an empty folder.
-            Trial::Crowd(part) => *part = (2.0 * random.unit() - 1.0).max(0.0),
+            Trial::Concurrent(part) => *part = (2.0 * random.unit() - 1.0).max(0.0),
             Trial::Memory(mib) => *mib = 60 + random.below(400) as u64,
             _ => {}
         }
@@ -145,7 +145,7 @@ impl Scratch {
     fn new(seed: u64) -> Result<Self, String> {
         let name = format!("faults-{}-{seed}", std::process::id());
         let folder =
-            built("release", "").parent().map_or_else(|| root().join("target"), |p| p.into());
+            built_path("release", "").parent().map_or_else(|| root().join("target"), |p| p.into());
         let folder = folder.join(name);
         std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
         folder.canonicalize().map(Self).map_err(|e| format!("{}: {e}", folder.display()))

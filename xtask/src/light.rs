@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::python::{environment, interpreter, uv};
-use crate::run::{build_workspace, built, check, exists, fabkit, root};
+use crate::run::{build_workspace, built_path, check, exists, fabkit, root};
 use crate::samples::Samples;
 
 /// Pixels of each sensor in `cargo xtask test`: half a minute in all, most of it for depth maps.
@@ -44,7 +44,7 @@ fn script(python: &Path, fabkit: &Path) -> Command {
 
 /// Returns the interpreter of Mitsuba's environment, which is created on first use: few need it.
 fn mitsuba() -> Result<std::path::PathBuf, String> {
-    let venv = built("mitsuba", "");
+    let venv = built_path("mitsuba", "");
     let python = interpreter(&venv);
     let uv = uv()?;
     if !exists(&python) {

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use crate::run::{cargo, check, exists, root, skip, tool};
+use crate::run::{cargo, check, exists, root, skip, tool_path};
 
 /// Runs all static checks of the code.
 pub fn run() -> Result<(), String> {
@@ -13,7 +13,7 @@ pub fn run() -> Result<(), String> {
     check(cargo().args(clippy))?;
     let doc = ["doc", "--release", "--workspace", "--no-deps"];
     check(cargo().args(doc).env("RUSTDOCFLAGS", "-D warnings"))?;
-    let Some(deny) = ["cargo-deny".into(), tool("cargo-deny")].into_iter().find(|p| exists(p))
+    let Some(deny) = ["cargo-deny".into(), tool_path("cargo-deny")].into_iter().find(|p| exists(p))
     else {
         return skip(
             "licences, bans and sources of dependencies",

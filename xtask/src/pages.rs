@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::bytes::sensors_and_fixtures;
-use crate::run::{built, check, exists, fabkit, root};
+use crate::run::{built_path, check, exists, fabkit, root};
 
 /// Page opened in `cargo xtask test`: that of one sensor.
 const SAMPLE: &str = "rtac0";
@@ -35,7 +35,7 @@ pub fn run(designs: &[String]) -> Result<(), String> {
 }
 
 /// Finds a program in `PATH`: the browser driver does not search itself.
-fn place(program: &str) -> Option<PathBuf> {
+fn find_program(program: &str) -> Option<PathBuf> {
     let folders = env::var_os("PATH")?;
     env::split_paths(&folders).map(|folder| folder.join(program)).find(|path| path.is_file())
 }
@@ -49,7 +49,7 @@ impl Tools {
     /// Finds the browser, and installs the locked packages unless they are up to date.
     pub fn find() -> Result<Self, String> {
         let chromium =
-            ["chromium", "chromium-browser", "google-chrome"].into_iter().find_map(place);
+            ["chromium", "chromium-browser", "google-chrome"].into_iter().find_map(find_program);
         let chromium =
             chromium.ok_or("Chromium is not installed; the system's packages have it")?;
         for program in ["node", "npm"] {
@@ -75,7 +75,7 @@ impl Tools {
 
     /// Checks that the viewer in the repository is what its sources build, byte by byte.
     pub fn bundle(&self) -> Result<(), String> {
-        let folder = built("pages", "bundle");
+        let folder = built_path("pages", "bundle");
         check(Command::new("node").arg(viewer().join("build.js")).arg(&folder))?;
         let read = |path: PathBuf| fs::read(&path).map_err(|e| format!("{}: {e}", path.display()));
         let made = read(folder.join("viewer.js"))?;
@@ -89,7 +89,7 @@ impl Tools {
     fn judge(&self, designs: &[String], envs: &[(&str, &str)]) -> Result<(), String> {
         let fabkit = fabkit()?;
         let folders: Vec<PathBuf> =
-            designs.iter().map(|design| built("pages", &design.replace('/', "-"))).collect();
+            designs.iter().map(|design| built_path("pages", &design.replace('/', "-"))).collect();
         for (design, folder) in designs.iter().zip(&folders) {
             check(Command::new(&fabkit).args(["guide", design, "--quiet", "-o"]).arg(folder))?;
         }

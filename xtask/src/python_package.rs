@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::python::{interpreter, uv};
-use crate::run::{built, check, exists, root};
+use crate::run::{built_path, check, exists, root};
 
 const REQUIREMENTS: &str = "fabkit/python/requirements-dev.txt";
 const BENCH: &str = "simulation/bench";
@@ -67,7 +67,7 @@ pub fn unpacked() -> Result<PathBuf, String> {
 }
 
 fn folder() -> PathBuf {
-    built("python", "").components().collect()
+    built_path("python", "").components().collect()
 }
 
 /// Builds both wheels into an empty folder.

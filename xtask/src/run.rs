@@ -69,13 +69,13 @@ pub fn check_side_by_side(commands: Vec<Command>) -> Result<(), String> {
     let waiting = Mutex::new(commands.into_iter());
     let failures = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
-        for _ in 0..AT_A_TIME {
+        for _ in 0..PARALLEL_PROGRAMS {
             scope.spawn(|| {
                 loop {
                     // Taken in a separate statement: in the loop's head, the lock would be held while the program runs.
                     let next = waiting.lock().ok().and_then(|mut waiting| waiting.next());
                     let Some(mut command) = next else { return };
-                    if let Err(why) = captured(&mut command)
+                    if let Err(why) = check_captured(&mut command)
                         && let Ok(mut failures) = failures.lock()
                     {
                         failures.push(why);
@@ -91,10 +91,10 @@ pub fn check_side_by_side(commands: Vec<Command>) -> Result<(), String> {
 
 /// Number of programs that run side by side: the machine of the gate has two cores, and some programs wait for a disk
 /// or a browser.
-const AT_A_TIME: usize = 3;
+const PARALLEL_PROGRAMS: usize = 3;
 
 /// Runs a program like [`check`], but prints its output in one piece when it has ended.
-fn captured(command: &mut Command) -> Result<(), String> {
+fn check_captured(command: &mut Command) -> Result<(), String> {
     let shown = shown(command);
     let start = Instant::now();
     let output = command.stdin(Stdio::null()).output();
@@ -113,7 +113,7 @@ pub fn exists(program: &Path) -> bool {
 }
 
 /// Returns the path at which `cargo install --root .tools` installs a program.
-pub fn tool(name: &str) -> PathBuf {
+pub fn tool_path(name: &str) -> PathBuf {
     root().join(".tools/bin").join(format!("{name}{}", env::consts::EXE_SUFFIX))
 }
 
@@ -149,23 +149,23 @@ pub fn build_workspace() -> Result<(), String> {
 
 /// Builds a program of a workspace package in release, and returns its path; with `FABKIT` set, returns its path beside
 /// that command.
-pub fn program(package: &str, name: &str) -> Result<PathBuf, String> {
+pub fn build_program(package: &str, name: &str) -> Result<PathBuf, String> {
     if let Some(fabkit) = env::var_os("FABKIT") {
         return Ok(Path::new(&fabkit).with_file_name(format!("{name}{}", env::consts::EXE_SUFFIX)));
     }
     if !ALL_BUILT.load(Ordering::Relaxed) {
         check(cargo().args(["build", "--release", "--package", package]))?;
     }
-    Ok(built("release", name))
+    Ok(built_path("release", name))
 }
 
 /// Builds the command and returns its path.
 pub fn fabkit() -> Result<PathBuf, String> {
-    program("fabkit", "fabkit")
+    build_program("fabkit", "fabkit")
 }
 
 /// Returns the path at which cargo builds a program in a profile, `debug` or `release`.
-pub fn built(profile: &str, name: &str) -> PathBuf {
+pub fn built_path(profile: &str, name: &str) -> PathBuf {
     let target =
         env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
     target.join(profile).join(format!("{name}{}", env::consts::EXE_SUFFIX))

@@ -9,18 +9,18 @@ use serde_json::Value;
 use crate::run::{WORKSPACE, cargo, fabkit};
 
 /// Test programs started first, the longest before the others.
-const LONG: [&str; 8] =
+const LONG_TESTS: [&str; 8] =
     ["truth", "reality", "designs", "calibration", "guide", "export", "datasets", "families"];
 
 /// Test program that measures time and memory, and sends interrupts: it runs without others, one test at a time.
-const ALONE: &str = "alone";
+const EXCLUSIVE_TEST: &str = "alone";
 
 /// Test programs.
 pub struct Tests {
     /// Programs that can run beside others, the longest first.
     pub beside_others: Vec<Command>,
     /// Programs that must run alone.
-    pub alone: Vec<Command>,
+    pub exclusive: Vec<Command>,
 }
 
 /// Builds all test programs.
@@ -41,18 +41,18 @@ pub fn build() -> Result<Tests, String> {
     let (mut alone, mut beside_others) = (Vec::new(), Vec::new());
     for program in &programs {
         let mut command = program.command(&fabkit);
-        if program.name == ALONE {
+        if program.name == EXCLUSIVE_TEST {
             command.arg("--test-threads=1");
             alone.push(command);
         } else {
             beside_others.push(command);
         }
     }
-    Ok(Tests { beside_others, alone })
+    Ok(Tests { beside_others, exclusive: alone })
 }
 
 /// Makes the command of the documentation examples, which only cargo can run.
-pub fn documented() -> Result<Command, String> {
+pub fn doc_tests() -> Result<Command, String> {
     let mut command = cargo();
     command.args(["test", "--release", "--doc"]).args(WORKSPACE).env("FABKIT", fabkit()?);
     Ok(command)
@@ -80,7 +80,7 @@ impl Program {
     }
 
     fn rank(&self) -> usize {
-        LONG.iter().position(|name| *name == self.name).unwrap_or(LONG.len())
+        LONG_TESTS.iter().position(|name| *name == self.name).unwrap_or(LONG_TESTS.len())
     }
 
     fn command(&self, fabkit: &Path) -> Command {

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 pub const FULL: &str = "FABKIT_FULL";
 
 /// Duration of [`work`] on the gate's fast machine, in the debug build that `cargo xtask` runs; in release it is 85 ms.
-const QUICK: Duration = Duration::from_millis(150);
+const FAST_DURATION: Duration = Duration::from_millis(150);
 
 /// Sample sizes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,8 +28,8 @@ impl Samples {
             return Self::Full;
         }
         // Other work may slow single measurements down, so the shortest counts.
-        let took = (0..5).map(|_| work()).min().unwrap_or(QUICK);
-        let times = took.as_secs_f64() / QUICK.as_secs_f64();
+        let took = (0..5).map(|_| measure_speed()).min().unwrap_or(FAST_DURATION);
+        let times = took.as_secs_f64() / FAST_DURATION.as_secs_f64();
         println!("xtask: this machine takes {times:.1} times as long as a quick one");
         Self::Part { slowness: slowness(times) }
     }
@@ -67,7 +67,7 @@ fn slowness(times: f64) -> usize {
 }
 
 /// Measures the time to sort the same four million numbers, which depends on the core alone.
-fn work() -> Duration {
+fn measure_speed() -> Duration {
     let start = Instant::now();
     let mut state = 1u64;
     let mut numbers: Vec<u64> = std::iter::repeat_with(|| {

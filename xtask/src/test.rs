@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::run::{
-    build_workspace, built, cargo, check, check_side_by_side, fabkit, in_ci, root, skip, skipped,
+    build_workspace, built_path, cargo, check, check_side_by_side, fabkit, in_ci, root, skip, skipped,
     task,
 };
 use crate::samples::{FULL, Samples};
@@ -36,7 +36,7 @@ hours on two cores.
 /// OpenCascade takes minutes: 469 dimples, 85 slots, 29 holes. A dome, a flat sensor, one sensor of each other family,
 /// and the fixture with the most kinds of parts; built-in variants differ from them in numbers only.
 /// `fabkit verify SENSOR` rebuilds everything.
-const VERIFIED: [(&str, usize, &[&str]); 7] = [
+const REBUILT_DESIGNS: [(&str, usize, &[&str]); 7] = [
     ("rtac0", 2, &[]),
     (
         "rtac0/pin-dome",
@@ -57,7 +57,7 @@ const VERIFIED: [(&str, usize, &[&str]); 7] = [
 const SEMI_DOMES: (&str, [&str; 2]) = ("rtac0/semi-domes", ["semi-dome-044", "semi-dome-099"]);
 
 /// Sensors and fixtures whose GLB files trimesh reads; in full, all of them.
-const VIEWED: [&str; 5] = ["rtac0", "rtac0/pin-dome", "9dtact", "fluidic", "tactip/semi-domes"];
+const GLB_DESIGNS: [&str; 5] = ["rtac0", "rtac0/pin-dome", "9dtact", "fluidic", "tactip/semi-domes"];
 
 /// Sensors whose robot files are read, with a mount; in full, those of all families.
 const ROBOTS: [&str; 1] = ["rtac0"];
@@ -68,19 +68,19 @@ const VARIANTS_IN_FULL: usize = 200;
 const SEED: u64 = 13;
 
 /// Sensors whose files lib3mf, ezdxf and OpenCV read: one with sheets, one with a mold of slots, one with channels.
-const READ: [&str; 3] = ["rtac0", "uvdtact", "fluidic"];
+const PARSED_SENSORS: [&str; 3] = ["rtac0", "uvdtact", "fluidic"];
 
 /// Simulated captures analysed as in the papers: dimples by their shadows, dots by 30 x 30 pixels.
-const SEEN: [&str; 2] = ["shadows", "dots"];
+const ANALYSED_CAPTURES: [&str; 2] = ["shadows", "dots"];
 
 /// Sensors whose optics pack is read as simulators read it.
-const PACKED: [&str; 1] = ["digit-like"];
+const OPTICS_PACK_SENSORS: [&str; 1] = ["digit-like"];
 
 /// Step between the parts that the slicer slices, of all parts of all sensors.
 const SLICED_EVERY: usize = 5;
 
 /// Parts whose 3MF files are sliced twice, with their settings and as told: small ones of several kinds.
-const SLICED: [&str; 3] = ["rtac0/baffle", "9dtact/base", "tactip/controller-holder"];
+const SLICED_PARTS: [&str; 3] = ["rtac0/baffle", "9dtact/base", "tactip/controller-holder"];
 
 /// Programs from the system's packages that read fabkit's files.
 const CONSUMERS: [&str; 2] = ["admesh", "prusa-slicer"];
@@ -110,7 +110,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
         Err(why) => skip("the Python package", &why)?,
     }
     side_by_side.extend(tests.beside_others);
-    side_by_side.push(crate::rust_tests::documented()?);
+    side_by_side.push(crate::rust_tests::doc_tests()?);
     match crate::python::environment() {
         Ok(python) => side_by_side.extend(oracles(&python, samples)?),
         Err(why) => skip("the outside oracles and other kernels", &why)?,
@@ -119,7 +119,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     let mut note = |result: Result<(), String>| failed.extend(result.err());
     note(check_side_by_side(side_by_side));
     // These measure time, or inject faults: nothing else may run beside them.
-    for mut test in tests.alone {
+    for mut test in tests.exclusive {
         note(check(&mut test));
     }
     note(crate::fuzz::run(std::iter::empty()));
@@ -144,7 +144,7 @@ fn oracles(python: &Path, samples: Samples) -> Result<Vec<Command>, String> {
         command.args(arguments).arg(&fabkit);
         command
     };
-    let mut all = verified(python, &fabkit, samples)?;
+    let mut all = rebuild_commands(python, &fabkit, samples)?;
     let variants = samples.count(VARIANTS_IN_FULL, VARIANTS);
     all.push(crate::variants::judge(python, &fabkit, variants, SEED));
     let sliced = samples.step(SLICED_EVERY).to_string();
@@ -153,7 +153,7 @@ fn oracles(python: &Path, samples: Samples) -> Result<Vec<Command>, String> {
     robots.args(samples.names(&ROBOTS));
     all.push(robots);
     let mut glb = script("tests/oracles/check_glb.py");
-    glb.arg(&fabkit).args(samples.names(&VIEWED));
+    glb.arg(&fabkit).args(samples.names(&GLB_DESIGNS));
     match crate::pages::Tools::find() {
         Ok(tools) => {
             glb.arg("--validator").arg(tools.modules());
@@ -180,7 +180,7 @@ fn oracles(python: &Path, samples: Samples) -> Result<Vec<Command>, String> {
             all.push(consumes);
             if consumer == "prusa-slicer" {
                 let mut settings = reader("tests/oracles/consumers.py", &["settings"]);
-                settings.args(SLICED);
+                settings.args(SLICED_PARTS);
                 all.push(settings);
             }
         } else {
@@ -189,24 +189,24 @@ fn oracles(python: &Path, samples: Samples) -> Result<Vec<Command>, String> {
     }
     let (mut pictures, mut optics) =
         (script("tests/oracles/check_pictures.py"), script("tests/oracles/check_optics.py"));
-    pictures.arg(&fabkit).args(samples.names(&SEEN));
-    optics.arg(&fabkit).args(samples.names(&PACKED));
+    pictures.arg(&fabkit).args(samples.names(&ANALYSED_CAPTURES));
+    optics.arg(&fabkit).args(samples.names(&OPTICS_PACK_SENSORS));
     all.extend([pictures, optics]);
     let mut files = reader("tests/oracles/check_files.py", &[]);
-    files.args(samples.names(&READ));
+    files.args(samples.names(&PARSED_SENSORS));
     all.push(files);
     for oracle in ["contracts", "boards", "intrinsics", "dataset", "tetrahedra", "robot_examples"] {
         all.push(reader(&format!("tests/oracles/check_{oracle}.py"), &[]));
     }
     all.push(glb);
     let mut elastic = script("tests/oracles/check_elastic.py");
-    elastic.arg(built("release", "examples/press_json"));
+    elastic.arg(built_path("release", "examples/press_json"));
     all.push(elastic);
     Ok(all)
 }
 
 /// Makes the commands that rebuild bodies with other kernels.
-fn verified(python: &Path, fabkit: &Path, samples: Samples) -> Result<Vec<Command>, String> {
+fn rebuild_commands(python: &Path, fabkit: &Path, samples: Samples) -> Result<Vec<Command>, String> {
     let verify = |design: &str, parts: &[&str], options: &[&str]| {
         let mut command = Command::new(fabkit);
         command.args(["verify", design]).args(options).env("FABKIT_PYTHON", python);
@@ -214,7 +214,7 @@ fn verified(python: &Path, fabkit: &Path, samples: Samples) -> Result<Vec<Comman
         command
     };
     let mut all = Vec::new();
-    for (design, every, options) in VERIFIED {
+    for (design, every, options) in REBUILT_DESIGNS {
         let bodies = bodies(fabkit, design)?;
         let step = samples.step(every);
         let sample: Vec<&str> = bodies.iter().step_by(step).map(String::as_str).collect();

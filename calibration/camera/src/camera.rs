@@ -4,8 +4,8 @@ use std::ops::Deref;
 
 use nalgebra::{Matrix2x3, Point2, Point3, Vector2};
 
-use crate::error::{InvalidCamera, OutsideDomain, Rules};
-use crate::interface::{Bent, Interface, MAX_INTERFACE_PARAMETERS, Refraction};
+use crate::error::{InvalidCamera, OutsideDomain, ViolationCollector};
+use crate::interface::{DirectionWithJacobians, Interface, MAX_INTERFACE_PARAMETERS, Refraction};
 use crate::lens::{Intrinsics, KannalaBrandt, Lens, LensProjection, MAX_COEFFICIENTS};
 use crate::view_ray::ViewRay;
 
@@ -75,7 +75,7 @@ impl Camera {
         lens: Lens,
         interface: Interface,
     ) -> Result<Self, InvalidCamera> {
-        let mut rules = check_around(width_px, height_px, &interface);
+        let mut rules = check_size_and_interface(width_px, height_px, &interface);
         let Intrinsics { cx_px, cy_px, .. } = lens.intrinsics();
         let (width, height) = (f64::from(width_px), f64::from(height_px));
         if width_px > 0 && height_px > 0 {
@@ -99,7 +99,7 @@ impl Camera {
         height_px: u32,
         field_of_view_rad: f64,
     ) -> Result<Self, InvalidCamera> {
-        Self::nominal(width_px, height_px, field_of_view_rad, [0.0; 4])
+        Self::from_data_sheet(width_px, height_px, field_of_view_rad, [0.0; 4])
     }
 
     /// Creates a lens with a field of view and a radial polynomial: radius / focal length = angle x (1 + k0 angle^2 +
@@ -107,13 +107,13 @@ impl Camera {
     ///
     /// # Errors
     /// Fails as [`Camera::equidistant`], or for terms that [`KannalaBrandt::new`] refuses.
-    pub fn nominal(
+    pub fn from_data_sheet(
         width_px: u32,
         height_px: u32,
         field_of_view_rad: f64,
         terms: [f64; 4],
     ) -> Result<Self, InvalidCamera> {
-        let mut rules = Rules::default();
+        let mut rules = ViolationCollector::default();
         check_size(&mut rules, width_px, height_px);
         let full_turn = 2.0 * std::f64::consts::PI;
         rules.within("field_of_view_rad", field_of_view_rad, 0.1, full_turn);
@@ -161,7 +161,7 @@ impl Camera {
     }
 
     /// Returns whether a pixel lies in the image, including the outer half of the outermost pixels.
-    pub fn sees(&self, pixel: &Point2<f64>) -> bool {
+    pub fn is_in_image(&self, pixel: &Point2<f64>) -> bool {
         let within = |value: f64, count: u32| value >= -0.5 && value < f64::from(count) - 0.5;
         within(pixel.x, self.width_px) && within(pixel.y, self.height_px)
     }
@@ -172,7 +172,7 @@ impl Camera {
     /// Fails if the point is in front of the interface, beyond the lens's domain, or not finite.
     #[inline]
     pub fn project(&self, point_in_camera: &Point3<f64>) -> Result<Point2<f64>, OutsideDomain> {
-        self.lens.project(&self.refraction.towards(point_in_camera)?)
+        self.lens.project(&self.refraction.direction_towards(point_in_camera)?)
     }
 
     /// Computes [`Camera::project`] with derivatives by the point and by every parameter.
@@ -183,7 +183,7 @@ impl Camera {
         &self,
         point_in_camera: &Point3<f64>,
     ) -> Result<Projection, OutsideDomain> {
-        let Bent { direction, by_point, by_parameters: of_interface } =
+        let DirectionWithJacobians { direction, by_point, by_parameters: of_interface } =
             self.refraction.differentiate(point_in_camera)?;
         let LensProjection { pixel, by_direction, by_coefficients, normalised } =
             self.lens.differentiate(&direction)?;
@@ -212,7 +212,7 @@ impl Camera {
     /// Fails if the pixel lies outside the lens's image, or its ray does not meet a flat interface.
     #[inline]
     pub fn unproject(&self, pixel: &Point2<f64>) -> Result<ViewRay, OutsideDomain> {
-        self.refraction.outward(self.lens.unproject(pixel)?)
+        self.refraction.refract_outward(self.lens.unproject(pixel)?)
     }
 
     /// Returns the number of parameters of this camera.
@@ -222,14 +222,14 @@ impl Camera {
 
     /// Returns the same lens without an interface.
     #[must_use]
-    pub fn in_air(&self) -> Self {
+    pub fn without_interface(&self) -> Self {
         Self { interface: Interface::None, refraction: Refraction::None, ..*self }
     }
 
     /// Returns the same lens with [`Interface::Drawn`]: the drawing says what stands in front of it.
     #[must_use]
-    pub fn behind_drawing(&self) -> Self {
-        Self { interface: Interface::Drawn, ..self.in_air() }
+    pub fn with_drawn_interface(&self) -> Self {
+        Self { interface: Interface::FromDrawing, ..self.without_interface() }
     }
 
     /// Returns the camera of a rectangular part of the image, which starts at column and row `first_px` and has
@@ -248,9 +248,9 @@ impl Camera {
     ///
     /// # Errors
     /// Fails for an empty part, or for one above [`MAX_PIXELS`].
-    pub fn part(&self, first_px: [u32; 2], size_px: [u32; 2]) -> Result<Self, InvalidCamera> {
+    pub fn cropped(&self, first_px: [u32; 2], size_px: [u32; 2]) -> Result<Self, InvalidCamera> {
         let [width_px, height_px] = size_px;
-        check_around(width_px, height_px, &self.interface).finish()?;
+        check_size_and_interface(width_px, height_px, &self.interface).finish()?;
         let mut values: Vec<f64> = self.lens.parameters().map(|(_, value)| value).collect();
         // Not through `Camera::new`, which refuses principal points far outside the image.
         values[2] -= f64::from(first_px[0]);
@@ -275,7 +275,7 @@ impl Camera {
     /// Fails for an image without pixels, or with more than [`MAX_PIXELS`].
     pub fn resized(&self, size_px: [u32; 2]) -> Result<Self, InvalidCamera> {
         let [width_px, height_px] = size_px;
-        check_around(width_px, height_px, &self.interface).finish()?;
+        check_size_and_interface(width_px, height_px, &self.interface).finish()?;
         let by = [
             f64::from(width_px) / f64::from(self.width_px),
             f64::from(height_px) / f64::from(self.height_px),
@@ -302,7 +302,7 @@ impl Camera {
     /// Fails for another number of values, or values that [`Camera::new`] or the lens refuses.
     pub fn with_parameters(&self, parameters: &[f64]) -> Result<Self, InvalidCamera> {
         let count = self.parameter_count();
-        let mut rules = Rules::default();
+        let mut rules = ViolationCollector::default();
         let given = parameters.len();
         let limit = format!("this camera has {count}");
         rules.require(given == count, "number of parameters", given as f64, limit);
@@ -315,14 +315,14 @@ impl Camera {
 }
 
 /// Checks the conditions of [`Camera::new`] that do not depend on the lens.
-pub(crate) fn check_around(width_px: u32, height_px: u32, interface: &Interface) -> Rules {
-    let mut rules = Rules::default();
+pub(crate) fn check_size_and_interface(width_px: u32, height_px: u32, interface: &Interface) -> ViolationCollector {
+    let mut rules = ViolationCollector::default();
     check_size(&mut rules, width_px, height_px);
     interface.check(&mut rules);
     rules
 }
 
-fn check_size(rules: &mut Rules, width_px: u32, height_px: u32) {
+fn check_size(rules: &mut ViolationCollector, width_px: u32, height_px: u32) {
     rules.require(width_px > 0, "width_px", f64::from(width_px), "must be at least 1");
     rules.require(height_px > 0, "height_px", f64::from(height_px), "must be at least 1");
     let pixels = u64::from(width_px) * u64::from(height_px);

@@ -55,7 +55,7 @@ pub enum OutsideDomain {
 
 /// Single value that a camera cannot have.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LensViolation {
+pub struct ParameterViolation {
     /// The parameter's name, with its unit: `fx_px`.
     pub field: &'static str,
     /// Value that was given.
@@ -64,31 +64,31 @@ pub struct LensViolation {
     pub limit: String,
 }
 
-impl fmt::Display for LensViolation {
+impl fmt::Display for ParameterViolation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} = {}: {}", self.field, readable(self.value), self.limit)
+        write!(f, "{} = {}: {}", self.field, format_number(self.value), self.limit)
     }
 }
 
 /// Formats a number in plain digits, or with an exponent if it is below 1e-6 or at least 1e12.
-pub(crate) fn readable(value: f64) -> String {
+pub(crate) fn format_number(value: f64) -> String {
     let plain = value == 0.0 || (1e-6..1e12).contains(&value.abs()) || !value.is_finite();
     if plain { format!("{value}") } else { format!("{value:e}") }
 }
 
 /// All invalid parameters of a camera.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{}", violations.iter().map(LensViolation::to_string).collect::<Vec<_>>().join("; "))]
+#[error("{}", violations.iter().map(ParameterViolation::to_string).collect::<Vec<_>>().join("; "))]
 pub struct InvalidCamera {
     /// Violated conditions, at least one.
-    pub violations: Vec<LensViolation>,
+    pub violations: Vec<ParameterViolation>,
 }
 
 /// Collector of violations, so that all are reported together.
 #[derive(Default)]
-pub(crate) struct Rules(Vec<LensViolation>);
+pub(crate) struct ViolationCollector(Vec<ParameterViolation>);
 
-impl Rules {
+impl ViolationCollector {
     /// Records a violation unless `holds`.
     pub(crate) fn require(
         &mut self,
@@ -98,7 +98,7 @@ impl Rules {
         limit: impl Into<String>,
     ) {
         if !holds {
-            self.0.push(LensViolation { field, value, limit: limit.into() });
+            self.0.push(ParameterViolation { field, value, limit: limit.into() });
         }
     }
 

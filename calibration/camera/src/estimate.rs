@@ -67,7 +67,7 @@ impl CameraEstimate {
     ) -> Result<Self, InvalidCovariance> {
         if let Some(matrix) = &covariance {
             let names: Vec<&str> = camera.parameters().into_iter().map(|(name, _)| name).collect();
-            check(&names, matrix)?;
+            check_covariance(&names, matrix)?;
         }
         Ok(Self { camera, covariance })
     }
@@ -75,9 +75,9 @@ impl CameraEstimate {
     /// Marks a camera without interface as calibrated without what stands in front of it; see
     /// [`Interface::Drawn`](crate::Interface::Drawn). A camera with an interface is returned unchanged.
     #[must_use]
-    pub fn behind_drawing(self) -> Self {
+    pub fn with_drawn_interface(self) -> Self {
         let camera = match self.camera.interface() {
-            Interface::None => self.camera.behind_drawing(),
+            Interface::None => self.camera.with_drawn_interface(),
             _ => self.camera,
         };
         Self { camera, ..self }
@@ -86,9 +86,9 @@ impl CameraEstimate {
     /// Turns [`Interface::Drawn`] into [`Interface::None`], for callers who ignore the drawing or solve for the
     /// interface.
     #[must_use]
-    pub fn undrawn(self) -> Self {
+    pub fn without_drawn_interface(self) -> Self {
         let camera = match self.camera.interface() {
-            Interface::Drawn => self.camera.in_air(),
+            Interface::FromDrawing => self.camera.without_interface(),
             _ => self.camera,
         };
         Self { camera, ..self }
@@ -124,7 +124,7 @@ impl From<Camera> for CameraEstimate {
 }
 
 /// Checks that a matrix is a covariance of the parameters in `names`.
-pub(crate) fn check(
+pub(crate) fn check_covariance(
     names: &[&'static str],
     covariance: &DMatrix<f64>,
 ) -> Result<(), InvalidCovariance> {

@@ -33,12 +33,12 @@ mod kalibr;
 mod matrices;
 mod pose;
 
-use fabkit_text::{Content, Dialect, Node};
+use fabkit_text::{YamlContent, Dialect, YamlNode};
 use thiserror::Error;
 
-pub use fabkit_text::Fault;
+pub use fabkit_text::YamlFault;
 
-pub use self::pose::{FiledJoint, PoseFile, read_pose};
+pub use self::pose::{StoredJointCovariance, PoseFile, read_pose};
 use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 
@@ -72,14 +72,14 @@ impl CameraFormat {
 
 /// All faults of a camera file.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{}", faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("\n"))]
+#[error("{}", faults.iter().map(YamlFault::to_string).collect::<Vec<_>>().join("\n"))]
 pub struct InvalidCameraFile {
     /// Faults, at least one, in the order of the file where lines are known.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<YamlFault>,
 }
 
-impl From<Fault> for InvalidCameraFile {
-    fn from(fault: Fault) -> Self {
+impl From<YamlFault> for InvalidCameraFile {
+    fn from(fault: YamlFault) -> Self {
         Self { faults: vec![fault] }
     }
 }
@@ -104,7 +104,7 @@ pub fn read(text: &str) -> Result<CameraEstimate, InvalidCameraFile> {
 }
 
 /// Recognises the format of a camera file and reads it.
-fn read_root(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
+fn read_root(root: &YamlNode) -> Result<CameraEstimate, InvalidCameraFile> {
     // The most specific key first: other formats may use common names.
     let has = |key: &str| root.get(key).is_some();
     if has(fabkit::VERSION_KEY) {
@@ -114,7 +114,7 @@ fn read_root(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     } else if matrices::is_recognised(root) {
         matrices::read(root)
     } else {
-        Err(Fault::new(None, "", "this is no camera file that fabkit knows")
+        Err(YamlFault::new(None, "", "this is no camera file that fabkit knows")
             .hint(
                 "expected one of the keys `fabkit_camera` (fabkit), `camera_matrix` or `K` \
                  (OpenCV, ROS), `cam0` (Kalibr)",
@@ -126,7 +126,7 @@ fn read_root(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
 /// Parses a text as YAML, then reads its content with `read`. Duplicate keys are faults too.
 fn parse<T>(
     text: &str,
-    read: impl Fn(&Node) -> Result<T, InvalidCameraFile>,
+    read: impl Fn(&YamlNode) -> Result<T, InvalidCameraFile>,
 ) -> Result<T, InvalidCameraFile> {
     const CAMERA: Dialect = Dialect { tags: &["opencv-matrix"], ..Dialect::new("camera", 1, "") };
     // Editors on Windows may write a byte order mark.
@@ -137,8 +137,8 @@ fn parse<T>(
         false => text.to_owned(),
     };
     let (root, twice) = fabkit_text::parse(&commented, &CAMERA)?;
-    if root.content == Content::Nothing {
-        return Err(Fault::new(None, "", "the file is empty").into());
+    if root.content == YamlContent::Nothing {
+        return Err(YamlFault::new(None, "", "the file is empty").into());
     }
     match read(&root) {
         Ok(read) if twice.is_empty() => Ok(read),
@@ -146,14 +146,14 @@ fn parse<T>(
         Err(InvalidCameraFile { mut faults }) => {
             faults.extend(twice);
             // Duplicate keys are found first, but belong between the other faults.
-            faults.sort_by_key(line);
+            faults.sort_by_key(fault_line);
             Err(InvalidCameraFile { faults })
         }
     }
 }
 
 /// Returns the line of a fault; faults of the whole file sort first.
-fn line(fault: &Fault) -> Option<usize> {
+fn fault_line(fault: &YamlFault) -> Option<usize> {
     fault.position.map(|at| at.line)
 }
 
@@ -175,7 +175,7 @@ pub fn write(estimate: &CameraEstimate, format: CameraFormat) -> Result<String, 
     let mut lost = Vec::new();
     match camera.interface() {
         // A lens without interface is what all formats hold.
-        Interface::None | Interface::Drawn => {}
+        Interface::None | Interface::FromDrawing => {}
         other => lost.push(format!("the refractive interface ({})", other.kind_name())),
     }
     if estimate.covariance().is_some() {

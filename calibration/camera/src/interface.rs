@@ -5,10 +5,10 @@ mod sphere;
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-pub use flat::Flat;
-pub use sphere::Sphere;
+pub use flat::FlatInterface;
+pub use sphere::SphericalInterface;
 
-use crate::error::{OutsideDomain, Rules};
+use crate::error::{OutsideDomain, ViolationCollector};
 use crate::view_ray::ViewRay;
 use flat::FlatRefraction;
 use sphere::SphereRefraction;
@@ -18,7 +18,7 @@ pub(crate) const MAX_INTERFACE_PARAMETERS: usize = 5;
 
 /// Tolerance, mm: a point this little in front of the interface counts as lying on it, because it was computed as a
 /// point of it.
-const ON_INTERFACE_MM: f64 = 1e-9;
+const ON_INTERFACE_TOLERANCE_MM: f64 = 1e-9;
 
 /// Refracting surface between the lens and the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,11 +27,11 @@ pub enum Interface {
     None,
     /// The lens is calibrated alone, and a drawing describes the media in front of it. Rays are those that leave the
     /// lens; the owner of the drawing traces them further.
-    Drawn,
+    FromDrawing,
     /// Plane, or plane-parallel pane of glass.
-    Flat(Flat),
+    Flat(FlatInterface),
     /// Sphere around the lens.
-    Sphere(Sphere),
+    Sphere(SphericalInterface),
 }
 
 impl Interface {
@@ -39,7 +39,7 @@ impl Interface {
     pub fn kind_name(&self) -> &'static str {
         match self {
             Self::None => "none",
-            Self::Drawn => "drawn",
+            Self::FromDrawing => "drawn",
             Self::Flat(_) => "flat",
             Self::Sphere(_) => "sphere",
         }
@@ -47,11 +47,11 @@ impl Interface {
 
     /// Returns whether drawn bodies behind the interface refract rays again. The camera's rays are then those that
     /// leave its interface; the owner of the drawing traces them further.
-    pub fn is_drawn_behind(&self) -> bool {
+    pub fn has_drawn_bodies_behind(&self) -> bool {
         match self {
-            Self::None | Self::Drawn => false,
-            Self::Flat(flat) => flat.is_drawn_behind,
-            Self::Sphere(sphere) => sphere.is_drawn_behind,
+            Self::None | Self::FromDrawing => false,
+            Self::Flat(flat) => flat.has_drawn_bodies_behind,
+            Self::Sphere(sphere) => sphere.has_drawn_bodies_behind,
         }
     }
 
@@ -59,7 +59,7 @@ impl Interface {
     pub(crate) fn parameters(&self) -> ([(&'static str, f64); MAX_INTERFACE_PARAMETERS], usize) {
         let mut all = [("", 0.0); MAX_INTERFACE_PARAMETERS];
         let count = match self {
-            Self::None | Self::Drawn => 0,
+            Self::None | Self::FromDrawing => 0,
             Self::Flat(flat) => fill(&mut all, flat.parameters()),
             Self::Sphere(sphere) => fill(&mut all, sphere.parameters()),
         };
@@ -71,7 +71,7 @@ impl Interface {
         // Missing values become NaN, which `check` refuses.
         let value = |i: usize| parameters.get(i).copied().unwrap_or(f64::NAN);
         match self {
-            Self::None | Self::Drawn => *self,
+            Self::None | Self::FromDrawing => *self,
             Self::Flat(flat) => Self::Flat(flat.with_parameters(std::array::from_fn(value))),
             Self::Sphere(sphere) => {
                 Self::Sphere(sphere.with_parameters(std::array::from_fn(value)))
@@ -79,9 +79,9 @@ impl Interface {
         }
     }
 
-    pub(crate) fn check(&self, rules: &mut Rules) {
+    pub(crate) fn check(&self, rules: &mut ViolationCollector) {
         match self {
-            Self::None | Self::Drawn => {}
+            Self::None | Self::FromDrawing => {}
             Self::Flat(flat) => flat.check(rules),
             Self::Sphere(sphere) => sphere.check(rules),
         }
@@ -100,7 +100,7 @@ fn fill<const N: usize>(
 ///
 /// The lens is in the optically thinner medium, as a lens in air is. Then no ray is totally reflected, and every point
 /// behind the interface is visible.
-fn check_indices(rules: &mut Rules, index_inside: f64, index_outside: f64) {
+fn check_indices(rules: &mut ViolationCollector, index_inside: f64, index_outside: f64) {
     rules.within("interface_index_inside", index_inside, 1.0, 4.0);
     rules.require(
         index_outside >= index_inside && index_outside <= 4.0,
@@ -119,7 +119,7 @@ pub(crate) enum Refraction {
 }
 
 /// Direction in front of the lens, with its derivatives by the point and by the interface's parameters.
-pub(crate) struct Bent {
+pub(crate) struct DirectionWithJacobians {
     /// Direction, of any length.
     pub direction: Vector3<f64>,
     pub by_point: Matrix3<f64>,
@@ -129,7 +129,7 @@ pub(crate) struct Bent {
 impl Refraction {
     pub(crate) fn new(interface: &Interface) -> Self {
         match interface {
-            Interface::None | Interface::Drawn => Self::None,
+            Interface::None | Interface::FromDrawing => Self::None,
             Interface::Flat(flat) => Self::Flat(FlatRefraction::new(flat)),
             Interface::Sphere(sphere) => Self::Sphere(SphereRefraction::new(sphere)),
         }
@@ -137,18 +137,18 @@ impl Refraction {
 
     /// Computes the direction, of any length, from the lens towards the image of a point behind the interface.
     #[inline]
-    pub(crate) fn towards(&self, point: &Point3<f64>) -> Result<Vector3<f64>, OutsideDomain> {
+    pub(crate) fn direction_towards(&self, point: &Point3<f64>) -> Result<Vector3<f64>, OutsideDomain> {
         match self {
             Self::None => Ok(point.coords),
-            Self::Flat(flat) => flat.towards(point),
-            Self::Sphere(sphere) => sphere.towards(point),
+            Self::Flat(flat) => flat.direction_towards(point),
+            Self::Sphere(sphere) => sphere.direction_towards(point),
         }
     }
 
     /// Computes [`Refraction::towards`] with derivatives by the point and by the interface's parameters.
-    pub(crate) fn differentiate(&self, point: &Point3<f64>) -> Result<Bent, OutsideDomain> {
+    pub(crate) fn differentiate(&self, point: &Point3<f64>) -> Result<DirectionWithJacobians, OutsideDomain> {
         match self {
-            Self::None => Ok(Bent {
+            Self::None => Ok(DirectionWithJacobians {
                 direction: point.coords,
                 by_point: Matrix3::identity(),
                 by_parameters: [Vector3::zeros(); MAX_INTERFACE_PARAMETERS],
@@ -160,11 +160,11 @@ impl Refraction {
 
     /// Computes the ray, in the last medium, whose light reaches the lens from the unit `direction`.
     #[inline]
-    pub(crate) fn outward(&self, direction: Vector3<f64>) -> Result<ViewRay, OutsideDomain> {
+    pub(crate) fn refract_outward(&self, direction: Vector3<f64>) -> Result<ViewRay, OutsideDomain> {
         match self {
             Self::None => Ok(ViewRay { origin_in_camera: Point3::origin(), direction }),
-            Self::Flat(flat) => flat.outward(&direction),
-            Self::Sphere(sphere) => Ok(sphere.outward(&direction)),
+            Self::Flat(flat) => flat.refract_outward(&direction),
+            Self::Sphere(sphere) => Ok(sphere.refract_outward(&direction)),
         }
     }
 }

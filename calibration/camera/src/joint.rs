@@ -9,14 +9,14 @@ use std::fmt;
 use nalgebra::DMatrix;
 
 use crate::camera::Camera;
-use crate::estimate::{CameraEstimate, InvalidCovariance, check};
+use crate::estimate::{CameraEstimate, InvalidCovariance, check_covariance};
 
 /// Number of parameters of a pose.
-pub const POSE_COUNT: usize = 6;
+pub const POSE_PARAMETER_COUNT: usize = 6;
 
 /// Names of a pose's parameters with units, in their order: a small rotation about the camera's axes through the
 /// sensor's origin, then the sensor's origin in the camera frame.
-pub const POSE_PARAMETERS: [&str; POSE_COUNT] = [
+pub const POSE_PARAMETERS: [&str; POSE_PARAMETER_COUNT] = [
     "rotation_x_rad",
     "rotation_y_rad",
     "rotation_z_rad",
@@ -39,7 +39,7 @@ pub struct JointEstimate {
 
 /// Groups of parameters of a [`JointEstimate`] that have a variance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Covered {
+pub struct CovarianceCoverage {
     /// The pose has a variance.
     pub pose: bool,
     /// The lens has a variance: any of its intrinsics or coefficients.
@@ -47,7 +47,7 @@ pub struct Covered {
     /// The refractive interface has a variance.
     pub interface: bool,
     /// Pose and camera both have a variance, but their correlation is unknown, so that they count as independent.
-    pub as_if_independent: bool,
+    pub assumes_independence: bool,
 }
 
 impl JointEstimate {
@@ -56,7 +56,7 @@ impl JointEstimate {
     /// # Errors
     /// Fails for a matrix of another size, or one that is no covariance.
     pub fn new(camera: Camera, covariance: DMatrix<f64>) -> Result<Self, InvalidCovariance> {
-        check(&Self::names_for(&camera), &covariance)?;
+        check_covariance(&Self::parameter_names(&camera), &covariance)?;
         Ok(Self { camera, covariance, is_joint: true })
     }
 
@@ -67,18 +67,18 @@ impl JointEstimate {
     /// Fails if the pose's matrix is no covariance.
     pub fn independent(
         estimate: &CameraEstimate,
-        pose: Option<&[[f64; POSE_COUNT]; POSE_COUNT]>,
+        pose: Option<&[[f64; POSE_PARAMETER_COUNT]; POSE_PARAMETER_COUNT]>,
     ) -> Result<Self, InvalidCovariance> {
         let camera = *estimate.camera();
-        let count = POSE_COUNT + camera.parameter_count();
+        let count = POSE_PARAMETER_COUNT + camera.parameter_count();
         let mut covariance = DMatrix::zeros(count, count);
         if let Some(pose) = pose {
-            let pose = DMatrix::from_fn(POSE_COUNT, POSE_COUNT, |r, c| pose[r][c]);
-            check(&POSE_PARAMETERS, &pose)?;
-            covariance.view_mut((0, 0), (POSE_COUNT, POSE_COUNT)).copy_from(&pose);
+            let pose = DMatrix::from_fn(POSE_PARAMETER_COUNT, POSE_PARAMETER_COUNT, |r, c| pose[r][c]);
+            check_covariance(&POSE_PARAMETERS, &pose)?;
+            covariance.view_mut((0, 0), (POSE_PARAMETER_COUNT, POSE_PARAMETER_COUNT)).copy_from(&pose);
         }
         if let Some(matrix) = estimate.covariance() {
-            covariance.view_mut((POSE_COUNT, POSE_COUNT), matrix.shape()).copy_from(matrix);
+            covariance.view_mut((POSE_PARAMETER_COUNT, POSE_PARAMETER_COUNT), matrix.shape()).copy_from(matrix);
         }
         Ok(Self { camera, covariance, is_joint: false })
     }
@@ -95,48 +95,48 @@ impl JointEstimate {
 
     /// Returns the names of the parameters with units, in the order of the covariance.
     pub fn names(&self) -> Vec<&'static str> {
-        Self::names_for(&self.camera)
+        Self::parameter_names(&self.camera)
     }
 
     /// Returns the names of the parameters of a pose and `camera`, in the order of the covariance.
-    pub fn names_for(camera: &Camera) -> Vec<&'static str> {
+    pub fn parameter_names(camera: &Camera) -> Vec<&'static str> {
         let of_camera = camera.parameters().into_iter().map(|(name, _)| name);
         POSE_PARAMETERS.into_iter().chain(of_camera).collect()
     }
 
     /// Returns the pose's 6 x 6 block of the covariance.
-    pub fn pose_covariance(&self) -> [[f64; POSE_COUNT]; POSE_COUNT] {
+    pub fn pose_covariance(&self) -> [[f64; POSE_PARAMETER_COUNT]; POSE_PARAMETER_COUNT] {
         std::array::from_fn(|r| std::array::from_fn(|c| self.covariance[(r, c)]))
     }
 
     /// Returns the camera's own estimate; without a covariance if all its variances are zero.
     pub fn camera_estimate(&self) -> CameraEstimate {
         let n = self.camera.parameter_count();
-        let part = self.covariance.view((POSE_COUNT, POSE_COUNT), (n, n)).into_owned();
+        let part = self.covariance.view((POSE_PARAMETER_COUNT, POSE_PARAMETER_COUNT), (n, n)).into_owned();
         let part = Some(part).filter(|part| part.diagonal().iter().any(|variance| *variance > 0.0));
         // The check cannot fail in theory, because a diagonal block of a covariance is a covariance.
         CameraEstimate::new(self.camera, part).unwrap_or_else(|_| self.camera.into())
     }
 
     /// Returns the indices of the parameters that have a variance.
-    pub fn free(&self) -> impl Iterator<Item = usize> + '_ {
+    pub fn free_parameters(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.covariance.nrows()).filter(|&i| self.covariance[(i, i)] > 0.0)
     }
 
     /// Returns which groups of parameters have a variance.
-    pub fn covered(&self) -> Covered {
+    pub fn coverage(&self) -> CovarianceCoverage {
         // The interface's parameters are the camera's last ones.
         let of_interface = self.camera.parameter_count() - self.camera.interface().parameters().1;
-        let any = |from: usize, to: usize| self.free().any(|i| (from..to).contains(&i));
-        let pose = any(0, POSE_COUNT);
-        let lens = any(POSE_COUNT, POSE_COUNT + of_interface);
-        let interface = any(POSE_COUNT + of_interface, self.covariance.nrows());
+        let any = |from: usize, to: usize| self.free_parameters().any(|i| (from..to).contains(&i));
+        let pose = any(0, POSE_PARAMETER_COUNT);
+        let lens = any(POSE_PARAMETER_COUNT, POSE_PARAMETER_COUNT + of_interface);
+        let interface = any(POSE_PARAMETER_COUNT + of_interface, self.covariance.nrows());
         let as_if_independent = pose && (lens || interface) && !self.is_joint;
-        Covered { pose, lens, interface, as_if_independent }
+        CovarianceCoverage { pose, lens, interface, assumes_independence: as_if_independent }
     }
 }
 
-impl fmt::Display for Covered {
+impl fmt::Display for CovarianceCoverage {
     /// Writes `pose, lens, shape`: the contributions to a sigma of ground truth, which always includes that of the
     /// shape.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -145,7 +145,7 @@ impl fmt::Display for Covered {
             write!(f, "{name}, ")?;
         }
         f.write_str("shape")?;
-        match self.as_if_independent {
+        match self.assumes_independence {
             true => f.write_str("; pose and camera as if independent"),
             false => Ok(()),
         }

@@ -18,7 +18,7 @@ pub use kannala_brandt::KannalaBrandt;
 pub use model::LensModel;
 pub use opencv::OpenCv;
 
-use crate::error::{InvalidCamera, OutsideDomain, Rules};
+use crate::error::{InvalidCamera, OutsideDomain, ViolationCollector};
 
 /// Largest number of coefficients of a model besides its [`Intrinsics`].
 pub(crate) const MAX_COEFFICIENTS: usize = 8;
@@ -213,7 +213,7 @@ impl Lens {
     }
 
     /// Creates a lens of the model with this name; `None` if no model has the name.
-    pub(crate) fn of_model(
+    pub(crate) fn from_model_name(
         name: &str,
         intrinsics: Intrinsics,
         coefficients: &[f64],
@@ -229,7 +229,7 @@ impl Lens {
         let split = parameters.len().min(4);
         first[..split].copy_from_slice(&parameters[..split]);
         let (intrinsics, rest) = (Intrinsics::from_values(&first), &parameters[split..]);
-        Self::of_model(self.model_name(), intrinsics, rest).expect("its own model is known")
+        Self::from_model_name(self.model_name(), intrinsics, rest).expect("its own model is known")
     }
 
     /// Returns names and values of all parameters, intrinsics first.
@@ -321,10 +321,10 @@ fn array<const N: usize>(values: &[f64]) -> [f64; N] {
 }
 
 /// Checks the parameters that every lens must have before its domain can be computed.
-fn check(intrinsics: &Intrinsics, names: &[&'static str], coefficients: &[f64]) -> Rules {
+fn check(intrinsics: &Intrinsics, names: &[&'static str], coefficients: &[f64]) -> ViolationCollector {
     /// Largest focal length and distance of the principal point, px: more than any camera of 64 Mpx has.
     const MOST_PX: f64 = 1e6;
-    let mut rules = Rules::default();
+    let mut rules = ViolationCollector::default();
     rules.above("fx_px", intrinsics.fx_px, 0.0, MOST_PX);
     rules.above("fy_px", intrinsics.fy_px, 0.0, MOST_PX);
     rules.within("cx_px", intrinsics.cx_px, -MOST_PX, MOST_PX);
@@ -340,7 +340,7 @@ fn check_limit(
     first_coefficient: (&'static str, f64),
     limit_rad: f64,
 ) -> Result<(), InvalidCamera> {
-    let mut rules = Rules::default();
+    let mut rules = ViolationCollector::default();
     let (field, value) = first_coefficient;
     rules.require(
         limit_rad >= LEAST_ANGLE_LIMIT_RAD,

@@ -40,10 +40,10 @@ mod roots;
 mod view_ray;
 
 pub use camera::{Camera, MAX_PARAMETERS, MAX_PIXELS, ParameterDerivatives, Projection};
-pub use error::{InvalidCamera, LensViolation, OutsideDomain};
+pub use error::{InvalidCamera, ParameterViolation, OutsideDomain};
 pub use estimate::{CameraEstimate, InvalidCovariance};
-pub use interface::{Flat, Interface, Sphere};
-pub use joint::{Covered, JointEstimate, POSE_COUNT, POSE_PARAMETERS};
+pub use interface::{FlatInterface, Interface, SphericalInterface};
+pub use joint::{CovarianceCoverage, JointEstimate, POSE_PARAMETER_COUNT, POSE_PARAMETERS};
 pub use lens::*;
 pub use nalgebra::{DMatrix, Matrix2x3, Point2, Point3, Vector2, Vector3};
 pub use view_ray::ViewRay;

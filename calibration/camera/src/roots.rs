@@ -5,7 +5,7 @@
 /// `f` returns value and slope, with `f(low) <= 0 <= f(high)`. A Newton step is taken if it stays in the bracket and is
 /// at most half of the previous step; otherwise the bracket is halved, so that the search ends even if the slope is
 /// wrong.
-pub(crate) fn increasing(
+pub(crate) fn find_increasing_root(
     f: impl Fn(f64) -> (f64, f64),
     mut low: f64,
     mut high: f64,
@@ -66,7 +66,7 @@ fn zeros(coefficients: &[f64], upper: f64) -> Vec<f64> {
         if (at_low > 0.0 && at_high <= 0.0) || (at_low < 0.0 && at_high >= 0.0) {
             let sign = -at_low.signum();
             let rising = |x| (sign * value(x), sign * slope(x));
-            roots.push(increasing(rising, low, high, 0.5 * (low + high)));
+            roots.push(find_increasing_root(rising, low, high, 0.5 * (low + high)));
         }
         low = high;
     }
@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn a_slope_that_misleads_does_not_matter() {
         // The slope is a hundred times too small, so that every Newton step overshoots.
-        let root = increasing(|x| (x.powi(3) - 8.0, 0.03 * x * x), 0.0, 1e6, 5e5);
+        let root = find_increasing_root(|x| (x.powi(3) - 8.0, 0.03 * x * x), 0.0, 1e6, 5e5);
         assert!((root - 2.0).abs() < 1e-14);
     }
 }

@@ -10,15 +10,15 @@ use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
-use crate::{PictureError, Values};
+use crate::{ImageFileError, PixelValues};
 
 /// Memory that a decoder may use besides the image itself, bytes: rows, palettes, texts.
-const BESIDES: usize = 32 << 20;
+const DECODER_OVERHEAD_BYTES: usize = 32 << 20;
 /// Size of the widest pixels that are decoded, bytes: four values of 16 bits.
-const WIDEST: usize = 8;
+const MAX_PIXEL_BYTES: usize = 8;
 
 /// Encodes an image as JPEG; see [`crate::jpeg`].
-pub(crate) fn jpeg(size_px: [u32; 2], values: &[u8], quality: u8) -> Result<Vec<u8>, PictureError> {
+pub(crate) fn encode_jpeg(size_px: [u32; 2], values: &[u8], quality: u8) -> Result<Vec<u8>, ImageFileError> {
     let wrong = |reason: &str| Format::Jpeg.unreadable(reason);
     // A side above 65,535 px becomes 0, so that no number of channels fits and it is refused below.
     let [width, height] = size_px.map(|px| u16::try_from(px).unwrap_or(0));
@@ -45,11 +45,11 @@ pub(crate) enum Format {
 }
 
 /// Samples per pixel, and the values of all pixels.
-type Decoded = (usize, Values);
+type Decoded = (usize, PixelValues);
 
 impl Format {
     /// Recognises a format by the first bytes of a file.
-    pub(crate) fn of(bytes: &[u8]) -> Option<Self> {
+    pub(crate) fn from_first_bytes(bytes: &[u8]) -> Option<Self> {
         match bytes {
             [0x89, b'P', b'N', b'G', ..] => Some(Self::Png),
             [0xff, 0xd8, 0xff, ..] => Some(Self::Jpeg),
@@ -60,18 +60,18 @@ impl Format {
     }
 
     /// Creates an error for a file of this format.
-    pub(crate) fn unreadable(self, reason: impl ToString) -> PictureError {
+    pub(crate) fn unreadable(self, reason: impl ToString) -> ImageFileError {
         let format = match self {
             Self::Png => "PNG",
             Self::Jpeg => "JPEG",
             Self::Tiff => "TIFF",
             Self::Bmp => "BMP",
         };
-        PictureError::Unreadable { format, reason: reason.to_string() }
+        ImageFileError::Unreadable { format, reason: reason.to_string() }
     }
 
     /// Reads width and height, px, from the header.
-    pub(crate) fn size_px(self, bytes: &[u8]) -> Result<[u32; 2], PictureError> {
+    pub(crate) fn size_px(self, bytes: &[u8]) -> Result<[u32; 2], ImageFileError> {
         let wrong = |reason: String| self.unreadable(reason);
         let small = |(width, height): (usize, usize)| {
             let sides = [u32::try_from(width).ok(), u32::try_from(height).ok()];
@@ -104,17 +104,17 @@ impl Format {
     }
 
     /// Decodes the values of all pixels. The caller has checked the size before.
-    pub(crate) fn values(self, bytes: &[u8]) -> Result<Decoded, PictureError> {
+    pub(crate) fn values(self, bytes: &[u8]) -> Result<Decoded, ImageFileError> {
         match self {
-            Self::Png => png_values(bytes).map_err(|e| self.unreadable(e)),
-            Self::Jpeg => self.jpeg_values(bytes),
-            Self::Tiff => self.tiff_values(bytes),
-            Self::Bmp => self.bmp_values(bytes),
+            Self::Png => decode_png(bytes).map_err(|e| self.unreadable(e)),
+            Self::Jpeg => self.decode_jpeg(bytes),
+            Self::Tiff => self.decode_tiff(bytes),
+            Self::Bmp => self.decode_bmp(bytes),
         }
     }
 
     /// Decodes a JPEG file.
-    fn jpeg_values(self, bytes: &[u8]) -> Result<Decoded, PictureError> {
+    fn decode_jpeg(self, bytes: &[u8]) -> Result<Decoded, ImageFileError> {
         let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options());
         decoder.decode_headers().map_err(|e| self.unreadable(e))?;
         // Every colour space (YCbCr, CMYK) is converted to RGB; greyscale stays a single channel.
@@ -122,25 +122,25 @@ impl Format {
         let space = if grey { ColorSpace::Luma } else { ColorSpace::RGB };
         decoder.set_options(options().jpeg_set_out_colorspace(space));
         let values = decoder.decode().map_err(|e| self.unreadable(e))?;
-        Ok((if grey { 1 } else { 3 }, Values::U8(values)))
+        Ok((if grey { 1 } else { 3 }, PixelValues::U8(values)))
     }
 
-    fn bmp_values(self, bytes: &[u8]) -> Result<Decoded, PictureError> {
+    fn decode_bmp(self, bytes: &[u8]) -> Result<Decoded, ImageFileError> {
         let mut decoder = BmpDecoder::new_with_options(ZCursor::new(bytes), options());
         let values = decoder.decode().map_err(|e| self.unreadable(format!("{e:?}")))?;
         let space = decoder.colorspace().ok_or_else(|| self.unreadable("it has no colours"))?;
-        Ok((space.num_components(), Values::U8(values)))
+        Ok((space.num_components(), PixelValues::U8(values)))
     }
 
     /// Decodes a TIFF file.
-    fn tiff_values(self, bytes: &[u8]) -> Result<Decoded, PictureError> {
+    fn decode_tiff(self, bytes: &[u8]) -> Result<Decoded, ImageFileError> {
         use tiff::ColorType::{Gray, GrayA, RGB, RGBA};
         let wrong = |e: tiff::TiffError| self.unreadable(e);
         let mut decoder = tiff::decoder::Decoder::new(Cursor::new(bytes)).map_err(wrong)?;
         let (width, height) = decoder.dimensions().map_err(wrong)?;
         let mut limits = tiff::decoder::Limits::default();
-        limits.decoding_buffer_size = WIDEST * width as usize * height as usize;
-        limits.intermediate_buffer_size = limits.decoding_buffer_size + BESIDES;
+        limits.decoding_buffer_size = MAX_PIXEL_BYTES * width as usize * height as usize;
+        limits.intermediate_buffer_size = limits.decoding_buffer_size + DECODER_OVERHEAD_BYTES;
         decoder = decoder.with_limits(limits);
         let samples = match decoder.colortype().map_err(wrong)? {
             Gray(8 | 16) => 1,
@@ -159,8 +159,8 @@ impl Format {
             return Err(self.unreadable("colours in separate planes; write them pixel by pixel"));
         }
         match decoder.read_image().map_err(wrong)? {
-            DecodingResult::U8(values) => Ok((samples, Values::U8(values))),
-            DecodingResult::U16(values) => Ok((samples, Values::U16(values))),
+            DecodingResult::U8(values) => Ok((samples, PixelValues::U8(values))),
+            DecodingResult::U16(values) => Ok((samples, PixelValues::U16(values))),
             _ => Err(self.unreadable("values that are no whole numbers of 8 or 16 bits")),
         }
     }
@@ -173,7 +173,7 @@ fn options() -> DecoderOptions {
 }
 
 fn png(bytes: &[u8]) -> png::Decoder<Cursor<&[u8]>> {
-    let limits = png::Limits { bytes: BESIDES };
+    let limits = png::Limits { bytes: DECODER_OVERHEAD_BYTES };
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
     // Palettes and depths below 8 bits are expanded to 8 bits.
     decoder.set_transformations(png::Transformations::EXPAND);
@@ -181,7 +181,7 @@ fn png(bytes: &[u8]) -> png::Decoder<Cursor<&[u8]>> {
 }
 
 /// Decodes a PNG file.
-fn png_values(bytes: &[u8]) -> Result<Decoded, png::DecodingError> {
+fn decode_png(bytes: &[u8]) -> Result<Decoded, png::DecodingError> {
     let mut reader = png(bytes).read_info()?;
     let size = reader.output_buffer_size().ok_or(png::DecodingError::LimitsExceeded)?;
     let mut values = vec![0; size];
@@ -192,9 +192,9 @@ fn png_values(bytes: &[u8]) -> Result<Decoded, png::DecodingError> {
         png::BitDepth::Sixteen => {
             // PNG stores 16-bit samples in big-endian order.
             let (pairs, _) = values.as_chunks::<2>();
-            Values::U16(pairs.iter().map(|pair| u16::from_be_bytes(*pair)).collect())
+            PixelValues::U16(pairs.iter().map(|pair| u16::from_be_bytes(*pair)).collect())
         }
-        _ => Values::U8(values),
+        _ => PixelValues::U8(values),
     };
     Ok((frame.color_type.samples(), values))
 }

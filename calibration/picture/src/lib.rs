@@ -19,11 +19,11 @@ mod formats;
 use formats::Format;
 
 /// File name extensions of the readable formats, in lower case.
-pub const ENDINGS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "bmp"];
+pub const EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "bmp"];
 
 /// Decoded image.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Picture {
+pub struct DecodedImage {
     /// Number of columns.
     pub width_px: u32,
     /// Number of rows.
@@ -31,19 +31,19 @@ pub struct Picture {
     /// Number of values per pixel: 1 for grey, 3 for red, green and blue.
     pub channels: u32,
     /// Values row by row from the top, the channels of a pixel next to each other.
-    pub values: Values,
+    pub values: PixelValues,
 }
 
 /// Values of all pixels, in the depth of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Values {
+pub enum PixelValues {
     /// Values of 8 bits. Files with fewer bits are expanded to 8.
     U8(Vec<u8>),
     /// Values of 16 bits.
     U16(Vec<u16>),
 }
 
-impl Values {
+impl PixelValues {
     /// Returns value `i` scaled to 0 to 1, where 1 is the largest value that its depth can hold. `None` beyond the end.
     pub fn get(&self, i: usize) -> Option<f32> {
         match self {
@@ -68,10 +68,10 @@ impl Values {
 
 /// Reason why an image cannot be read or written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum PictureError {
+pub enum ImageFileError {
     /// The first bytes belong to none of the four formats.
     #[error("not a readable PNG, JPEG, TIFF or BMP picture")]
-    Unknown,
+    UnknownFormat,
     /// The file is damaged, or uses a variant of its format that cameras do not write.
     #[error("not a readable {format}: {reason}")]
     Unreadable {
@@ -88,7 +88,7 @@ pub enum PictureError {
         /// Number of rows.
         height_px: u32,
         /// Largest number of pixels allowed.
-        most: u64,
+        max_pixels: u64,
     },
 }
 
@@ -97,16 +97,16 @@ pub enum PictureError {
 /// ```
 /// assert!(fabkit_picture::is_named_as_one("01_05.JPG") && !fabkit_picture::is_named_as_one("jpg"));
 /// ```
-pub fn is_named_as_one(name: &str) -> bool {
-    name.rsplit_once('.').is_some_and(|(_, end)| ENDINGS.contains(&&*end.to_ascii_lowercase()))
+pub fn has_image_extension(name: &str) -> bool {
+    name.rsplit_once('.').is_some_and(|(_, end)| EXTENSIONS.contains(&&*end.to_ascii_lowercase()))
 }
 
 /// Returns width and height, px, from the header of a file, so that a large image can be refused before it is decoded.
 ///
 /// # Errors
 /// Returns any [`PictureError`] except [`PictureError::TooLarge`].
-pub fn size_px(bytes: &[u8]) -> Result<[u32; 2], PictureError> {
-    Format::of(bytes).ok_or(PictureError::Unknown)?.size_px(bytes)
+pub fn read_size_px(bytes: &[u8]) -> Result<[u32; 2], ImageFileError> {
+    Format::from_first_bytes(bytes).ok_or(ImageFileError::UnknownFormat)?.size_px(bytes)
 }
 
 /// Reads an image of at most `most_pixels` pixels.
@@ -115,23 +115,23 @@ pub fn size_px(bytes: &[u8]) -> Result<[u32; 2], PictureError> {
 ///
 /// # Errors
 /// Returns a [`PictureError`]. The size is checked before anything is decoded.
-pub fn read(bytes: &[u8], most_pixels: u64) -> Result<Picture, PictureError> {
-    let format = Format::of(bytes).ok_or(PictureError::Unknown)?;
+pub fn read(bytes: &[u8], most_pixels: u64) -> Result<DecodedImage, ImageFileError> {
+    let format = Format::from_first_bytes(bytes).ok_or(ImageFileError::UnknownFormat)?;
     let [width_px, height_px] = format.size_px(bytes)?;
     if u64::from(width_px) * u64::from(height_px) > most_pixels {
-        return Err(PictureError::TooLarge { width_px, height_px, most: most_pixels });
+        return Err(ImageFileError::TooLarge { width_px, height_px, max_pixels: most_pixels });
     }
     let (samples, values) = format.values(bytes)?;
     // One sample is grey and two are grey with alpha; three are RGB and four RGBA.
     let channels = if samples < 3 { 1 } else { 3 };
     let values = match values {
-        Values::U8(values) => Values::U8(first(values, samples, channels)),
-        Values::U16(values) => Values::U16(first(values, samples, channels)),
+        PixelValues::U8(values) => PixelValues::U8(keep_first_channels(values, samples, channels)),
+        PixelValues::U16(values) => PixelValues::U16(keep_first_channels(values, samples, channels)),
     };
     if values.len() != width_px as usize * height_px as usize * channels {
         return Err(format.unreadable("it holds fewer pixels than it says"));
     }
-    Ok(Picture { width_px, height_px, channels: channels as u32, values })
+    Ok(DecodedImage { width_px, height_px, channels: channels as u32, values })
 }
 
 /// Encodes values of 8 bits, row by row, as JPEG of a quality from 1 to 100. One channel is written as grey, three as
@@ -147,16 +147,16 @@ pub fn read(bytes: &[u8], most_pixels: u64) -> Result<Picture, PictureError> {
 ///
 /// # Errors
 /// Fails unless there are one or three values per pixel and both sides are 1 to 65,535 px.
-pub fn jpeg(
+pub fn encode_jpeg(
     [width, height]: [u32; 2],
     values: &[u8],
     quality: u8,
-) -> Result<Vec<u8>, PictureError> {
-    formats::jpeg([width, height], values, quality)
+) -> Result<Vec<u8>, ImageFileError> {
+    formats::encode_jpeg([width, height], values, quality)
 }
 
 /// Keeps the first `channels` samples of each pixel; the remaining one is transparency. Works in place.
-fn first<T: Copy>(mut values: Vec<T>, samples: usize, channels: usize) -> Vec<T> {
+fn keep_first_channels<T: Copy>(mut values: Vec<T>, samples: usize, channels: usize) -> Vec<T> {
     if samples != channels {
         let pixels = values.len() / samples;
         for pixel in 0..pixels {

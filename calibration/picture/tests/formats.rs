@@ -1,6 +1,6 @@
 //! Images of 16 x 12 px that another library (Pillow) wrote in each format.
 
-use fabkit_picture::{Picture, PictureError, Values, read, size_px};
+use fabkit_picture::{DecodedImage, ImageFileError, PixelValues, read, read_size_px};
 
 macro_rules! file {
     ($name:literal) => {
@@ -11,20 +11,20 @@ macro_rules! file {
 const PIXELS: u64 = 16 * 12;
 
 /// Returns an image whose red rises to the right, green downwards, and whose blue falls along both.
-fn colour() -> Picture {
+fn colour() -> DecodedImage {
     let at = |x: u8, y: u8| [15 * x, 20 * y, 255 - 9 * (x + y)];
     let values = (0..12).flat_map(|y| (0..16).flat_map(move |x| at(x, y))).collect();
-    Picture { width_px: 16, height_px: 12, channels: 3, values: Values::U8(values) }
+    DecodedImage { width_px: 16, height_px: 12, channels: 3, values: PixelValues::U8(values) }
 }
 
-fn grey() -> Picture {
+fn grey() -> DecodedImage {
     let values = (0..12u8).flat_map(|y| (0..16u8).map(move |x| 10 * x + 8 * y)).collect();
-    Picture { channels: 1, values: Values::U8(values), ..colour() }
+    DecodedImage { channels: 1, values: PixelValues::U8(values), ..colour() }
 }
 
-fn deep() -> Picture {
+fn deep() -> DecodedImage {
     let values = (0..12u16).flat_map(|y| (0..16u16).map(move |x| 4000 * x + 300 * y)).collect();
-    Picture { channels: 1, values: Values::U16(values), ..colour() }
+    DecodedImage { channels: 1, values: PixelValues::U16(values), ..colour() }
 }
 
 #[test]
@@ -42,7 +42,7 @@ fn values_are_those_of_the_picture_in_every_format_without_loss() {
         (file!("deep.tif"), deep()),
     ];
     for ((name, bytes), expected) in cases {
-        assert_eq!(size_px(bytes), Ok([16, 12]), "{name}");
+        assert_eq!(read_size_px(bytes), Ok([16, 12]), "{name}");
         assert_eq!(read(bytes, PIXELS), Ok(expected), "{name}");
     }
     // Its palette makes colours of its greys.
@@ -84,7 +84,7 @@ fn what_cannot_be_read_is_refused_by_name() {
     says(("text", b"no picture"), "not a readable PNG, JPEG, TIFF or BMP picture");
     let (_, bytes) = file!("colour.bmp");
     let most = PIXELS - 1;
-    let too_large = PictureError::TooLarge { width_px: 16, height_px: 12, most };
+    let too_large = ImageFileError::TooLarge { width_px: 16, height_px: 12, max_pixels: most };
     assert_eq!(read(bytes, most), Err(too_large));
 }
 

@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use fabkit_calibration::extrinsics::{Loss, solve_pose};
 use fabkit_calibration::model::Observation;
-use fabkit_geometry::sequences::Random;
+use fabkit_geometry::sequences::SplitMix64;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 use trials::{RANGES, camera, position, trial};
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let intrinsics = camera.lens().intrinsics();
     println!("{TRIALS} trials, 40 points on a 15 mm dome, {} px", trials::SIGMA_PX);
     for (depth_mm, _) in RANGES {
-        let mut noise = Random::new(7);
+        let mut noise = SplitMix64::new(7);
         let cases: Vec<_> = (0..TRIALS).map(|_| trial(&camera, depth_mm, &mut noise)).collect();
         let mut micros = Vec::with_capacity(TRIALS);
         let mut solve = |(_, observations): &(_, Vec<Observation>)| {

@@ -49,7 +49,7 @@ pub struct MarkedCapture<'a> {
     /// Pins that may have made the marks.
     pub pins: Vec<&'a PinLandmark>,
     /// True if `pins` comes from a label, which should be complete; otherwise it lists all pins that exist.
-    pub labelled: bool,
+    pub is_labelled: bool,
 }
 
 /// Result of an assignment.
@@ -106,12 +106,12 @@ pub fn assign(
 ) -> Option<Assignment> {
     let side_px = f64::from(camera.width_px().min(camera.height_px()));
     let first_gate_px = FIRST_GATE * side_px;
-    let turns = if captures.iter().any(|c| c.labelled) { TURNS } else { 1 };
+    let turns = if captures.iter().any(|c| c.is_labelled) { TURNS } else { 1 };
     let mut best: Option<(f64, Model, Vec<Observation>)> = None;
     for turn in 0..turns {
         let angle = Angle::from_rad(TAU * turn as f64 / turns as f64)?;
         let start = Model::new(*camera, nominal.then_in(Pose::rotation_z(angle)));
-        let Some((model, observations, cost)) = settle(start, captures, first_gate_px) else {
+        let Some((model, observations, cost)) = assign_and_fit(start, captures, first_gate_px) else {
             continue;
         };
         if best.as_ref().is_none_or(|(lowest, ..)| cost < *lowest) {
@@ -119,13 +119,13 @@ pub fn assign(
         }
     }
     let (_, model, observations) = best?;
-    let discrepancies = discrepancies(&model, captures, &observations, all);
+    let discrepancies = find_discrepancies(&model, captures, &observations, all);
     Some(Assignment { observations, discrepancies, model })
 }
 
 /// Assigns and fits alternately. The returned cost adds each mark's squared distance, or that of the first gate for an
 /// unassigned mark, so that turns with unassigned marks are not preferred.
-fn settle(
+fn assign_and_fit(
     mut model: Model,
     captures: &[MarkedCapture<'_>],
     first_gate_px: f64,
@@ -167,7 +167,7 @@ fn match_marks(model: &Model, captures: &[MarkedCapture<'_>], gate_px: f64) -> V
     let mut observations = Vec::new();
     for (index, capture) in captures.iter().enumerate() {
         let contacts: Vec<Contact> =
-            capture.pins.iter().map(|pin| contact_of(pin, index)).collect();
+            capture.pins.iter().map(|pin| contact_from_pin(pin, index)).collect();
         let projected: Vec<Option<Point2<f64>>> =
             contacts.iter().map(|contact| model.project(contact).ok()).collect();
         let mut pairs = Vec::new();
@@ -199,7 +199,7 @@ fn match_marks(model: &Model, captures: &[MarkedCapture<'_>], gate_px: f64) -> V
 }
 
 /// Compares the assignment with the labels.
-fn discrepancies(
+fn find_discrepancies(
     model: &Model,
     captures: &[MarkedCapture<'_>],
     observations: &[Observation],
@@ -217,7 +217,7 @@ fn discrepancies(
             .pins
             .iter()
             .map(|pin| pin.hole)
-            .filter(|hole| capture.labelled && !here.iter().any(|o| o.contact.hole == *hole));
+            .filter(|hole| capture.is_labelled && !here.iter().any(|o| o.contact.hole == *hole));
         let mut missing: Vec<u32> = missing.collect();
         // Several kinds of pin may be listed for one hole.
         missing.dedup();
@@ -226,7 +226,7 @@ fn discrepancies(
                 continue;
             }
             let distance = |pin: &PinLandmark| {
-                let pixel = model.project(&contact_of(pin, index)).ok()?;
+                let pixel = model.project(&contact_from_pin(pin, index)).ok()?;
                 Some(((pixel - mark.pixel).norm(), pin.hole)).filter(|(d, _)| *d < gate_px)
             };
             let nearest = all.iter().filter_map(distance).min_by(|a, b| a.0.total_cmp(&b.0));
@@ -260,7 +260,7 @@ fn distances_px(model: &Model, observations: &[Observation]) -> Vec<f64> {
 }
 
 /// Creates the contact of a pin in a capture.
-fn contact_of(pin: &PinLandmark, capture: usize) -> Contact {
+fn contact_from_pin(pin: &PinLandmark, capture: usize) -> Contact {
     Contact {
         capture,
         hole: pin.hole,

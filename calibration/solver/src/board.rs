@@ -13,11 +13,11 @@
 
 mod document;
 mod grid;
-mod list;
+mod corner_list;
 mod marker;
 #[cfg(feature = "opencv")]
 mod opencv;
-mod place;
+mod location;
 mod saddle;
 
 use fabkit_camera::Point2;
@@ -26,7 +26,7 @@ pub use document::{
     Board, BoardCorner, BoardKind, BoardMarker, FORMAT, MAX_BYTES, MAX_SQUARES, MIN_SQUARES,
     VERSION,
 };
-pub use list::{MAX_LIST_BYTES, read_corners};
+pub use corner_list::{MAX_LIST_BYTES, read_corners};
 #[cfg(feature = "opencv")]
 pub use opencv::{OpenCvError, find_corners_opencv};
 
@@ -45,11 +45,11 @@ const SATURATED: f32 = 0.995;
 const SATURATED_PERCENT: u32 = 30;
 /// Smallest range of intensities, between the darkest and the brightest hundredth of the pixels, of an image with
 /// contrast.
-const LEAST_RANGE: f32 = 0.04;
+const MIN_INTENSITY_RANGE: f32 = 0.04;
 
 /// Corner of the board, found in an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FoundCorner {
+pub struct DetectedCorner {
     /// Number of the corner on the board.
     pub id: u32,
     /// Column and row, px; the centre of the first pixel is (0, 0).
@@ -60,7 +60,7 @@ pub struct FoundCorner {
 
 /// Reason why no board was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NotFound {
+pub enum BoardNotFound {
     /// Too many pixels are white.
     #[error("{percent} % of the picture is saturated: lower the exposure")]
     Saturated {
@@ -69,7 +69,7 @@ pub enum NotFound {
     },
     /// All pixels have nearly the same intensity.
     #[error("the picture has no contrast: is there light, is the lens uncovered?")]
-    Flat,
+    NoContrast,
     /// The image shows no grid of corners.
     #[error("no grid of dark and light squares is to be seen")]
     NoGrid,
@@ -99,18 +99,18 @@ pub enum NotFound {
 /// # Errors
 /// Returns [`NotFound`] for an image without contrast, no grid, a checkerboard that is not entirely in the image, or a
 /// ChArUco board without legible markers.
-pub fn find_corners(image: &GreyImage, board: &Board) -> Result<Vec<FoundCorner>, NotFound> {
+pub fn find_corners(image: &GreyImage, board: &Board) -> Result<Vec<DetectedCorner>, BoardNotFound> {
     let noise = saddle::noise(image);
-    let mut best: Result<Vec<FoundCorner>, NotFound> = Err(NotFound::NoGrid);
+    let mut best: Result<Vec<DetectedCorner>, BoardNotFound> = Err(BoardNotFound::NoGrid);
     for sigma_px in SCALES_PX {
-        let scene = grid::BoardPicture { image, noise, sigma_px };
+        let scene = grid::BoardImage { image, noise, sigma_px };
         let found = find_at_scale(&scene, board);
         let is_complete = matches!(&found, Ok(corners) if corners.len() == board.corners.len());
         let is_better = match (&found, &best) {
             (Ok(new), Ok(old)) => new.len() > old.len(),
             (Ok(_), Err(_)) => true,
             // Of two failures the one that got farther says more.
-            (Err(new), Err(old)) => *old == NotFound::NoGrid && *new != NotFound::NoGrid,
+            (Err(new), Err(old)) => *old == BoardNotFound::NoGrid && *new != BoardNotFound::NoGrid,
             (Err(_), Ok(_)) => false,
         };
         if is_better {
@@ -120,41 +120,41 @@ pub fn find_corners(image: &GreyImage, board: &Board) -> Result<Vec<FoundCorner>
             break;
         }
     }
-    best.map_err(|why| exposure(image).unwrap_or(why))
+    best.map_err(|why| find_exposure_problem(image).unwrap_or(why))
 }
 
 /// Returns an exposure problem, if one explains that no board was found.
-fn exposure(image: &GreyImage) -> Option<NotFound> {
+fn find_exposure_problem(image: &GreyImage) -> Option<BoardNotFound> {
     let mut values = image.values().to_vec();
     let count = values.len();
     let saturated = values.iter().filter(|v| **v >= SATURATED).count();
     let percent = (100 * saturated / count) as u32;
     if percent >= SATURATED_PERCENT {
-        return Some(NotFound::Saturated { percent });
+        return Some(BoardNotFound::Saturated { percent });
     }
     let mut quantile = |index: usize| *values.select_nth_unstable_by(index, f32::total_cmp).1;
     // Hundredths instead of extremes, so that a few hot or dead pixels do not count.
     let range = quantile(count - 1 - count / 100) - quantile(count / 100);
-    (range < LEAST_RANGE).then_some(NotFound::Flat)
+    (range < MIN_INTENSITY_RANGE).then_some(BoardNotFound::NoContrast)
 }
 
 /// Finds the corners with one smoothing.
-fn find_at_scale(scene: &grid::BoardPicture, board: &Board) -> Result<Vec<FoundCorner>, NotFound> {
+fn find_at_scale(scene: &grid::BoardImage, board: &Board) -> Result<Vec<DetectedCorner>, BoardNotFound> {
     let saddles = saddle::find(scene.image, scene.sigma_px, scene.noise);
-    let mut grids = grid::grow(scene, &saddles);
+    let mut grids = grid::find_grids(scene, &saddles);
     for grid in &mut grids {
-        grid::polish(scene, grid);
+        grid::refine_saddles(scene, grid);
     }
-    let placed = place::place(scene.image, board, &grids)?;
-    Ok(numbered(placed, board, SYSTEMATIC_PX))
+    let placed = location::locate(scene.image, board, &grids)?;
+    Ok(number_corners(placed, board, SYSTEMATIC_PX))
 }
 
 /// Lists a placed grid's corners by id; `systematic_px` is the detector's error without noise.
-fn numbered(placed: grid::Grid, board: &Board, systematic_px: f64) -> Vec<FoundCorner> {
+fn number_corners(placed: grid::Grid, board: &Board, systematic_px: f64) -> Vec<DetectedCorner> {
     let [columns, _] = board.inner_corners();
-    let mut corners: Vec<FoundCorner> = placed
+    let mut corners: Vec<DetectedCorner> = placed
         .into_iter()
-        .map(|((column, row), saddle)| FoundCorner {
+        .map(|((column, row), saddle)| DetectedCorner {
             id: row as u32 * columns as u32 + column as u32,
             pixel: saddle.at,
             sigma_px: saddle.noise_px.hypot(systematic_px),

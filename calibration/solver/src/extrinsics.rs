@@ -6,7 +6,7 @@
 
 mod candidates;
 mod crosschecks;
-mod groups;
+mod capture_errors;
 mod joint;
 mod linear;
 mod refine;
@@ -14,20 +14,20 @@ mod scatter;
 mod selection;
 mod tolerances;
 
-use fabkit_camera::{Camera, CameraEstimate, InvalidCovariance, JointEstimate, POSE_COUNT};
+use fabkit_camera::{Camera, CameraEstimate, InvalidCovariance, JointEstimate, POSE_PARAMETER_COUNT};
 use fabkit_geometry::{Point3, Pose, Vector3};
 use nalgebra::{DMatrix, Rotation3};
 
 pub use candidates::{Drawing, Medium, Optics, ParameterSet};
-pub use crosschecks::{CrossChecks, FAR_SIGMAS};
-pub use groups::Scatter;
+pub use crosschecks::{CrossChecks, OUTLIER_SIGMAS};
+pub use capture_errors::ErrorEstimate;
 pub use joint::{JointCovariance, joint_estimate};
 pub use refine::{Loss, PoseSolution, SolveError, refine};
 pub use scatter::{PinScatter, pin_scatter};
 pub use selection::{Selection, Trial};
-pub use tolerances::{Difference, TOLERANCE_SIGMAS};
+pub use tolerances::{UnitDifference, TOLERANCE_SIGMAS};
 
-use self::tolerances::Expected;
+use self::tolerances::ExpectedValues;
 use crate::model::{FitParameter, MarkOffsets, Model, Observation};
 
 /// Threshold of the Huber loss, in standard deviations: one normally distributed residual in ninety is longer.
@@ -38,7 +38,7 @@ pub const SILICONE_INDEX: f64 = 1.41;
 const MIN_SCATTER_FREEDOM: usize = 5;
 /// Largest extent of the contacts across a plane, as a fraction of their largest extent, for which they count as
 /// coplanar.
-const PLANE: f64 = 0.02;
+const MAX_PLANE_EXTENT: f64 = 0.02;
 
 /// Options of an extrinsic calibration.
 #[derive(Clone, Copy, Debug)]
@@ -46,20 +46,20 @@ pub struct CalibrationOptions<'a> {
     /// Refractive index of the gel behind an interface that is tried.
     pub gel_index: f64,
     /// Bodies that the design draws between lens and pins, if known.
-    pub drawn: Option<Drawing<'a>>,
+    pub drawing: Option<Drawing<'a>>,
     /// Loss of the residuals.
     pub loss: Loss,
     /// Offsets of marks from their tips, if known.
     pub mark_offsets: Option<&'a MarkOffsets>,
     /// Normals of the surface at contacts; without them pins are taken to be pushed along the normal.
-    pub outward: Option<Outward<'a>>,
+    pub outward: Option<SurfaceNormal<'a>>,
 }
 
 /// Function that returns a surface's outward unit normal at a place, sensor frame.
 #[derive(Clone, Copy)]
-pub struct Outward<'a>(pub &'a dyn Fn(&Point3<f64>) -> Vector3<f64>);
+pub struct SurfaceNormal<'a>(pub &'a dyn Fn(&Point3<f64>) -> Vector3<f64>);
 
-impl std::fmt::Debug for Outward<'_> {
+impl std::fmt::Debug for SurfaceNormal<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("Outward")
     }
@@ -69,7 +69,7 @@ impl Default for CalibrationOptions<'_> {
     fn default() -> Self {
         Self {
             gel_index: SILICONE_INDEX,
-            drawn: None,
+            drawing: None,
             loss: Loss::Huber(HUBER),
             mark_offsets: None,
             outward: None,
@@ -94,7 +94,7 @@ pub struct PoseCalibration {
     /// Chosen camera, with the joint covariance of it and its pose.
     pub joint: JointEstimate,
     /// Estimated errors of pins and of captures, and the covariance that they cause.
-    pub errors: Scatter,
+    pub errors: ErrorEstimate,
     /// Comparison with fits to other captures.
     pub checks: CrossChecks,
     /// Ratio of the residuals to their expected size; 1 if the model and the standard deviations are right.
@@ -103,36 +103,36 @@ pub struct PoseCalibration {
 
 impl PoseCalibration {
     /// Returns the chosen trial.
-    pub fn chosen(&self) -> &Trial {
+    pub fn chosen_trial(&self) -> &Trial {
         &self.selection.trials[self.selection.chosen]
     }
 
     /// Returns the fit of the pose alone, with the camera as given; `None` if it failed.
-    pub fn plain(&self) -> Option<&Trial> {
+    pub fn plain_trial(&self) -> Option<&Trial> {
         self.selection.trials.iter().find(|trial| trial.candidate == ParameterSet::PLAIN)
     }
 
     /// Computes the jackknife standard deviations of the pose's six parameters, from leaving out each capture in turn,
     /// relative to those claimed for the same errors; 1 if the claim is right. `None` for fewer than three captures.
-    pub fn jackknife_ratio(&self) -> Option<[f64; POSE_COUNT]> {
-        let chosen = self.chosen();
+    pub fn jackknife_ratio(&self) -> Option<[f64; POSE_PARAMETER_COUNT]> {
+        let chosen = self.chosen_trial();
         let count = chosen.left_out.len() as f64;
         if count < 3.0 {
             return None;
         }
         let pose = &chosen.fit.model.camera_from_sensor;
-        let off = |other: &Pose| -> [f64; POSE_COUNT] {
+        let off = |other: &Pose| -> [f64; POSE_PARAMETER_COUNT] {
             let turned =
                 Rotation3::from_matrix_unchecked(other.rotation() * pose.rotation().transpose());
             let (turn, shift) =
                 (turned.scaled_axis(), other.translation_mm() - pose.translation_mm());
             std::array::from_fn(|i| if i < 3 { turn[i] } else { shift[i - 3] })
         };
-        let all: Vec<[f64; POSE_COUNT]> = chosen.left_out.iter().map(off).collect();
+        let all: Vec<[f64; POSE_PARAMETER_COUNT]> = chosen.left_out.iter().map(off).collect();
         Some(std::array::from_fn(|i| {
             let mean = all.iter().map(|off| off[i]).sum::<f64>() / count;
             let squares = all.iter().map(|off| (off[i] - mean).powi(2)).sum::<f64>();
-            let claimed = self.errors.of_pixels[(i, i)].max(f64::MIN_POSITIVE).sqrt();
+            let claimed = self.errors.pixel_covariance[(i, i)].max(f64::MIN_POSITIVE).sqrt();
             // Jackknife variance (Quenouille and Tukey): (n - 1) / n of the sum of squares.
             ((count - 1.0) / count * squares).sqrt() / claimed
         }))
@@ -140,7 +140,7 @@ impl PoseCalibration {
 
     /// Returns the chosen model.
     pub fn model(&self) -> &Model {
-        &self.chosen().fit.model
+        &self.chosen_trial().fit.model
     }
 }
 
@@ -205,7 +205,7 @@ pub fn calibrate(
     // The scatter counts both coordinates together, a standard deviation each by itself.
     let floor_px = believed.map_or(0.0, |scatter| scatter.rms_px / std::f64::consts::SQRT_2);
     let of_mark = |o: &Observation| {
-        let found = options.mark_offsets?.of(&o.contact.contact_in_sensor_mm);
+        let found = options.mark_offsets?.offset_at(&o.contact.contact_in_sensor_mm);
         found.map(|offset| offset.sigma_px)
     };
     let observations: Vec<Observation> = observations
@@ -216,11 +216,11 @@ pub fn calibrate(
         })
         .collect();
     // The fits decide which medium is in front of the lens.
-    let camera = &camera.clone().undrawn();
+    let camera = &camera.clone().without_drawn_interface();
     let mut model = Model::new(*camera.camera(), *start);
     model.expected_translation_mm = nominal.map(|pose| *pose.translation_mm());
     model.mark_offsets = options.mark_offsets.cloned().unwrap_or_default();
-    let expected = Expected { given: camera, nominal, drawn: options.drawn };
+    let expected = ExpectedValues { given: camera, nominal, drawn: options.drawing };
     let selection = selection::select(&model, &observations, captures, options, &expected)
         .map_err(|failed| CalibrationError::NoExplanation { failed })?;
     let fit = &selection.trials[selection.chosen].fit;
@@ -228,15 +228,15 @@ pub fn calibrate(
     // At least 1, so that a fit without redundancy has a finite misfit.
     let freedom = coordinates.saturating_sub(fit.parameters.len()).max(1);
     let misfit = (fit.cost / freedom as f64).sqrt();
-    let errors = groups::scatter(fit, &observations, options.loss);
+    let errors = capture_errors::estimate_errors(fit, &observations, options.loss);
     let joint = joint_estimate(camera, fit, &observations, options.loss, &errors.covariance)?;
-    let checks = crosschecks::cross_checks(fit, &observations, options, &errors.of_pixels);
+    let checks = crosschecks::cross_checks(fit, &observations, options, &errors.pixel_covariance);
     Ok(PoseCalibration {
         given: camera.clone(),
         observations,
         scatter,
         selection,
-        covariance: joint.of_fit,
+        covariance: joint.fit_covariance,
         joint: joint.estimate,
         errors,
         checks,
@@ -302,7 +302,7 @@ pub fn solve_pose(
         }
     }
     let coordinates = 2 * observations.len();
-    Err(first_error.unwrap_or(SolveError::TooFew { unknowns: 6, coordinates }))
+    Err(first_error.unwrap_or(SolveError::TooFewObservations { unknowns: 6, coordinates }))
 }
 
 /// Returns whether all contacts lie close to one plane.
@@ -314,5 +314,5 @@ fn in_one_plane(observations: &[Observation]) -> bool {
         points.map(|p| (p - mean) * (p - mean).transpose()).sum::<nalgebra::Matrix3<f64>>() / count;
     let eigenvalues = spread.symmetric_eigenvalues();
     // The smallest extent against the largest one; rounding can make an eigenvalue negative.
-    eigenvalues.min().max(0.0).sqrt() <= PLANE * eigenvalues.max().sqrt()
+    eigenvalues.min().max(0.0).sqrt() <= MAX_PLANE_EXTENT * eigenvalues.max().sqrt()
 }

@@ -1,6 +1,6 @@
 //! Grey images and their files.
 
-use fabkit_picture::{Picture, PictureError, Values};
+use fabkit_picture::{DecodedImage, ImageFileError, PixelValues};
 
 /// Largest number of pixels of an image.
 pub const MAX_PIXELS: u64 = 64 << 20;
@@ -23,7 +23,7 @@ pub struct GreyImage {
 pub enum ImageError {
     /// The file is no image, or a damaged one.
     #[error(transparent)]
-    Unreadable(#[from] PictureError),
+    Unreadable(#[from] ImageFileError),
     /// The values are not one finite intensity for each pixel.
     #[error("needs one finite brightness per pixel")]
     Values,
@@ -60,7 +60,7 @@ impl GreyImage {
     /// # Errors
     /// Fails if the header is unreadable, or for a size outside the limits.
     pub fn size_px(bytes: &[u8]) -> Result<[u32; 2], ImageError> {
-        let [width_px, height_px] = fabkit_picture::size_px(bytes)?;
+        let [width_px, height_px] = fabkit_picture::read_size_px(bytes)?;
         check_size(width_px, height_px)?;
         Ok([width_px, height_px])
     }
@@ -71,11 +71,11 @@ impl GreyImage {
     /// Fails for an unreadable file or a size outside the limits. The size is checked before anything is decoded.
     pub fn read(bytes: &[u8]) -> Result<Self, ImageError> {
         Self::size_px(bytes)?;
-        let Picture { width_px, height_px, channels, values } =
+        let DecodedImage { width_px, height_px, channels, values } =
             fabkit_picture::read(bytes, MAX_PIXELS)?;
         let values = match values {
-            Values::U8(values) => grey(&values, channels, f32::from(u8::MAX)),
-            Values::U16(values) => grey(&values, channels, f32::from(u16::MAX)),
+            PixelValues::U8(values) => grey(&values, channels, f32::from(u8::MAX)),
+            PixelValues::U16(values) => grey(&values, channels, f32::from(u16::MAX)),
         };
         Self::new(width_px, height_px, values)
     }

@@ -70,10 +70,10 @@ impl ScaledCholesky {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fabkit_geometry::sequences::Random;
+    use fabkit_geometry::sequences::SplitMix64;
 
     /// `J^T J` of more rows than columns, whose columns differ by `spread` orders in all.
-    fn information(n: usize, spread: f64, random: &mut Random) -> DMatrix<f64> {
+    fn information(n: usize, spread: f64, random: &mut SplitMix64) -> DMatrix<f64> {
         let unit = |j: usize| 10f64.powf(spread * (j as f64 / (n - 1) as f64 - 0.5));
         let rows = DMatrix::from_fn(3 * n, n, |_, j| unit(j) * random.between(-1.0, 1.0));
         rows.transpose() * rows
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn steps_and_covariances_are_those_of_a_decomposition_with_pivots() {
-        let mut random = Random::new(1);
+        let mut random = SplitMix64::new(1);
         for n in [2, 6, 12] {
             // LU with complete pivoting knows nothing of symmetry or of scales. Its rounding is some
             // 1e-16 times the condition, which six orders in the parameters square.
@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn units_do_not_matter() {
-        let information = information(5, 0.0, &mut Random::new(2));
+        let information = information(5, 0.0, &mut SplitMix64::new(2));
         // Powers of two, so that nothing is rounded.
         let unit = |i: usize| 2f64.powi(20 * i as i32 - 40);
         let other = DMatrix::from_fn(5, 5, |i, j| information[(i, j)] * unit(i) * unit(j));

@@ -21,9 +21,9 @@ use fabkit_geometry::Pose;
 use nalgebra::DMatrix;
 
 use crate::information::ScaledCholesky;
-pub use advice::{Advice, COVERAGE, ImageCoverage, ViewInfluence};
+pub use advice::{CalibrationAdvice, COVERAGE, ImageCoverage, ViewInfluence};
 use bundle::{BundleSolution, State};
-pub use rays::{GRID, RaySigma, RaySigmas, Rays};
+pub use rays::{GRID, RaySigma, RaySigmas, RayUncertainty};
 
 /// Smallest number of views: fewer cannot separate the camera from the poses.
 pub const MIN_VIEWS: usize = 3;
@@ -116,14 +116,14 @@ pub struct LensCalibration {
     /// between models with different parameters.
     pub focal_px: [f64; 2],
     /// Uncertainty of the rays, which is comparable between models.
-    pub rays: Rays,
+    pub rays: RayUncertainty,
     /// Report of what the images do not determine.
-    pub advice: Advice,
+    pub advice: CalibrationAdvice,
 }
 
 /// Reason why an intrinsic calibration failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CalibrateError {
+pub enum LensCalibrationError {
     /// Too few images show the board.
     #[error(
         "views with at least {MIN_CORNERS} corners of the board: {usable}; {MIN_VIEWS} are needed"
@@ -140,7 +140,7 @@ pub enum CalibrateError {
     },
     /// A coordinate is not a number or too large, or a standard deviation is not above 0.
     #[error("{view}: corner {id} has impossible coordinates or an impossible sigma")]
-    Impossible {
+    ImpossibleCorner {
         /// Name of the view.
         view: String,
         /// Number of the corner.
@@ -151,7 +151,7 @@ pub enum CalibrateError {
         "no pose of the board explains what is seen, with the nominal focal length of {focal_px:.0} px \
          per radian or half or twice that"
     )]
-    NoStart {
+    NoInitialPose {
         /// Focal length of the nominal camera, px per radian.
         focal_px: f64,
     },
@@ -215,23 +215,23 @@ pub fn calibrate(
     views: &[BoardView],
     nominal: &Camera,
     models: &[LensModel],
-) -> Result<LensCalibration, CalibrateError> {
+) -> Result<LensCalibration, LensCalibrationError> {
     if views.len() > MAX_VIEWS {
-        return Err(CalibrateError::TooManyViews { views: views.len() });
+        return Err(LensCalibrationError::TooManyViews { views: views.len() });
     }
     check(views)?;
     let views: Vec<BoardView> =
         views.iter().filter(|view| view.corners.len() >= MIN_CORNERS).cloned().collect();
     if views.len() < MIN_VIEWS {
-        return Err(CalibrateError::TooFewViews { usable: views.len() });
+        return Err(LensCalibrationError::TooFewViews { usable: views.len() });
     }
-    let no_start = || CalibrateError::NoStart { focal_px: nominal.lens().intrinsics().fx_px };
+    let no_start = || LensCalibrationError::NoInitialPose { focal_px: nominal.lens().intrinsics().fx_px };
     // Each lens model starts from this camera, as far out as corners were seen.
-    let rough = start::state(&views, nominal).ok_or_else(no_start)?;
+    let rough = start::initial_state(&views, nominal).ok_or_else(no_start)?;
     let angle_rad = largest_angle(&views, &rough);
     let mut fits = Vec::new();
     for &model in models {
-        let fit = models::like(model, &rough.camera, angle_rad).and_then(|camera| {
+        let fit = models::fit_model_to_camera(model, &rough.camera, angle_rad).and_then(|camera| {
             let free = vec![true; camera.parameter_count()];
             bundle::fit(&views, State { camera, ..rough.clone() }, &free)
         });
@@ -239,7 +239,7 @@ pub fn calibrate(
     }
     let candidates: Vec<LensCandidate> =
         fits.iter().map(|(model, fit)| candidate(&views, *model, fit.as_ref())).collect();
-    let chosen = choose(&candidates, &fits).ok_or_else(|| CalibrateError::NoModel {
+    let chosen = choose(&candidates, &fits).ok_or_else(|| LensCalibrationError::NoModel {
         tried: models.iter().map(|model| model.name()).collect(),
     })?;
     let (model, fit) = fits.swap_remove(chosen);
@@ -248,13 +248,13 @@ pub fn calibrate(
 }
 
 /// Checks that all values are finite and possible.
-fn check(views: &[BoardView]) -> Result<(), CalibrateError> {
+fn check(views: &[BoardView]) -> Result<(), LensCalibrationError> {
     for view in views {
         for corner in &view.corners {
             let finite =
                 [corner.in_board_mm, corner.pixel].iter().all(|p| p.iter().all(|v| v.abs() < 1e6));
             if !finite || !(1e-6..1e6).contains(&corner.sigma_px) {
-                return Err(CalibrateError::Impossible { view: view.name.clone(), id: corner.id });
+                return Err(LensCalibrationError::ImpossibleCorner { view: view.name.clone(), id: corner.id });
             }
         }
     }
@@ -353,10 +353,10 @@ fn finish(
     model: LensModel,
     candidates: Vec<LensCandidate>,
     fit: BundleSolution,
-) -> Result<LensCalibration, CalibrateError> {
+) -> Result<LensCalibration, LensCalibrationError> {
     let total: DMatrix<f64> = fit.informations.iter().sum();
     let not_observable =
-        || CalibrateError::NotObservable { reason: advice::why_not_observable(&fit.state) };
+        || LensCalibrationError::NotObservable { reason: advice::why_not_observable(&fit.state) };
     let factor = ScaledCholesky::new(&total).ok_or_else(not_observable)?;
     let covariance = factor.inverse() * fit.scale.powi(2);
     let focal_px = rays::focal(&fit.state.camera, &factor, fit.scale);
@@ -381,7 +381,7 @@ fn finish(
     Ok(LensCalibration {
         views: solved.collect(),
         // Boards are seen in air, so that this is the lens without the media of the sensor.
-        estimate: CameraEstimate::new(fit.state.camera, Some(covariance))?.behind_drawing(),
+        estimate: CameraEstimate::new(fit.state.camera, Some(covariance))?.with_drawn_interface(),
         model,
         candidates,
         rms_px,

@@ -13,7 +13,7 @@
 pub mod assignment;
 pub mod board;
 pub mod captures;
-pub mod drawn;
+pub mod drawn_interface;
 pub mod extrinsics;
 pub mod image;
 mod information;
@@ -22,7 +22,7 @@ pub mod landmarks;
 pub mod model;
 pub mod observability;
 pub mod pin_captures;
-pub mod pins;
+pub mod pin_detection;
 pub mod planning;
 pub mod report;
 pub mod synthetic;

@@ -12,7 +12,7 @@ use fabkit_camera::{Camera, Interface, OutsideDomain, POSE_PARAMETERS};
 use fabkit_geometry::{Matrix3, Point3, Pose, Vector3};
 use nalgebra::{Matrix2x3, Point2, Rotation3, SMatrix, Vector2};
 
-use crate::drawn::{self, DrawnInterface};
+use crate::drawn_interface::{self, DrawnInterface};
 
 /// Radius around the sensor's z axis below which there is no tangential direction, mm.
 const ON_AXIS_MM: f64 = 0.1;
@@ -106,7 +106,7 @@ impl FitParameter {
     ];
 
     /// Parameters of a drawn interface that its drawing leaves uncertain.
-    pub const DRAWN: [Self; 2] = [Self::InterfaceShift, Self::Camera("interface_index_outside")];
+    pub const DRAWN_INTERFACE: [Self; 2] = [Self::InterfaceShift, Self::Camera("interface_index_outside")];
 
     /// Parameters of the light that move marks.
     pub const LIGHT: [Self; 2] = [Self::LayerScatter, Self::LayerSpread];
@@ -122,7 +122,7 @@ impl FitParameter {
             Self::SeatingOffset => 2.0,
             Self::Lean => 1.0,
             Self::FocalScale => 0.3,
-            Self::InterfaceShift => drawn::PLACE_SIGMA_MM,
+            Self::InterfaceShift => drawn_interface::PLACE_SIGMA_MM,
             Self::LayerScatter => SCATTER_SIGMA,
             Self::LayerSpread => SPREAD_SIGMA_MM,
             Self::Camera("interface_distance_mm") => 10.0,
@@ -138,7 +138,7 @@ impl FitParameter {
 
 impl FitParameter {
     /// Describes the parameter for people: `the camera's distance (translation_z_mm)`.
-    pub fn in_words(self) -> String {
+    pub fn description(self) -> String {
         let what = match self {
             Self::Rotation(_) => "the camera's orientation",
             Self::Translation(Axis::Z) => "the camera's distance",
@@ -225,7 +225,7 @@ pub struct Model {
     pub reseatings: Vec<[f64; 3]>,
     /// Interface that the design draws, if the camera's interface is that one. It is fixed in the sensor, and the
     /// camera's interface follows from the pose.
-    pub drawn: Option<DrawnInterface>,
+    pub drawn_interface: Option<DrawnInterface>,
     /// Value of [`FitParameter::InterfaceShift`].
     pub interface_shift_mm: f64,
     /// Value of [`FitParameter::LayerScatter`].
@@ -234,7 +234,7 @@ pub struct Model {
     pub layer_spread_mm: f64,
     /// Apparent displacements of contacts, because bodies behind the camera's interface refract light again. Contacts
     /// that are not listed have none.
-    pub displacements: Displacements,
+    pub displacements: ApparentDisplacements,
     /// Offsets of marks from the pixels of their tips. Contacts that are not listed have none.
     pub mark_offsets: MarkOffsets,
 }
@@ -243,7 +243,7 @@ pub struct Model {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarkOffset {
     /// Offset, px.
-    pub by_px: Vector2<f64>,
+    pub offset_px: Vector2<f64>,
     /// Derivative by the pin's depth, px/mm.
     pub by_depth: Vector2<f64>,
     /// Derivatives by each of [`FitParameter::LIGHT`], px per unit of the parameter.
@@ -263,7 +263,7 @@ impl MarkOffsets {
     }
 
     /// Returns the offset of a nominal contact, if it has one.
-    pub fn of(&self, place: &Point3<f64>) -> Option<MarkOffset> {
+    pub fn offset_at(&self, place: &Point3<f64>) -> Option<MarkOffset> {
         self.0.get(&key(place)).copied()
     }
 
@@ -275,15 +275,15 @@ impl MarkOffsets {
 
 /// Apparent displacements, mm, by nominal contacts, sensor frame, mm.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Displacements(BTreeMap<[u64; 3], Vector3<f64>>);
+pub struct ApparentDisplacements(BTreeMap<[u64; 3], Vector3<f64>>);
 
-impl Displacements {
+impl ApparentDisplacements {
     /// Creates the map from nominal contacts and their displacements, both sensor frame, mm.
     pub fn new(all: impl IntoIterator<Item = (Point3<f64>, Vector3<f64>)>) -> Self {
         Self(all.into_iter().map(|(place, by)| (key(&place), by)).collect())
     }
 
-    fn of(&self, place: &Point3<f64>) -> Vector3<f64> {
+    fn displacement_at(&self, place: &Point3<f64>) -> Vector3<f64> {
         match self.0.is_empty() {
             true => Vector3::zeros(),
             false => self.0.get(&key(place)).copied().unwrap_or_default(),
@@ -306,29 +306,29 @@ impl Model {
             lean_mm: 0.0,
             expected_translation_mm: None,
             reseatings: Vec::new(),
-            drawn: None,
+            drawn_interface: None,
             interface_shift_mm: 0.0,
             layer_scatter_log: 0.0,
             layer_spread_mm: 0.0,
-            displacements: Displacements::default(),
+            displacements: ApparentDisplacements::default(),
             mark_offsets: MarkOffsets::default(),
         }
     }
 
     /// Returns the same model with the drawn interface at its drawn place; `None` if no such camera exists.
     #[must_use]
-    pub fn behind(mut self, drawn: &DrawnInterface) -> Option<Self> {
-        self.drawn = Some(*drawn);
+    pub fn with_drawn_interface(mut self, drawn: &DrawnInterface) -> Option<Self> {
+        self.drawn_interface = Some(*drawn);
         self.interface_shift_mm = 0.0;
-        self.camera = self.camera_behind(drawn.index_outside())?;
+        self.camera = self.camera_with_drawn_interface(drawn.index_outside())?;
         Some(self)
     }
 
     /// Returns the camera with the drawn interface at its place relative to the camera's pose.
-    fn camera_behind(&self, index_outside: f64) -> Option<Camera> {
-        let Some(drawn) = &self.drawn else { return Some(self.camera) };
+    fn camera_with_drawn_interface(&self, index_outside: f64) -> Option<Camera> {
+        let Some(drawn) = &self.drawn_interface else { return Some(self.camera) };
         let pose = &self.camera_from_sensor;
-        let interface = drawn.seen_from(pose, self.interface_shift_mm, index_outside);
+        let interface = drawn.interface_at(pose, self.interface_shift_mm, index_outside);
         let [width_px, height_px] = [self.camera.width_px(), self.camera.height_px()];
         Camera::new(width_px, height_px, *self.camera.lens(), interface).ok()
     }
@@ -336,7 +336,7 @@ impl Model {
     /// Refractive index behind the camera's interface, if it has one.
     fn index_outside(&self) -> Option<f64> {
         match self.camera.interface() {
-            Interface::None | Interface::Drawn => None,
+            Interface::None | Interface::FromDrawing => None,
             Interface::Flat(flat) => Some(flat.index_outside),
             Interface::Sphere(sphere) => Some(sphere.index_outside),
         }
@@ -347,7 +347,7 @@ impl Model {
     /// # Errors
     /// Fails if the contact lies outside what the camera can see.
     pub fn project(&self, contact: &Contact) -> Result<Point2<f64>, OutsideDomain> {
-        let tip = self.camera.project(&self.camera_from_sensor.point(self.seated(contact)))?;
+        let tip = self.camera.project(&self.camera_from_sensor.point(self.displaced_contact(contact)))?;
         Ok(tip + self.mark_offset(contact))
     }
 
@@ -361,13 +361,13 @@ impl Model {
         parameters: &[FitParameter],
         columns: &mut [Vector2<f64>],
     ) -> Result<Point2<f64>, OutsideDomain> {
-        let seated = self.seated(contact);
+        let seated = self.displaced_contact(contact);
         let point = self.camera_from_sensor.point(seated);
         let projection = self.camera.project_with_jacobians(&point)?;
         // The pose and the shift also move a drawn interface in front of the lens.
         let turned = point - self.camera_from_sensor.translation_mm();
-        let by_interface = self.by_interface(&projection.by_parameters);
-        let of_mark = self.mark_offsets.of(&contact.contact_in_sensor_mm);
+        let by_interface = self.pixel_by_interface(&projection.by_parameters);
+        let of_mark = self.mark_offsets.offset_at(&contact.contact_in_sensor_mm);
         let by_sensor: Matrix2x3<f64> = projection.by_point * self.camera_from_sensor.rotation();
         let intrinsics = self.camera.lens().intrinsics();
         let turn = self.reseatings.get(contact.capture).map_or(0.0, |[_, _, turn]| *turn);
@@ -393,7 +393,7 @@ impl Model {
                         + of_mark.map_or_else(Vector2::zeros, |offset| offset.by_depth)
                 }
                 FitParameter::Lean => {
-                    by_sensor * turned_with_dome(way_round(contact.contact_in_sensor_mm))
+                    by_sensor * turned_with_dome(tangent_around_axis(contact.contact_in_sensor_mm))
                 }
                 FitParameter::FocalScale => {
                     projection.by_parameters[0] * intrinsics.fx_px
@@ -409,7 +409,7 @@ impl Model {
                 FitParameter::Reseating(_, MountingError::ShiftX) => by_sensor.column(0).into(),
                 FitParameter::Reseating(_, MountingError::ShiftY) => by_sensor.column(1).into(),
                 FitParameter::Reseating(_, MountingError::Turn) => {
-                    by_sensor * Vector3::z().cross(&self.displaced(contact).coords)
+                    by_sensor * Vector3::z().cross(&self.contact_before_reseating(contact).coords)
                 }
             };
         }
@@ -420,17 +420,17 @@ impl Model {
     ///
     /// # Errors
     /// Fails as [`Model::project`].
-    pub fn by_place(&self, contact: &Contact) -> Result<Matrix2x3<f64>, OutsideDomain> {
-        let point = self.camera_from_sensor.point(self.seated(contact));
+    pub fn pixel_by_contact(&self, contact: &Contact) -> Result<Matrix2x3<f64>, OutsideDomain> {
+        let point = self.camera_from_sensor.point(self.displaced_contact(contact));
         let projection = self.camera.project_with_jacobians(&point)?;
         Ok(projection.by_point * self.camera_from_sensor.rotation())
     }
 
     /// Computes the offset of a contact's mark with the present depth and light, px.
     fn mark_offset(&self, contact: &Contact) -> Vector2<f64> {
-        self.mark_offsets.of(&contact.contact_in_sensor_mm).map_or_else(Vector2::zeros, |offset| {
+        self.mark_offsets.offset_at(&contact.contact_in_sensor_mm).map_or_else(Vector2::zeros, |offset| {
             let [scatter, spread] = offset.by_light;
-            offset.by_px
+            offset.offset_px
                 + self.seating_offset_mm * offset.by_depth
                 + self.layer_scatter_log * scatter
                 + self.layer_spread_mm * spread
@@ -439,9 +439,9 @@ impl Model {
 
     /// Computes the derivative of a pixel by pose and shift through the drawn interface, which both move in front of
     /// the lens.
-    fn by_interface(&self, by_parameters: &[Vector2<f64>]) -> SMatrix<f64, 2, 7> {
-        let Some(drawn) = &self.drawn else { return SMatrix::zeros() };
-        let by_pose = drawn.by_pose(&self.camera_from_sensor, self.interface_shift_mm);
+    fn pixel_by_interface(&self, by_parameters: &[Vector2<f64>]) -> SMatrix<f64, 2, 7> {
+        let Some(drawn) = &self.drawn_interface else { return SMatrix::zeros() };
+        let by_pose = drawn.interface_by_pose(&self.camera_from_sensor, self.interface_shift_mm);
         let of_lens = INTRINSICS + self.camera.lens().coefficient_names().len();
         let of_interface = by_parameters.iter().skip(of_lens);
         let parts = of_interface.zip(by_pose.row_iter()).map(|(pixel, row)| pixel * row);
@@ -489,8 +489,8 @@ impl Model {
             Rotation3::new(turn).matrix() * self.camera_from_sensor.rotation();
         next.camera_from_sensor = Pose::new(rotation, shift)?;
         // The drawn interface follows the new pose and shift, with the index just stepped.
-        if let Some(index_outside) = next.index_outside().filter(|_| next.drawn.is_some()) {
-            next.camera = next.camera_behind(index_outside)?;
+        if let Some(index_outside) = next.index_outside().filter(|_| next.drawn_interface.is_some()) {
+            next.camera = next.camera_with_drawn_interface(index_outside)?;
         }
         Some(next)
     }
@@ -523,8 +523,8 @@ impl Model {
     }
 
     /// Computes the contact in the sensor frame with everything that displaces it, mm.
-    pub fn seated(&self, contact: &Contact) -> Point3<f64> {
-        let displaced = self.displaced(contact);
+    pub fn displaced_contact(&self, contact: &Contact) -> Point3<f64> {
+        let displaced = self.contact_before_reseating(contact);
         let Some([x, y, turn]) = self.reseatings.get(contact.capture) else {
             return displaced;
         };
@@ -547,8 +547,8 @@ impl Model {
             FitParameter::LayerScatter => self.layer_scatter_log,
             FitParameter::LayerSpread => self.layer_spread_mm,
             FitParameter::Camera("interface_index_outside") => {
-                let away = self.index_outside()? - self.drawn.as_ref()?.index_outside();
-                return Some((away, drawn::INDEX_SIGMA));
+                let away = self.index_outside()? - self.drawn_interface.as_ref()?.index_outside();
+                return Some((away, drawn_interface::INDEX_SIGMA));
             }
             _ => return None,
         };
@@ -556,16 +556,16 @@ impl Model {
     }
 
     /// Returns whether a parameter has a prior: that of the drawing, or that of the light.
-    pub(crate) fn is_drawn(&self, parameter: FitParameter) -> bool {
-        self.drawn.is_some() && FitParameter::DRAWN.contains(&parameter)
+    pub(crate) fn has_drawing_prior(&self, parameter: FitParameter) -> bool {
+        self.drawn_interface.is_some() && FitParameter::DRAWN_INTERFACE.contains(&parameter)
             || FitParameter::LIGHT.contains(&parameter)
     }
 
-    fn displaced(&self, contact: &Contact) -> Point3<f64> {
+    fn contact_before_reseating(&self, contact: &Contact) -> Point3<f64> {
         contact.contact_in_sensor_mm
-            + self.displacements.of(&contact.contact_in_sensor_mm)
+            + self.displacements.displacement_at(&contact.contact_in_sensor_mm)
             + self.seating_offset_mm * contact.axis_in_sensor.unwrap_or_default()
-            + self.lean_mm * way_round(contact.contact_in_sensor_mm)
+            + self.lean_mm * tangent_around_axis(contact.contact_in_sensor_mm)
     }
 
     fn camera_index(&self, name: &str) -> Option<usize> {
@@ -574,7 +574,7 @@ impl Model {
 }
 
 /// Returns the tangential unit vector around the sensor's z axis; zero close to the axis.
-fn way_round(point: Point3<f64>) -> Vector3<f64> {
+fn tangent_around_axis(point: Point3<f64>) -> Vector3<f64> {
     let radius_mm = point.x.hypot(point.y);
     if radius_mm < ON_AXIS_MM {
         return Vector3::zeros();

@@ -28,7 +28,7 @@ const NAMED_PART: f64 = 0.25;
 
 /// Number and quality of the planned images.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Effort {
+pub struct PressPlan {
     /// Number of images with pins.
     pub captures: usize,
     /// Number of pins pushed home in each, spread evenly over the given pins.
@@ -39,7 +39,7 @@ pub struct Effort {
 
 /// Combination of parameters that the images do not determine.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Unobservable {
+pub struct UnobservableCombination {
     /// Parameters that can change together almost without effect, with their components in the combination: a unit
     /// vector in units of prior standard deviations, without components below a quarter. The largest comes first.
     pub terms: Vec<(FitParameter, f64)>,
@@ -49,7 +49,7 @@ pub struct Unobservable {
 
 /// Predicted uncertainty of a calibration.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Prediction {
+pub struct CalibrationPrediction {
     /// Standard deviation of each parameter, given images and prior, in its unit.
     pub sigmas: Vec<(FitParameter, f64)>,
     /// Covariance of the parameters, in the order of `sigmas`.
@@ -59,12 +59,12 @@ pub struct Prediction {
     /// Standard deviation of the camera's orientation, root of the sum of squares over the axes, degrees.
     pub rotation_sigma_deg: f64,
     /// Combinations that stay undetermined, the worst first. Empty if all is well.
-    pub unobservable: Vec<Unobservable>,
+    pub unobservable: Vec<UnobservableCombination>,
     /// Holes whose pins the camera cannot see; they do not contribute.
-    pub unseen_holes: Vec<u32>,
+    pub invisible_holes: Vec<u32>,
 }
 
-impl Prediction {
+impl CalibrationPrediction {
     /// Returns the standard deviation of a parameter; `None` if it was not among those predicted.
     pub fn sigma(&self, parameter: FitParameter) -> Option<f64> {
         self.sigmas.iter().find(|(found, _)| *found == parameter).map(|(_, sigma)| *sigma)
@@ -72,7 +72,7 @@ impl Prediction {
 
     /// Returns whether a parameter is named in no unobservable combination.
     pub fn is_observable(&self, parameter: FitParameter) -> bool {
-        let named = |u: &Unobservable| u.terms.iter().any(|(found, _)| *found == parameter);
+        let named = |u: &UnobservableCombination| u.terms.iter().any(|(found, _)| *found == parameter);
         !self.unobservable.iter().any(named)
     }
 }
@@ -102,9 +102,9 @@ pub fn predict(
     camera: &Camera,
     camera_from_sensor: &Pose,
     pins: &[PinLandmark],
-    effort: Effort,
+    effort: PressPlan,
     parameters: &[FitParameter],
-) -> Prediction {
+) -> CalibrationPrediction {
     let model = Model::new(*camera, *camera_from_sensor);
     predict_from(&model, pins, &vec![true; pins.len()], effort, parameters)
 }
@@ -115,9 +115,9 @@ pub fn predict_from(
     model: &Model,
     pins: &[PinLandmark],
     is_seen: &[bool],
-    effort: Effort,
+    effort: PressPlan,
     parameters: &[FitParameter],
-) -> Prediction {
+) -> CalibrationPrediction {
     let mut information = DMatrix::zeros(parameters.len(), parameters.len());
     let mut columns = vec![Vector2::zeros(); parameters.len()];
     let mut unseen_holes = Vec::new();
@@ -130,7 +130,7 @@ pub fn predict_from(
             axis_in_sensor: pin.axis_in_sensor,
         };
         match model.differentiate(&contact, parameters, &mut columns) {
-            Ok(pixel) if *is_seen && model.camera.sees(&pixel) => {
+            Ok(pixel) if *is_seen && model.camera.is_in_image(&pixel) => {
                 seen += 1;
                 // The weight follows below, when the number of visible pins is known.
                 add_information(&mut information, &columns, 1.0);
@@ -142,14 +142,14 @@ pub fn predict_from(
     unseen_holes.dedup();
     let pressed = effort.captures * effort.pins_per_capture;
     information *= pressed as f64 / seen.max(1) as f64 / effort.sigma_px.powi(2);
-    let unobservable = without_drawn(model, &information, parameters);
-    let covariance = with_prior(model, &information, parameters);
+    let unobservable = find_unobservable_except_drawn(model, &information, parameters);
+    let covariance = posterior_covariance(model, &information, parameters);
     let position = position_covariance(&covariance, parameters, &model.camera_from_sensor);
     let rotation: f64 = (0..parameters.len())
         .filter(|i| matches!(parameters[*i], FitParameter::Rotation(_)))
         .map(|i| covariance[(i, i)])
         .sum();
-    Prediction {
+    CalibrationPrediction {
         sigmas: parameters
             .iter()
             .enumerate()
@@ -159,31 +159,31 @@ pub fn predict_from(
         rotation_sigma_deg: rotation.sqrt().to_degrees(),
         covariance,
         unobservable,
-        unseen_holes,
+        invisible_holes: unseen_holes,
     }
 }
 
 /// Finds the combinations that pixels leave undetermined, among the parameters that have no prior from the drawing or
 /// of the light.
-fn without_drawn(
+fn find_unobservable_except_drawn(
     model: &Model,
     information: &DMatrix<f64>,
     parameters: &[FitParameter],
-) -> Vec<Unobservable> {
-    told_without(model, information, parameters, &|p| model.is_drawn(p))
+) -> Vec<UnobservableCombination> {
+    find_unobservable_except(model, information, parameters, &|p| model.has_drawing_prior(p))
 }
 
 /// Finds the combinations that pixels leave undetermined, among all parameters but those known beforehand.
-fn told_without(
+fn find_unobservable_except(
     model: &Model,
     information: &DMatrix<f64>,
     parameters: &[FitParameter],
     is_known: &dyn Fn(FitParameter) -> bool,
-) -> Vec<Unobservable> {
+) -> Vec<UnobservableCombination> {
     let (drawn, rest): (Vec<usize>, Vec<usize>) =
         (0..parameters.len()).partition(|i| is_known(parameters[*i]));
     if drawn.is_empty() {
-        return unobservable(information, parameters);
+        return find_unobservable(information, parameters);
     }
     let part = |rows: &[usize], columns: &[usize]| {
         DMatrix::from_fn(rows.len(), columns.len(), |r, c| information[(rows[r], columns[c])])
@@ -199,22 +199,22 @@ fn told_without(
         None => part(&rest, &rest),
     };
     let rest: Vec<FitParameter> = rest.into_iter().map(|at| parameters[at]).collect();
-    unobservable(&told, &rest)
+    find_unobservable(&told, &rest)
 }
 
 /// Returns a parameter's prior standard deviation: that of the drawing if it has one, else the general one.
 fn sigma(model: &Model, parameter: FitParameter) -> f64 {
-    let drawn = model.prior(parameter).filter(|_| model.is_drawn(parameter));
+    let drawn = model.prior(parameter).filter(|_| model.has_drawing_prior(parameter));
     drawn.map_or(parameter.prior_sigma(), |(_, sigma)| sigma)
 }
 
 /// Finds the combinations of parameters that the observed pixels leave undetermined. Priors that take part in a fit do
 /// not count, except those of the light.
-pub fn unobservable_from(
+pub fn find_unobservable_from_observations(
     model: &Model,
     parameters: &[FitParameter],
     observations: &[Observation],
-) -> Vec<Unobservable> {
+) -> Vec<UnobservableCombination> {
     let mut information = DMatrix::zeros(parameters.len(), parameters.len());
     let mut columns = vec![Vector2::zeros(); parameters.len()];
     for observation in observations {
@@ -222,7 +222,7 @@ pub fn unobservable_from(
             add_information(&mut information, &columns, observation.sigma_px.powi(-2));
         }
     }
-    told_without(model, &information, parameters, &|p| FitParameter::LIGHT.contains(&p))
+    find_unobservable_except(model, &information, parameters, &|p| FitParameter::LIGHT.contains(&p))
 }
 
 /// Adds `weight J^T J` of one pixel to an information matrix.
@@ -239,10 +239,10 @@ fn add_information(information: &mut DMatrix<f64>, columns: &[Vector2<f64>], wei
 }
 
 /// Finds the combinations of parameters that an information matrix leaves undetermined.
-pub(crate) fn unobservable(
+pub(crate) fn find_unobservable(
     information: &DMatrix<f64>,
     parameters: &[FitParameter],
-) -> Vec<Unobservable> {
+) -> Vec<UnobservableCombination> {
     let scale = DVector::from_iterator(
         parameters.len(),
         parameters.iter().map(|parameter| parameter.prior_sigma()),
@@ -251,7 +251,7 @@ pub(crate) fn unobservable(
         information[(i, j)] * scale[i] * scale[j]
     });
     let eigen = scaled.symmetric_eigen();
-    let mut found: Vec<Unobservable> = Vec::new();
+    let mut found: Vec<UnobservableCombination> = Vec::new();
     for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
         // Rounding can make an eigenvalue slightly negative.
         let remaining = 1.0 / (1.0 + value.max(0.0)).sqrt();
@@ -268,14 +268,14 @@ pub(crate) fn unobservable(
             .filter(|(_, part)| part.abs() > NAMED_PART)
             .collect();
         terms.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()).then(a.0.cmp(&b.0)));
-        found.push(Unobservable { terms, remaining });
+        found.push(UnobservableCombination { terms, remaining });
     }
     found.sort_by(|a, b| b.remaining.total_cmp(&a.remaining));
     found
 }
 
 /// Computes the covariance `(I + D^-2)^-1`: never worse than the prior, and finite where the information is singular.
-fn with_prior(
+fn posterior_covariance(
     model: &Model,
     information: &DMatrix<f64>,
     parameters: &[FitParameter],

@@ -26,7 +26,7 @@ use crate::uncertainty::surface_derivatives;
 
 /// Tolerances of pins and their dome, one standard deviation each.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Looseness {
+pub struct PinTolerances {
     /// Deviation of a tip across its pin, along each of two axes, mm.
     pub across_mm: f64,
     /// Deviation of a tip along its pin, mm.
@@ -41,7 +41,7 @@ pub struct Looseness {
 
 /// Inputs of a plan.
 #[derive(Clone, Copy, Debug)]
-pub struct Setup<'a> {
+pub struct PlanInputs<'a> {
     /// Model with camera, pose, and offsets of marks from tips.
     pub model: &'a Model,
     /// Parameters that will be solved for.
@@ -53,7 +53,7 @@ pub struct Setup<'a> {
     /// True for each pin that nothing hides.
     pub is_seen: &'a [bool],
     /// Tolerances of the pins.
-    pub looseness: Looseness,
+    pub looseness: PinTolerances,
     /// Standard deviation of a mark's position in an image, each coordinate, px.
     pub noise_px: f64,
     /// Points of the surface with their outward unit normals, sensor frame, mm.
@@ -62,7 +62,7 @@ pub struct Setup<'a> {
 
 /// Pins that may be pressed, with their contributions to the information.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct CapturePlan {
     /// All parameters: those solved for, the seating offset, and the lens.
     parameters: Vec<FitParameter>,
     /// Number of parameters that are solved for; they come first.
@@ -71,7 +71,7 @@ pub struct Plan {
     /// Prior information of each solved parameter, one over the variance, or 0.
     priors: Vec<f64>,
     /// Covariance of the remaining parameters.
-    of_held: DMatrix<f64>,
+    fixed_covariance: DMatrix<f64>,
     pins: Vec<Pin>,
     /// Mean of `places`.
     surface: DMatrix<f64>,
@@ -86,19 +86,19 @@ struct Pin {
     /// Index among the given pins.
     index: usize,
     /// Derivative of the pixel by all parameters.
-    by: DMatrix<f64>,
+    pixel_by_parameters: DMatrix<f64>,
     by_dome: Matrix2x6<f64>,
     /// Covariance of the pin's own error, independent in each press, px2.
-    own: Matrix2<f64>,
+    own_covariance_px2: Matrix2<f64>,
     /// Covariance of the mark's offset, the same error in each press, px2.
-    of_mark: Matrix2<f64>,
+    mark_covariance_px2: Matrix2<f64>,
     /// Variance that the detector states, px2.
     stated: f64,
 }
 
 /// Expected result of a plan.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Expectation {
+pub struct ExpectedErrors {
     /// Standard deviation of a surface point that a pixel shows, root mean square over the surface, mm.
     pub surface_mm: f64,
     /// Standard deviation of the surface point where it is largest, mm.
@@ -111,10 +111,10 @@ pub struct Expectation {
     pub seating_solved: bool,
 }
 
-impl Plan {
+impl CapturePlan {
     /// Computes the contribution of each pin and the surface's derivatives.
-    pub fn new(setup: &Setup<'_>) -> Self {
-        let Setup { model, parameters, lens, pins, .. } = *setup;
+    pub fn new(setup: &PlanInputs<'_>) -> Self {
+        let PlanInputs { model, parameters, lens, pins, .. } = *setup;
         let covariance = lens.covariance();
         let names = lens.names();
         let held = (0..if covariance.is_some() { names.len() } else { 0 })
@@ -127,7 +127,7 @@ impl Plan {
         let rest: Vec<FitParameter> =
             std::iter::once(FitParameter::SeatingOffset).chain(held).collect();
         // The seating offset comes first and is independent of the lens.
-        let of_held = DMatrix::from_fn(rest.len(), rest.len(), |r, c| {
+        let fixed_covariance = DMatrix::from_fn(rest.len(), rest.len(), |r, c| {
             let both = place(&rest[r]).zip(place(&rest[c]));
             let of_seating =
                 if r == 0 && c == 0 { setup.looseness.seating_mm.powi(2) } else { 0.0 };
@@ -145,7 +145,7 @@ impl Plan {
             .places
             .iter()
             .filter_map(|(place, normal)| surface_derivatives(model, &all, *place, *normal))
-            .map(|by| by.point.transpose() * &by.point)
+            .map(|by| by.point_mm_by_parameters.transpose() * &by.point_mm_by_parameters)
             .collect();
         let mut surface = DMatrix::zeros(all.len(), all.len());
         for place in &places {
@@ -158,7 +158,7 @@ impl Plan {
             solved: parameters.len(),
             model: model.clone(),
             priors: parameters.iter().map(prior).collect(),
-            of_held,
+            fixed_covariance,
             pins: seen.filter_map(of_pin).collect(),
             surface,
             places,
@@ -167,13 +167,13 @@ impl Plan {
     }
 
     /// Returns the indices, among the given pins, of those that the camera sees.
-    pub fn seen(&self) -> impl Iterator<Item = usize> + '_ {
+    pub fn visible_pins(&self) -> impl Iterator<Item = usize> + '_ {
         self.pins.iter().map(|pin| pin.index)
     }
 
     /// Predicts the result of captures with these pins; `None` if they do not determine all solved parameters.
-    pub fn expect(&self, captures: &[Vec<usize>]) -> Option<Expectation> {
-        let captures = self.known(captures);
+    pub fn predict(&self, captures: &[Vec<usize>]) -> Option<ExpectedErrors> {
+        let captures = self.find_pins(captures);
         let of = |place: &DMatrix<f64>, covariance: &DMatrix<f64>| {
             trace_of_product(place, covariance).max(0.0)
         };
@@ -185,11 +185,11 @@ impl Plan {
         let worst = self.places.iter().map(|place| of(place, &covariance)).fold(0.0, f64::max);
         let pose = &self.model.camera_from_sensor;
         let position = position_covariance(&covariance, &self.parameters, pose);
-        Some(Expectation {
+        Some(ExpectedErrors {
             surface_mm: surface(&covariance).sqrt(),
             worst_mm: worst.sqrt(),
             position_mm: position.trace().max(0.0).sqrt(),
-            scatter_px: std::f64::consts::SQRT_2 * floor_px(&captures),
+            scatter_px: std::f64::consts::SQRT_2 * repeatability_px(&captures),
             seating_solved: also > 0,
         })
     }
@@ -197,7 +197,7 @@ impl Plan {
     /// Chooses the pins of the next capture after `done`, greedily: each time the pin, among those that `may` accept
     /// next to the pins chosen before, that gives the surface the smallest error. Also returns that error, root mean
     /// square, mm, if only pins err.
-    pub fn next(
+    pub fn choose_next_capture(
         &self,
         done: &[Vec<usize>],
         count: usize,
@@ -208,18 +208,18 @@ impl Plan {
         let vague: Vec<f64> =
             self.solved().iter().map(|parameter| parameter.prior_sigma().powi(-2)).collect();
         let vague = DMatrix::from_diagonal(&DVector::from_vec(vague));
-        let before = vague + self.information(&self.known(done));
+        let before = vague + self.information(&self.find_pins(done));
         let size = self.solved;
         let surface = self.surface.view((0, 0), (size, size)).into_owned();
         let value = |pins: &[usize]| {
-            let information = &before + self.information(&self.known(&[pins.to_vec()]));
+            let information = &before + self.information(&self.find_pins(&[pins.to_vec()]));
             let factor = ScaledCholesky::new(&information)?;
             Some(trace_of_product(&surface, &factor.inverse()).max(0.0).sqrt())
         };
         let (mut chosen, mut surface_mm) = (Vec::new(), f64::INFINITY);
         while chosen.len() < count {
             let with = |pin: usize| [&chosen[..], &[pin]].concat();
-            let candidates = self.seen().filter(|pin| may(*pin, &chosen));
+            let candidates = self.visible_pins().filter(|pin| may(*pin, &chosen));
             let best = candidates
                 .filter_map(|pin| Some((pin, value(&with(pin))?)))
                 .min_by(|a, b| a.1.total_cmp(&b.1));
@@ -230,7 +230,7 @@ impl Plan {
         (chosen, surface_mm)
     }
 
-    fn known(&self, captures: &[Vec<usize>]) -> Vec<Vec<&Pin>> {
+    fn find_pins(&self, captures: &[Vec<usize>]) -> Vec<Vec<&Pin>> {
         let find = |index: &usize| self.pins.iter().find(|pin| pin.index == *index);
         captures.iter().map(|capture| capture.iter().filter_map(find).collect()).collect()
     }
@@ -256,10 +256,10 @@ impl Plan {
         let all = self.parameters.len();
         let held = all - count;
         // If the seating offset is solved for, the first row of `of_held` is left out.
-        let from = self.of_held.nrows() - held;
-        let of_held = self.of_held.view((from, from), (held, held));
+        let from = self.fixed_covariance.nrows() - held;
+        let of_held = self.fixed_covariance.view((from, from), (held, held));
         // As the solver does: no pin counts as better than pins repeat.
-        let floor = floor_px(captures).powi(2);
+        let floor = repeatability_px(captures).powi(2);
         let weight = |pin: &Pin| pin.stated.max(floor).recip();
         let mut information = DMatrix::zeros(count, all);
         let mut noise = DMatrix::zeros(count, count);
@@ -267,10 +267,10 @@ impl Plan {
             // Effect of the dome's seat in this capture on the solved parameters.
             let mut seat = DMatrix::zeros(count, 6);
             for pin in capture {
-                let by_fit = pin.by.columns(0, count);
+                let by_fit = pin.pixel_by_parameters.columns(0, count);
                 let weighted = by_fit.transpose() * weight(pin);
-                information += &weighted * &pin.by;
-                noise += &weighted * pin.own * weighted.transpose();
+                information += &weighted * &pin.pixel_by_parameters;
+                noise += &weighted * pin.own_covariance_px2 * weighted.transpose();
                 seat += &weighted * pin.by_dome;
             }
             noise += &seat * seat.transpose();
@@ -278,9 +278,9 @@ impl Plan {
         // All presses of a pin share the error of its mark's offset, so that their effects add up.
         for pin in &self.pins {
             let pressed = captures.iter().flatten().filter(|found| found.index == pin.index);
-            let weighted = pin.by.columns(0, count).transpose() * weight(pin);
+            let weighted = pin.pixel_by_parameters.columns(0, count).transpose() * weight(pin);
             let times = pressed.count() as f64;
-            noise += &weighted * pin.of_mark * weighted.transpose() * times.powi(2);
+            noise += &weighted * pin.mark_covariance_px2 * weighted.transpose() * times.powi(2);
         }
         let mut of_fit = information.columns(0, count).into_owned();
         for (i, prior) in self.priors.iter().enumerate() {
@@ -303,11 +303,11 @@ impl Pin {
     fn new(
         index: usize,
         pin: &PinLandmark,
-        setup: &Setup<'_>,
+        setup: &PlanInputs<'_>,
         parameters: &[FitParameter],
         middle: &Vector3<f64>,
     ) -> Option<Self> {
-        let Setup { model, looseness, noise_px, .. } = *setup;
+        let PlanInputs { model, looseness, noise_px, .. } = *setup;
         // An index without reseating: the dome is at its nominal place.
         let contact = Contact {
             capture: usize::MAX,
@@ -317,10 +317,10 @@ impl Pin {
         };
         let mut columns = vec![Vector2::zeros(); parameters.len()];
         let pixel = model.differentiate(&contact, parameters, &mut columns).ok()?;
-        if !model.camera.sees(&pixel) {
+        if !model.camera.is_in_image(&pixel) {
             return None;
         }
-        let by_place = model.by_place(&contact).ok()?;
+        let by_place = model.pixel_by_contact(&contact).ok()?;
         let axis = pin.axis_in_sensor.unwrap_or_default();
         let along = axis * axis.transpose();
         let of_tip = (Matrix3::identity() - along) * looseness.across_mm.powi(2)
@@ -330,14 +330,14 @@ impl Pin {
             0..3 => by_place[(r, c)] * looseness.dome_mm[c],
             _ => by_turn[(r, c - 3)] * looseness.dome_rad[c - 3],
         });
-        let of_mark = model.mark_offsets.of(&pin.contact_in_sensor_mm);
+        let of_mark = model.mark_offsets.offset_at(&pin.contact_in_sensor_mm);
         let of_mark = of_mark.map_or(0.0, |mark| mark.sigma_px.powi(2));
         Some(Self {
             index,
-            by: DMatrix::from_fn(2, columns.len(), |r, c| columns[c][r]),
+            pixel_by_parameters: DMatrix::from_fn(2, columns.len(), |r, c| columns[c][r]),
             by_dome,
-            own: by_place * of_tip * by_place.transpose() + Matrix2::identity() * noise_px.powi(2),
-            of_mark: Matrix2::identity() * of_mark,
+            own_covariance_px2: by_place * of_tip * by_place.transpose() + Matrix2::identity() * noise_px.powi(2),
+            mark_covariance_px2: Matrix2::identity() * of_mark,
             stated: noise_px.powi(2) + of_mark,
         })
     }
@@ -350,9 +350,9 @@ fn stacked(capture: &[&Pin], count: usize) -> (DMatrix<f64>, DMatrix<f64>) {
     let mut by_dome = DMatrix::zeros(rows, 6);
     let mut noise = DMatrix::zeros(rows, rows);
     for (i, pin) in capture.iter().enumerate() {
-        by.rows_mut(2 * i, 2).copy_from(&pin.by.columns(0, count));
+        by.rows_mut(2 * i, 2).copy_from(&pin.pixel_by_parameters.columns(0, count));
         by_dome.rows_mut(2 * i, 2).copy_from(&pin.by_dome);
-        noise.view_mut((2 * i, 2 * i), (2, 2)).copy_from(&(pin.own + pin.of_mark));
+        noise.view_mut((2 * i, 2 * i), (2, 2)).copy_from(&(pin.own_covariance_px2 + pin.mark_covariance_px2));
     }
     noise += &by_dome * by_dome.transpose();
     (by, noise)
@@ -360,10 +360,10 @@ fn stacked(capture: &[&Pin], count: usize) -> (DMatrix<f64>, DMatrix<f64>) {
 
 /// Computes the repeatability of pins for each coordinate, px: the solver finds this value and takes it as the smallest
 /// error of any pin.
-fn floor_px(captures: &[Vec<&Pin>]) -> f64 {
+fn repeatability_px(captures: &[Vec<&Pin>]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for pin in captures.iter().flatten() {
-        sum += 0.5 * (pin.own.trace() + (pin.by_dome * pin.by_dome.transpose()).trace());
+        sum += 0.5 * (pin.own_covariance_px2.trace() + (pin.by_dome * pin.by_dome.transpose()).trace());
         count += 1.0;
     }
     if count > 0.0 { (sum / count).sqrt() } else { 0.0 }

@@ -7,12 +7,12 @@ mod html;
 mod intrinsics;
 mod json;
 mod maps;
-mod words;
+mod findings;
 
-use fabkit_report::step;
+use fabkit_report::round_tick_step;
 use nalgebra::Vector2;
 
-pub use intrinsics::{IntrinsicsReport, PictureRecord};
+pub use intrinsics::{IntrinsicsReport, ImageRecord};
 
 use crate::assignment::Discrepancy;
 use crate::extrinsics::{PoseCalibration, Trial};
@@ -32,7 +32,7 @@ pub struct CaptureRecord {
 
 /// Part of a capture around a pin.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Crop {
+pub struct PinCrop {
     /// Index of the observation in the calibration.
     pub observation: usize,
     /// First column and row of the part in the capture, px.
@@ -59,23 +59,23 @@ pub struct ExtrinsicsReport<'a> {
     /// Result of the calibration.
     pub calibration: &'a PoseCalibration,
     /// Reason why the drawn bodies were not used, as a sentence.
-    pub not_drawn: Option<&'a str>,
+    pub drawing_unused_reason: Option<&'a str>,
     /// Reason why the offsets of marks from their tips are unknown, if they are.
-    pub not_marked: Option<&'a str>,
+    pub mark_offsets_unknown_reason: Option<&'a str>,
     /// Largest fraction of lit pixels that are saturated in a capture, 0 to 1.
-    pub saturated: f64,
+    pub saturated_fraction: f64,
     /// Outlying pins, as far as there are images of them.
-    pub crops: &'a [Crop],
+    pub crops: &'a [PinCrop],
 }
 
 impl ExtrinsicsReport<'_> {
     /// Lists the observations of a capture with two residuals, observed minus projected, px: of the fit to all captures
     /// and of the fit to the others.
-    fn of_capture(
+    fn observations_of_capture(
         &self,
         capture: usize,
     ) -> impl Iterator<Item = (&Observation, Option<Vector2<f64>>, Option<Vector2<f64>>)> {
-        let chosen = self.calibration.chosen();
+        let chosen = self.calibration.chosen_trial();
         let observations = &self.calibration.observations;
         let residuals = chosen.fit.residuals_px(observations);
         let all = observations.iter().zip(residuals).zip(&chosen.held_out_px);
@@ -83,7 +83,7 @@ impl ExtrinsicsReport<'_> {
     }
 
     fn chosen(&self) -> &Trial {
-        self.calibration.chosen()
+        self.calibration.chosen_trial()
     }
 }
 
@@ -102,5 +102,5 @@ fn rms_px(residuals: impl Iterator<Item = Option<Vector2<f64>>>) -> Option<f64> 
 fn magnification(residuals_px: impl Iterator<Item = Vector2<f64>>, width_px: f64) -> f64 {
     const LONGEST: f64 = 0.03;
     let longest_px = residuals_px.map(|residual| residual.norm()).fold(1e-9, f64::max);
-    step(LONGEST * width_px / longest_px, 1.0)
+    round_tick_step(LONGEST * width_px / longest_px, 1.0)
 }

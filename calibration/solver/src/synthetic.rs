@@ -4,7 +4,7 @@
 //! large and as oblique as the camera and its interface make it.
 
 use fabkit_camera::{OutsideDomain, ViewRay};
-use fabkit_geometry::sequences::Random;
+use fabkit_geometry::sequences::SplitMix64;
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 
 use crate::image::{GreyImage, ImageError};
@@ -13,7 +13,7 @@ use crate::model::{Contact, Model, Observation};
 
 /// Simulated sensor with a known camera, and the parameters of its images.
 #[derive(Clone, Debug)]
-pub struct Bench {
+pub struct SyntheticSensor {
     /// True model.
     pub model: Model,
     /// Play of the tips, mm: standard deviation in each direction.
@@ -25,7 +25,7 @@ pub struct Bench {
     /// Standard deviation of a pixel's intensity, where white is 1.
     pub brightness_noise: f64,
     /// Generator of the random numbers.
-    pub noise: Random,
+    pub noise: SplitMix64,
 }
 
 /// Image of pins with the true positions of its marks.
@@ -37,7 +37,7 @@ pub struct SyntheticCapture {
     pub pins: Vec<(u32, Point2<f64>)>,
 }
 
-impl Bench {
+impl SyntheticSensor {
     /// Creates a bench with noise as of 8-bit images, marks of 0.8 mm and no play.
     pub fn new(model: Model, seed: u64) -> Self {
         Self {
@@ -46,7 +46,7 @@ impl Bench {
             mark_radius_mm: 0.8,
             contrast: 0.4,
             brightness_noise: 0.004,
-            noise: Random::new(seed),
+            noise: SplitMix64::new(seed),
         }
     }
 
@@ -81,7 +81,7 @@ impl Bench {
     /// # Errors
     /// Fails if the camera's image is too small or too large for a [`GreyImage`].
     pub fn reference(&mut self, light: f64) -> Result<GreyImage, ImageError> {
-        self.picture(light, &[])
+        self.render(light, &[])
     }
 
     /// Renders an image of pins.
@@ -103,17 +103,17 @@ impl Bench {
             }
             tips.push(tip);
         }
-        Ok(SyntheticCapture { image: self.picture(light, &tips)?, pins: truth })
+        Ok(SyntheticCapture { image: self.render(light, &tips)?, pins: truth })
     }
 
     /// Computes the tip of a pin with the play of this press, camera frame, mm.
     fn tip(&mut self, contact: &Contact) -> Point3<f64> {
         let play = self.play_mm * Vector3::from_fn(|_, _| self.noise.normal());
-        self.model.camera_from_sensor.point(self.model.seated(contact) + play)
+        self.model.camera_from_sensor.point(self.model.displaced_contact(contact) + play)
     }
 
     /// Renders the surface with marks of the given tips.
-    fn picture(
+    fn render(
         &mut self,
         light: f64,
         tips_in_camera: &[Point3<f64>],

@@ -30,7 +30,7 @@ pub struct SurfaceDerivatives {
     pub depth_range: RowDVector<f64>,
     /// Derivative of the surface point that the place's pixel shows, relative to the surface, mm, in axes parallel to
     /// the camera's.
-    pub point: DMatrix<f64>,
+    pub point_mm_by_parameters: DMatrix<f64>,
 }
 
 /// Computes the derivatives of one place of a surface by `parameters`.
@@ -107,7 +107,7 @@ pub fn surface_derivatives(
         pixel: by_pixel,
         depth_z: by_z,
         depth_range: by_range,
-        point: by_point,
+        point_mm_by_parameters: by_point,
     })
 }
 
@@ -126,6 +126,6 @@ pub fn surface_sigma(
         pixel_px: of(&by.pixel).sqrt(),
         depth_z_mm: variance(&by.depth_z).sqrt(),
         depth_range_mm: variance(&by.depth_range).sqrt(),
-        point_mm: of(&by.point).sqrt(),
+        point_mm: of(&by.point_mm_by_parameters).sqrt(),
     })
 }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use fabkit_geometry::{BoardSide, CircuitKind, Path, Segment};
 
-use crate::layout::Layout;
+use crate::layout::BoardLayout;
 use crate::shapes::{Point, Shape};
 
 // Colours of solder mask, covered copper, bare copper, silk and parts' outlines.
@@ -17,7 +17,7 @@ const BODY: &str = "#20242a";
 const MARGIN_MM: f64 = 0.8;
 
 /// Draws one side as SVG with 1 unit per millimetre. The upper side is seen from above, the lower one from below.
-pub fn svg(layout: &Layout, side: BoardSide) -> String {
+pub fn svg(layout: &BoardLayout, side: BoardSide) -> String {
     let [low, high] = Shape::polygon(layout.board.edge.clone()).bounds();
     let size = [0, 1].map(|axis| high[axis] - low[axis] + 2.0 * MARGIN_MM);
     let left = match side {
@@ -39,7 +39,7 @@ pub fn svg(layout: &Layout, side: BoardSide) -> String {
         layout.board.name,
     );
     let profile = &layout.board.profile;
-    let outline: String = std::iter::once(&profile.outer).chain(&profile.holes).map(path).collect();
+    let outline: String = std::iter::once(&profile.outer).chain(&profile.holes).map(svg_path).collect();
     _ = writeln!(text, "<path fill=\"{MASK}\" fill-rule=\"evenodd\" d=\"{outline}\"/>");
     for track in layout.tracks.iter().filter(|track| track.side == side) {
         line(&mut text, track.ends, track.width_mm, COPPER_BELOW_MASK);
@@ -93,7 +93,7 @@ fn shape(text: &mut String, shape: &Shape, color: &str) {
 }
 
 /// Returns an SVG path with the exact lines and arcs of `path`.
-fn path(path: &Path) -> String {
+fn svg_path(path: &Path) -> String {
     let mut text = format!("M{:.4} {:.4}", path.start[0], path.start[1]);
     let mut from = path.start;
     for segment in &path.segments {

@@ -7,7 +7,7 @@ use thiserror::Error;
 pub enum BoardError {
     /// The body is not a horizontal plate.
     #[error("{board}: a circuit board must be a plate that lies level, and this body is none")]
-    NoPlate {
+    NotAPlate {
         /// Name of the body.
         board: String,
     },
@@ -32,7 +32,7 @@ pub enum BoardError {
         "{board}: no way for a track of {width_mm:.2} mm with {clearance_mm:.2} mm beside it from {from} to the \
          rest of net {net}"
     )]
-    NoWay {
+    NoRoute {
         /// Name of the board.
         board: String,
         /// Name of the net.
@@ -46,7 +46,7 @@ pub enum BoardError {
     },
     /// The laid-out board breaks rules.
     #[error("{board}: {first}{}", if *more > 0 { format!(", and {more} more") } else { String::new() })]
-    Broken {
+    RuleViolations {
         /// Name of the board.
         board: String,
         /// First finding.

@@ -2,9 +2,9 @@
 
 use fabkit_geometry::{BoardSide, Circuit, CircuitKind};
 
-use crate::gerber::{Layer, Project, drills, field, side_word};
-use crate::layout::{LARGEST_DRILL_MM, Layout, SIDES};
-use crate::{Rules, artwork, tables};
+use crate::gerber::{GerberLayer, Project, drill_file, attribute_text, side_word};
+use crate::layout::{MAX_DRILL_MM, BoardLayout, SIDES};
+use crate::{BoardRules, artwork, tables};
 
 /// One fabrication file.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,10 +17,10 @@ pub struct BoardFile {
 
 /// Returns copper, mask, paste, silk, outline, drills, job file, placement, parts list, the board's own description,
 /// and images of its artwork. The same board gives the same bytes.
-pub fn files(
-    layout: &Layout,
+pub fn fabrication_files(
+    layout: &BoardLayout,
     circuit: &Circuit,
-    rules: &Rules,
+    rules: &BoardRules,
     design_hash: &str,
 ) -> Vec<BoardFile> {
     let board = layout.board.name.as_str();
@@ -31,32 +31,32 @@ pub fn files(
         let mut add = |name: &str,
                        function: String,
                        polarity: &'static str,
-                       draw: &dyn Fn(&mut Layer)| {
-            let mut layer = Layer::new(&project, &function, polarity);
+                       draw: &dyn Fn(&mut GerberLayer)| {
+            let mut layer = GerberLayer::new(&project, &function, polarity);
             draw(&mut layer);
-            layers.push((format!("{board}-{letter}_{name}.gbr"), function, polarity, layer.end()));
+            layers.push((format!("{board}-{letter}_{name}.gbr"), function, polarity, layer.finish()));
         };
         add("Cu", format!("Copper,L{number},{word}"), "Positive", &|layer| {
-            copper(layer, layout, side)
+            draw_copper(layer, layout, side)
         });
         add("Mask", format!("Soldermask,{word}"), "Negative", &|layer| {
             for (_, open) in layout.openings.iter().filter(|(on, _)| *on == side) {
                 layer.flash(open, "Material", &[]);
             }
         });
-        add("Paste", format!("Paste,{word}"), "Positive", &|layer| paste(layer, layout, side));
+        add("Paste", format!("Paste,{word}"), "Positive", &|layer| draw_paste(layer, layout, side));
         add("Silkscreen", format!("Legend,{word}"), "Positive", &|layer| {
             for line in layout.silk.iter().filter(|line| line.side == side) {
                 layer.line(line.ends, line.width_mm, "Material", &[]);
             }
         });
     }
-    let mut edge = Layer::new(&project, "Profile,NP", "Positive");
+    let mut edge = GerberLayer::new(&project, "Profile,NP", "Positive");
     edge.outline(&layout.board.profile.outer);
     for (index, hole) in layout.board.profile.holes.iter().enumerate() {
         // Large and non-circular holes are milled with the outline. The others are in the drill file.
         let drilled = layout.board.round_hole(index);
-        if drilled.is_none_or(|hole| hole.diameter_mm > LARGEST_DRILL_MM) {
+        if drilled.is_none_or(|hole| hole.diameter_mm > MAX_DRILL_MM) {
             edge.outline(hole);
         }
     }
@@ -64,7 +64,7 @@ pub fn files(
         format!("{board}-Edge_Cuts.gbr"),
         "Profile,NP".to_owned(),
         "Positive",
-        edge.end(),
+        edge.finish(),
     ));
     let plated: Vec<_> = layout.vias.iter().map(|via| (via.at_mm, via.drill_mm)).collect();
     let bare: Vec<_> = layout.drills.iter().map(|drill| (drill.at_mm, drill.diameter_mm)).collect();
@@ -72,18 +72,18 @@ pub fn files(
         [("PTH", "Plated,1,2,PTH,Drill", plated), ("NPTH", "NonPlated,1,2,NPTH,Drill", bare)]
     {
         if !holes.is_empty() {
-            let bytes = drills(&project, function, &holes);
+            let bytes = drill_file(&project, function, &holes);
             layers.push((format!("{board}-{name}.drl"), function.to_owned(), "Positive", bytes));
         }
     }
-    let job = tables::job(layout, rules, &project, &layers);
+    let job = tables::job_file(layout, rules, &project, &layers);
     let mut files: Vec<BoardFile> =
         layers.into_iter().map(|(name, _, _, bytes)| BoardFile { name, bytes }).collect();
     let text = |name: String, text: String| BoardFile { name, bytes: text.into_bytes() };
     files.extend([
         text(format!("{board}.gbrjob"), job),
-        text(format!("{board}-pos.csv"), tables::places(layout)),
-        text(format!("{board}-bom.csv"), tables::parts(layout)),
+        text(format!("{board}-pos.csv"), tables::placement_table(layout)),
+        text(format!("{board}-bom.csv"), tables::parts_list(layout)),
         text(format!("{board}.board.json"), tables::description(layout, circuit, design_hash)),
     ]);
     for side in SIDES {
@@ -94,13 +94,13 @@ pub fn files(
     files
 }
 
-fn copper(layer: &mut Layer, layout: &Layout, side: BoardSide) {
-    let net = |index: usize| format!("N,{}", field(&layout.nets[index]));
+fn draw_copper(layer: &mut GerberLayer, layout: &BoardLayout, side: BoardSide) {
+    let net = |index: usize| format!("N,{}", attribute_text(&layout.nets[index]));
     for pad in layout.pads.iter().filter(|pad| pad.side == side) {
-        let mut about = vec![format!("P,{},{}", field(&pad.part), field(&pad.pin))];
+        let mut about = vec![format!("P,{},{}", attribute_text(&pad.part), attribute_text(&pad.pin))];
         about.extend(pad.net.map(net));
-        about.push(format!("C,{}", field(&pad.part)));
-        layer.flash(&pad.shape, function_of(layout, &pad.part), &about);
+        about.push(format!("C,{}", attribute_text(&pad.part)));
+        layer.flash(&pad.shape, pad_function(layout, &pad.part), &about);
     }
     for via in &layout.vias {
         layer.flash(&via.shape(), "ViaPad", &[net(via.net)]);
@@ -110,12 +110,12 @@ fn copper(layer: &mut Layer, layout: &Layout, side: BoardSide) {
     }
 }
 
-fn kind_of(layout: &Layout, part: &str) -> Option<CircuitKind> {
+fn part_kind(layout: &BoardLayout, part: &str) -> Option<CircuitKind> {
     layout.parts.iter().find(|one| one.designator == part).map(|one| one.kind)
 }
 
-fn function_of(layout: &Layout, part: &str) -> &'static str {
-    match kind_of(layout, part) {
+fn pad_function(layout: &BoardLayout, part: &str) -> &'static str {
+    match part_kind(layout, part) {
         Some(CircuitKind::TestPoint) => "TestPad",
         Some(CircuitKind::WirePad) => "ConnectorPad",
         _ => "SMDPad,CuDef",
@@ -123,10 +123,10 @@ fn function_of(layout: &Layout, part: &str) -> &'static str {
 }
 
 /// Draws paste on pads that are soldered in an oven, but not on those for wires and probes.
-fn paste(layer: &mut Layer, layout: &Layout, side: BoardSide) {
+fn draw_paste(layer: &mut GerberLayer, layout: &BoardLayout, side: BoardSide) {
     for pad in layout.pads.iter().filter(|pad| pad.side == side) {
         if !matches!(
-            kind_of(layout, &pad.part),
+            part_kind(layout, &pad.part),
             Some(CircuitKind::TestPoint | CircuitKind::WirePad)
         ) {
             layer.flash(&pad.shape, "Material", &[]);

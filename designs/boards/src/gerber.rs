@@ -48,15 +48,15 @@ fn number(mm: f64) -> String {
 }
 
 /// Gerber layer that is being written.
-pub(crate) struct Layer {
+pub(crate) struct GerberLayer {
     text: String,
     /// Apertures that are already defined, by template and function.
-    known: Vec<(String, String)>,
+    apertures: Vec<(String, String)>,
     attributes: Vec<String>,
     current: Option<usize>,
 }
 
-impl Layer {
+impl GerberLayer {
     pub fn new(project: &Project<'_>, function: &str, polarity: &str) -> Self {
         let mut text = String::new();
         let Project { name, guid, revision } = project;
@@ -72,16 +72,16 @@ impl Layer {
         }
         // 4.6 format in mm, dark polarity, linear and multi-quadrant interpolation.
         text += "%FSLAX46Y46*%\n%MOMM*%\n%LPD*%\nG01*\nG75*\n";
-        Self { text, known: Vec::new(), attributes: Vec::new(), current: None }
+        Self { text, apertures: Vec::new(), attributes: Vec::new(), current: None }
     }
 
     /// Selects an aperture with this function, and defines it first if it is new.
-    fn choose(&mut self, template: &str, function: &str) {
+    fn select_aperture(&mut self, template: &str, function: &str) {
         let key = (template.to_owned(), function.to_owned());
         // The function is an attribute of the aperture, so equal templates with other functions are other apertures.
-        let index = self.known.iter().position(|known| *known == key).unwrap_or_else(|| {
+        let index = self.apertures.iter().position(|known| *known == key).unwrap_or_else(|| {
             // Aperture numbers start at 10 in the format.
-            let number = self.known.len() + 10;
+            let number = self.apertures.len() + 10;
             _ = writeln!(self.text, "G04 #@! TA.AperFunction,{function}*");
             if let Some(corners) = template.strip_prefix("outline ") {
                 _ = writeln!(
@@ -94,8 +94,8 @@ impl Layer {
             self.text += "G04 #@! TD*\n";
             // `TD` has deleted the attributes of objects, too.
             self.attributes.clear();
-            self.known.push(key);
-            self.known.len() - 1
+            self.apertures.push(key);
+            self.apertures.len() - 1
         });
         if self.current != Some(index) {
             self.current = Some(index);
@@ -104,7 +104,7 @@ impl Layer {
     }
 
     /// Sets the attributes of the objects that follow.
-    pub fn about(&mut self, attributes: &[String]) {
+    pub fn set_attributes(&mut self, attributes: &[String]) {
         if self.attributes == attributes {
             return;
         }
@@ -123,7 +123,7 @@ impl Layer {
 
     /// Draws a shape in one flash.
     pub fn flash(&mut self, shape: &Shape, function: &str, attributes: &[String]) {
-        let middle = shape.middle();
+        let middle = shape.centre();
         let template = match shape.corners() {
             [_] => format!("C,{}", number(2.0 * shape.radius_mm())),
             corners => {
@@ -135,22 +135,22 @@ impl Layer {
                 text + ",0"
             }
         };
-        self.choose(&template, function);
-        self.about(attributes);
+        self.select_aperture(&template, function);
+        self.set_attributes(attributes);
         self.at(middle, "D03");
     }
 
     /// Draws a straight line with round ends.
     pub fn line(&mut self, ends: [Point; 2], width_mm: f64, function: &str, attributes: &[String]) {
-        self.choose(&format!("C,{}", number(width_mm)), function);
-        self.about(attributes);
+        self.select_aperture(&format!("C,{}", number(width_mm)), function);
+        self.set_attributes(attributes);
         self.at(ends[0], "D02");
         self.at(ends[1], "D01");
     }
 
     /// Draws a closed path of lines and arcs, exactly.
     pub fn outline(&mut self, path: &Path) {
-        self.choose("C,0.05", "Profile");
+        self.select_aperture("C,0.05", "Profile");
         self.at(path.start, "D02");
         let mut from = path.start;
         for segment in &path.segments {
@@ -167,11 +167,11 @@ impl Layer {
         }
     }
 
-    pub fn end(mut self) -> Vec<u8> {
-        self.about(&[]);
-        if self.known.is_empty() {
+    pub fn finish(mut self) -> Vec<u8> {
+        self.set_attributes(&[]);
+        if self.apertures.is_empty() {
             // Without an aperture and a move (which draws nothing), readers doubt that this is a Gerber file.
-            self.choose("C,0.1", "Other,none");
+            self.select_aperture("C,0.1", "Other,none");
             self.at([0.0; 2], "D02");
         }
         self.text += "M02*\n";
@@ -180,7 +180,7 @@ impl Layer {
 }
 
 /// Writes a drill file: tools by diameter, each with its holes in their order.
-pub(crate) fn drills(project: &Project<'_>, function: &str, holes: &[(Point, f64)]) -> Vec<u8> {
+pub(crate) fn drill_file(project: &Project<'_>, function: &str, holes: &[(Point, f64)]) -> Vec<u8> {
     let mut tools: Vec<f64> = holes.iter().map(|(_, diameter)| *diameter).collect();
     tools.sort_by(f64::total_cmp);
     tools.dedup_by(|a, b| number(*a) == number(*b));
@@ -216,7 +216,7 @@ pub(crate) fn side_word(side: BoardSide) -> &'static str {
 }
 
 /// Replaces characters that may not stand in an attribute.
-pub(crate) fn field(text: &str) -> String {
+pub(crate) fn attribute_text(text: &str) -> String {
     text.chars()
         .map(|c| if c.is_ascii_alphanumeric() || "+-_./ ".contains(c) { c } else { '_' })
         .collect()

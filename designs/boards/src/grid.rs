@@ -7,9 +7,9 @@ use crate::shapes::{Point, Shape};
 
 /// Finest distance between neighbouring points, mm. Large boards get a coarser grid, so that the number of points
 /// stays bounded.
-const FINE_MM: f64 = 0.1;
+const MIN_STEP_MM: f64 = 0.1;
 /// Approximate maximum number of points of a grid.
-const MOST: f64 = 40_000.0;
+const MAX_POINTS: f64 = 40_000.0;
 /// Edge length of the cells in which points are looked up, mm.
 const CELL_MM: f64 = 1.0;
 
@@ -22,7 +22,7 @@ pub(crate) struct Grid {
     /// Number of points per row.
     columns: usize,
     /// Whether rows are closed rings.
-    is_round: bool,
+    is_annular: bool,
     /// Longest distance between two neighbours, mm.
     pub step_mm: f64,
     low: Point,
@@ -32,11 +32,11 @@ pub(crate) struct Grid {
 
 impl Grid {
     /// Covers a board with points.
-    pub fn of(board: &BoardShape) -> Self {
+    pub fn new(board: &BoardShape) -> Self {
         let [low, high] = Shape::polygon(board.edge.clone()).bounds();
         let area = (high[0] - low[0]) * (high[1] - low[1]);
-        let step = FINE_MM.max((area / MOST).sqrt());
-        let (points, rows, columns, is_round) = match board.annulus_mm() {
+        let step = MIN_STEP_MM.max((area / MAX_POINTS).sqrt());
+        let (points, rows, columns, is_annular) = match board.annulus_mm() {
             Some([inner, outer]) => {
                 let rows = ((outer - inner) / step) as usize + 1;
                 // A multiple of eight, because LEDs stand at such angles.
@@ -73,16 +73,16 @@ impl Grid {
         }
         // Diagonal neighbours are farthest apart.
         let step_mm = step * std::f64::consts::SQRT_2;
-        Self { points, rows, columns, is_round, step_mm, low, cells, cell_points }
+        Self { points, rows, columns, is_annular, step_mm, low, cells, cell_points }
     }
 
     /// Indices of the neighbours of a point, diagonal ones included.
-    pub fn beside(&self, index: usize) -> impl Iterator<Item = usize> + '_ {
+    pub fn neighbours(&self, index: usize) -> impl Iterator<Item = usize> + '_ {
         let (row, column) = ((index / self.columns) as i64, (index % self.columns) as i64);
         let ways = [(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)];
         ways.into_iter().filter_map(move |(up, along)| {
             let (row, mut column) = (row + up, column + along);
-            if self.is_round {
+            if self.is_annular {
                 column = column.rem_euclid(self.columns as i64);
             }
             let is_there =
@@ -93,7 +93,7 @@ impl Grid {
 
     /// Calls `each` with every point that may be within `by_mm` of a shape. It may also pass points that are farther
     /// away.
-    pub fn near(&self, shape: &Shape, by_mm: f64, mut each: impl FnMut(usize)) {
+    pub fn for_each_near(&self, shape: &Shape, by_mm: f64, mut each: impl FnMut(usize)) {
         let [low, high] = shape.bounds();
         let cell = |axis: usize, at: f64| {
             (((at - self.low[axis]) / CELL_MM).max(0.0) as usize).min(self.cells[axis] - 1)

@@ -1,6 +1,6 @@
 //! Laid-out board: everything that is etched, drilled, opened and printed.
 
-use fabkit_geometry::{BoardPlace, BoardSide, CircuitKind, CircuitPart};
+use fabkit_geometry::{BoardPlacement, BoardSide, CircuitKind, CircuitPart};
 
 use crate::BoardShape;
 use crate::shapes::{Point, Shape};
@@ -20,7 +20,7 @@ pub struct PlacedPart {
     /// Package.
     pub package: String,
     /// Place on the board.
-    pub place: BoardPlace,
+    pub place: BoardPlacement,
     /// Area that the part takes on the board, lands included.
     pub outline: Shape,
 }
@@ -109,7 +109,7 @@ impl SilkLine {
 
 /// Complete layout of a board.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Layout {
+pub struct BoardLayout {
     /// Outline of the board.
     pub board: BoardShape,
     /// Names of nets.
@@ -129,14 +129,14 @@ pub struct Layout {
     /// Printed lines.
     pub silk: Vec<SilkLine>,
     /// Designators of the test points for which there was no room.
-    pub left_out: Vec<String>,
+    pub unplaced_test_points: Vec<String>,
 }
 
 /// Largest diameter of drilled holes, mm. Larger holes are milled with the outline.
-pub const LARGEST_DRILL_MM: f64 = 3.0;
+pub const MAX_DRILL_MM: f64 = 3.0;
 
 /// Returns the shape of a land at its part's place.
-pub fn land_shape(place: &BoardPlace, land: &fabkit_geometry::Land) -> Shape {
+pub fn land_shape(place: &BoardPlacement, land: &fabkit_geometry::Land) -> Shape {
     let [x, y] = land.at_mm;
     if land.is_round {
         return Shape::disc(place.point([x, y]), land.size_mm[0]);
@@ -147,7 +147,7 @@ pub fn land_shape(place: &BoardPlace, land: &fabkit_geometry::Land) -> Shape {
 }
 
 /// Returns the area that a part takes on its board: the bounding box of body and lands in the part's own axes.
-pub fn part_outline(place: &BoardPlace, part: &CircuitPart) -> Shape {
+pub fn part_outline(place: &BoardPlacement, part: &CircuitPart) -> Shape {
     let half = [0, 1].map(|axis| part.size_mm[axis] / 2.0);
     // Starts with the body; lands may stand out of it.
     let (mut low, mut high) = ([-half[0], -half[1]], half);

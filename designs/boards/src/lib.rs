@@ -9,7 +9,7 @@
 
 mod artwork;
 mod check;
-mod connected;
+mod connectivity;
 mod error;
 mod files;
 mod font;
@@ -17,7 +17,7 @@ mod gerber;
 mod grid;
 mod layout;
 mod outline;
-mod place;
+mod placement;
 mod place_and_route;
 mod route;
 mod rules;
@@ -26,11 +26,11 @@ mod silk;
 mod tables;
 
 pub use artwork::svg;
-pub use check::{Finding, Flaw, check};
+pub use check::{BoardFinding, BoardFlaw, check};
 pub use error::BoardError;
-pub use files::{BoardFile, files};
-pub use layout::{Drill, LARGEST_DRILL_MM, Layout, Pad, PlacedPart, SIDES, SilkLine, Track, Via};
+pub use files::{BoardFile, fabrication_files};
+pub use layout::{Drill, MAX_DRILL_MM, BoardLayout, Pad, PlacedPart, SIDES, SilkLine, Track, Via};
 pub use outline::{BoardShape, RoundHole};
 pub use place_and_route::lay_out;
-pub use rules::{Rules, USUAL, width_for_mm};
+pub use rules::{BoardRules, STANDARD_RULES, min_track_width_mm};
 pub use shapes::{Point, Shape};

@@ -40,7 +40,7 @@ impl BoardShape {
     ///
     /// # Errors
     /// [`BoardError::NoPlate`] for any other body.
-    pub fn of(body: &Body) -> Result<Self, BoardError> {
+    pub fn from_body(body: &Body) -> Result<Self, BoardError> {
         let mut solid = &body.solid;
         loop {
             match solid {
@@ -51,19 +51,19 @@ impl BoardShape {
                         < 1e-12
                         && (pose.vector(fabkit_geometry::Vector3::y()).y - 1.0).abs() < 1e-12;
                     if !is_level || x != 0.0 || y != 0.0 {
-                        return Err(BoardError::NoPlate { board: body.name.clone() });
+                        return Err(BoardError::NotAPlate { board: body.name.clone() });
                     }
                     solid = of;
                 }
                 Solid::Feature { of, .. } => solid = of,
                 Solid::Extrusion(one) => {
-                    let edge = flat(&one.profile.outer);
-                    let holes = one.profile.holes.iter().map(flat).collect();
+                    let edge = flatten(&one.profile.outer);
+                    let holes = one.profile.holes.iter().map(flatten).collect();
                     let outer =
-                        circle(&one.profile.outer).filter(|circle| circle.at_mm == [0.0; 2]);
+                        as_circle(&one.profile.outer).filter(|circle| circle.at_mm == [0.0; 2]);
                     return Ok(Self {
                         circle_mm: outer.map(|circle| circle.diameter_mm / 2.0),
-                        round_holes: one.profile.holes.iter().map(circle).collect(),
+                        round_holes: one.profile.holes.iter().map(as_circle).collect(),
                         name: body.name.clone(),
                         profile: one.profile.clone(),
                         thickness_mm: one.height_mm,
@@ -71,7 +71,7 @@ impl BoardShape {
                         holes,
                     });
                 }
-                _ => return Err(BoardError::NoPlate { board: body.name.clone() }),
+                _ => return Err(BoardError::NotAPlate { board: body.name.clone() }),
             }
         }
     }
@@ -82,9 +82,9 @@ impl BoardShape {
     }
 
     /// Distance of a shape from the nearest edge, mm; negative if the shape is not wholly on the board.
-    pub fn distance_inside(&self, shape: &Shape) -> f64 {
+    pub fn edge_distance_mm(&self, shape: &Shape) -> f64 {
         let to_lines = |points: &[Point]| {
-            lines(points).map(|edge| shape.distance_to_line(edge)).fold(f64::INFINITY, f64::min)
+            lines(points).map(|edge| shape.distance_to_segment(edge)).fold(f64::INFINITY, f64::min)
         };
         let corners = shape.corners();
         let outer = match self.circle_mm {
@@ -108,12 +108,12 @@ impl BoardShape {
     }
 
     /// Distance of a point from the nearest edge, mm; negative if the point is not on the board.
-    pub fn distance_inside_of_point(&self, p: Point) -> f64 {
-        self.distance_inside(&Shape::disc(p, 0.0))
+    pub fn point_edge_distance_mm(&self, p: Point) -> f64 {
+        self.edge_distance_mm(&Shape::disc(p, 0.0))
     }
 
     /// Largest distance of the outline from the axis, mm.
-    pub fn reach_mm(&self) -> f64 {
+    pub fn max_radius_mm(&self) -> f64 {
         self.edge.iter().map(|p| p[0].hypot(p[1])).fold(0.0, f64::max)
     }
 
@@ -126,7 +126,7 @@ impl BoardShape {
 }
 
 /// Returns the circle that a closed path describes, if all its segments are arcs about one centre.
-fn circle(path: &Path) -> Option<RoundHole> {
+fn as_circle(path: &Path) -> Option<RoundHole> {
     let mut centres = path.segments.iter().map(|segment| match segment {
         Segment::Arc { centre, .. } => Some(*centre),
         _ => None,
@@ -153,7 +153,7 @@ fn is_within(points: &[Point], [x, y]: Point) -> bool {
 }
 
 /// Flattens a path to a closed loop of short lines.
-fn flat(path: &Path) -> Vec<Point> {
+fn flatten(path: &Path) -> Vec<Point> {
     let mut points = vec![path.start];
     for segment in &path.segments {
         let from = *points.last().expect("it has a start");

@@ -11,16 +11,16 @@ use std::collections::{BTreeMap, BTreeSet, BinaryHeap, VecDeque};
 use fabkit_geometry::Circuit;
 
 use crate::grid::Grid;
-use crate::layout::{Layout, SIDES, Track, Via};
-use crate::rules::width_for_mm;
+use crate::layout::{BoardLayout, SIDES, Track, Via};
+use crate::rules::min_track_width_mm;
 use crate::shapes::{Point, Shape};
-use crate::{BoardError, Rules};
+use crate::{BoardError, BoardRules};
 
 /// Maximum number of routing attempts, as a multiple of the number of nets.
-const TRIES: usize = 25;
+const MAX_TRIES_PER_NET: usize = 25;
 /// Cost of a point on another net's track, in um of track length. It grows with the square of the number of times
 /// that this net has been moved.
-const MOVED_COST: u64 = 400;
+const RIP_UP_COST_UM: u64 = 400;
 /// Cost of a via, as a length of track, um.
 const VIA_COST: u64 = 1_500;
 /// Minimum distance between a via and an opening of the mask, mm.
@@ -31,21 +31,21 @@ struct Router<'a> {
     grid: Grid,
     /// Distance of each point from the nearest edge, mm.
     inside_mm: Vec<f64>,
-    rules: &'a Rules,
+    rules: &'a BoardRules,
 }
 
 /// Routes all nets with tracks `usual_mm` wide, or wider if the net's current needs it.
 pub(crate) fn route(
-    layout: &mut Layout,
+    layout: &mut BoardLayout,
     circuit: &Circuit,
-    rules: &Rules,
+    rules: &BoardRules,
     usual_mm: f64,
 ) -> Result<(), BoardError> {
-    let grid = Grid::of(&layout.board);
-    let inside_mm = grid.points.iter().map(|p| layout.board.distance_inside_of_point(*p)).collect();
+    let grid = Grid::new(&layout.board);
+    let inside_mm = grid.points.iter().map(|p| layout.board.point_edge_distance_mm(*p)).collect();
     // The distance from the edge is the same for all nets, so it is computed once.
     let router = Router { grid, inside_mm, rules };
-    let width = |net: usize| usual_mm.max(width_for_mm(circuit.nets[net].current_a, rules));
+    let width = |net: usize| usual_mm.max(min_track_width_mm(circuit.nets[net].current_a, rules));
     let pins = |net: &usize| layout.pads.iter().filter(|pad| pad.net == Some(*net)).count();
     layout.tracks.clear();
     layout.vias.clear();
@@ -54,15 +54,15 @@ pub(crate) fn route(
     order.sort_by_key(|net| (pins(net), *net));
     let mut moved = vec![0; layout.nets.len()];
     let mut queue: VecDeque<usize> = order.iter().copied().collect();
-    for _ in 0..TRIES * order.len() {
+    for _ in 0..MAX_TRIES_PER_NET * order.len() {
         let Some(net) = queue.pop_front() else { return Ok(()) };
         // First a path that clears all other nets, then one through their tracks.
-        let free = router.net(layout, net, width(net), None);
+        let free = router.route_net(layout, net, width(net), None);
         let (tracks, vias) = match free {
             Ok(laid) => laid,
             Err(_) => {
-                let laid = router.net(layout, net, width(net), Some(&moved));
-                let no_way = |from| BoardError::NoWay {
+                let laid = router.route_net(layout, net, width(net), Some(&moved));
+                let no_way = |from| BoardError::NoRoute {
                     board: layout.board.name.clone(),
                     net: layout.nets[net].clone(),
                     from,
@@ -73,7 +73,7 @@ pub(crate) fn route(
             }
         };
         // Nets in the way lose all their tracks and are routed again later.
-        for other in router.in_the_way(layout, net, &tracks, &vias) {
+        for other in router.conflicting_nets(layout, net, &tracks, &vias) {
             moved[other] += 1;
             layout.tracks.retain(|track| track.net != other);
             layout.vias.retain(|via| via.net != other);
@@ -85,7 +85,7 @@ pub(crate) fn route(
     let Some(net) = queue.front().copied() else { return Ok(()) };
     // The attempts are used up: the nets still in the queue displace each other.
     let alone = layout.pads.iter().find(|pad| pad.net == Some(net));
-    Err(BoardError::NoWay {
+    Err(BoardError::NoRoute {
         board: layout.board.name.clone(),
         net: layout.nets[net].clone(),
         from: alone.map_or(String::new(), |pad| format!("{} pin {}", pad.part, pad.pin)),
@@ -95,38 +95,38 @@ pub(crate) fn route(
 }
 
 /// Points that a net may not use, because copper of other nets or an edge is near.
-struct Barred {
+struct BlockedPoints {
     /// Points that tracks may not use, by side.
     track: [Vec<bool>; 2],
     /// Points that vias may not use.
     via: Vec<bool>,
     /// Additional cost of points, um, by side.
-    more: [Vec<u64>; 2],
+    extra_cost_um: [Vec<u64>; 2],
 }
 
 impl Router<'_> {
     /// Minimum distance of grid points from copper, so that pieces of track between two such points keep `clear_mm`.
-    fn apart_mm(&self, clear_mm: f64) -> f64 {
+    fn point_clearance_mm(&self, clear_mm: f64) -> f64 {
         clear_mm.hypot(self.grid.step_mm / 2.0)
     }
 
     /// Determines the barred points. If `moved` gives how often each net has been moved, other nets' tracks are not
     /// barred but cost more.
-    fn barred(&self, layout: &Layout, net: usize, width_mm: f64, moved: Option<&[u64]>) -> Barred {
+    fn block_points(&self, layout: &BoardLayout, net: usize, width_mm: f64, moved: Option<&[u64]>) -> BlockedPoints {
         let rules = self.rules;
-        let edge = self.apart_mm(rules.edge_mm + width_mm / 2.0);
+        let edge = self.point_clearance_mm(rules.edge_mm + width_mm / 2.0);
         let near_edge: Vec<bool> = self.inside_mm.iter().map(|inside| *inside < edge).collect();
         let via_edge = rules.edge_mm + rules.via_mm / 2.0;
-        let mut barred = Barred {
+        let mut barred = BlockedPoints {
             track: [near_edge.clone(), near_edge],
             via: self.inside_mm.iter().map(|inside| *inside < via_edge).collect(),
-            more: [vec![0; self.grid.points.len()], vec![0; self.grid.points.len()]],
+            extra_cost_um: [vec![0; self.grid.points.len()], vec![0; self.grid.points.len()]],
         };
-        let track_mm = self.apart_mm(rules.clearance_mm + width_mm / 2.0);
+        let track_mm = self.point_clearance_mm(rules.clearance_mm + width_mm / 2.0);
         let via_mm = rules.clearance_mm + rules.via_mm / 2.0;
         let points = &self.grid.points;
         let mut bar = |shape: &Shape, sides: &[usize], is_foreign: bool, via_mm: f64| {
-            self.grid.near(shape, track_mm.max(via_mm), |i| {
+            self.grid.for_each_near(shape, track_mm.max(via_mm), |i| {
                 let apart = shape.distance_to_point(points[i]);
                 if is_foreign && apart < track_mm {
                     sides.iter().for_each(|side| barred.track[*side][i] = true);
@@ -139,25 +139,25 @@ impl Router<'_> {
             // A via below an opening of the mask would draw solder away from the pad, whichever net it belongs to.
             let open = rules.via_mm / 2.0 + rules.mask_mm + VIA_TO_OPENING_MM;
             let via_mm = if is_foreign { via_mm.max(open) } else { open };
-            bar(&pad.shape, &[side(pad.side)], is_foreign, via_mm);
+            bar(&pad.shape, &[side_index(pad.side)], is_foreign, via_mm);
         }
         if let Some(moved) = moved {
             for track in layout.tracks.iter().filter(|track| track.net != net) {
-                self.add(
+                self.add_cost(
                     &mut barred,
                     &track.shape(),
-                    &[side(track.side)],
+                    &[side_index(track.side)],
                     track_mm,
                     moved[track.net],
                 );
             }
             for via in layout.vias.iter().filter(|via| via.net != net) {
-                self.add(&mut barred, &via.shape(), &[0, 1], track_mm, moved[via.net]);
+                self.add_cost(&mut barred, &via.shape(), &[0, 1], track_mm, moved[via.net]);
             }
             return barred;
         }
         for track in layout.tracks.iter().filter(|track| track.net != net) {
-            bar(&track.shape(), &[side(track.side)], true, via_mm);
+            bar(&track.shape(), &[side_index(track.side)], true, via_mm);
         }
         // Two vias of the same net may touch, but their drills must stay apart.
         for via in &layout.vias {
@@ -171,20 +171,20 @@ impl Router<'_> {
     }
 
     /// Adds the cost of another net's copper to the points near it.
-    fn add(&self, barred: &mut Barred, shape: &Shape, sides: &[usize], apart_mm: f64, moved: u64) {
-        self.grid.near(shape, apart_mm, |i| {
+    fn add_cost(&self, barred: &mut BlockedPoints, shape: &Shape, sides: &[usize], apart_mm: f64, moved: u64) {
+        self.grid.for_each_near(shape, apart_mm, |i| {
             if shape.distance_to_point(self.grid.points[i]) < apart_mm {
                 sides
                     .iter()
-                    .for_each(|side| barred.more[*side][i] += MOVED_COST * (1 + moved).pow(2));
+                    .for_each(|side| barred.extra_cost_um[*side][i] += RIP_UP_COST_UM * (1 + moved).pow(2));
             }
         });
     }
 
     /// Returns the other nets that new tracks and vias come too near to.
-    fn in_the_way(
+    fn conflicting_nets(
         &self,
-        layout: &Layout,
+        layout: &BoardLayout,
         net: usize,
         tracks: &[Track],
         vias: &[Via],
@@ -192,7 +192,7 @@ impl Router<'_> {
         let rules = self.rules;
         let copper = |tracks: &[Track], vias: &[Via]| -> Vec<(Option<usize>, Shape, usize, f64)> {
             let tracks =
-                tracks.iter().map(|track| (Some(side(track.side)), track.shape(), track.net, 0.0));
+                tracks.iter().map(|track| (Some(side_index(track.side)), track.shape(), track.net, 0.0));
             let vias = vias.iter().map(|via| (None, via.shape(), via.net, via.drill_mm));
             tracks.chain(vias).collect()
         };
@@ -224,21 +224,21 @@ impl Router<'_> {
     }
 
     /// Routes one net. Returns its tracks and vias, or the pin that stays unconnected if there is no path.
-    fn net(
+    fn route_net(
         &self,
-        layout: &Layout,
+        layout: &BoardLayout,
         net: usize,
         width_mm: f64,
         moved: Option<&[u64]>,
     ) -> Result<(Vec<Track>, Vec<Via>), String> {
-        let mut barred = self.barred(layout, net, width_mm, moved);
+        let mut barred = self.block_points(layout, net, width_mm, moved);
         let count = self.grid.points.len();
         let pads: Vec<_> = layout.pads.iter().filter(|pad| pad.net == Some(net)).collect();
         // Grid points on each pad.
         let mut pad_at: BTreeMap<usize, usize> = BTreeMap::new();
         for (index, pad) in pads.iter().enumerate() {
-            let side = side(pad.side);
-            self.grid.near(&pad.shape, 0.0, |i| {
+            let side = side_index(pad.side);
+            self.grid.for_each_near(&pad.shape, 0.0, |i| {
                 if pad.shape.contains(self.grid.points[i]) && !barred.track[side][i] {
                     pad_at.insert(side * count + i, index);
                 }
@@ -251,11 +251,11 @@ impl Router<'_> {
             pad_at.iter().filter(|(_, pad)| **pad == 0).map(|(state, _)| *state).collect();
         let (mut tracks, mut vias) = (Vec::new(), Vec::new());
         while let Some(alone) = is_joined.iter().position(|joined| !joined) {
-            let way = self.way(&barred, &tree, |state| {
+            let way = self.find_path(&barred, &tree, |state| {
                 pad_at.get(&state).is_some_and(|pad| !is_joined[*pad])
             });
             // Two vias of this path would be too near to each other: bar the second and search again.
-            if let Some(point) = way.as_deref().and_then(|way| self.hop(way)) {
+            if let Some(point) = way.as_deref().and_then(|way| self.find_close_via(way)) {
                 barred.via[point] = true;
                 continue;
             }
@@ -270,11 +270,11 @@ impl Router<'_> {
             tree.sort_unstable();
             tree.dedup();
             let laid = vias.len();
-            self.lay(&way, net, width_mm, &mut tracks, &mut vias);
+            self.add_path(&way, net, width_mm, &mut tracks, &mut vias);
             // Later paths of this net must not drill too near to the new vias.
             for via in &vias[laid..] {
                 let apart = self.rules.hole_to_hole_mm + self.rules.via_drill_mm;
-                self.grid.near(&Shape::disc(via.at_mm, 0.0), apart, |i| {
+                self.grid.for_each_near(&Shape::disc(via.at_mm, 0.0), apart, |i| {
                     let [x, y] = self.grid.points[i];
                     barred.via[i] |= (x - via.at_mm[0]).hypot(y - via.at_mm[1]) < apart;
                 });
@@ -284,9 +284,9 @@ impl Router<'_> {
     }
 
     /// Finds the cheapest path from any state of `tree` to a target (Dijkstra). A state is side x points + point.
-    fn way(
+    fn find_path(
         &self,
-        barred: &Barred,
+        barred: &BlockedPoints,
         tree: &[usize],
         is_target: impl Fn(usize) -> bool,
     ) -> Option<Vec<usize>> {
@@ -320,22 +320,22 @@ impl Router<'_> {
                 }
             };
             let at = self.grid.points[point];
-            for beside in self.grid.beside(point).filter(|to| !barred.track[side][*to]) {
+            for beside in self.grid.neighbours(point).filter(|to| !barred.track[side][*to]) {
                 let to = self.grid.points[beside];
                 // Whole micrometres, so that costs are exact and ties are the same everywhere.
                 let length = ((to[0] - at[0]).hypot(to[1] - at[1]) * 1e3).round() as u64;
-                step(side * count + beside, length + barred.more[side][beside]);
+                step(side * count + beside, length + barred.extra_cost_um[side][beside]);
             }
             // The other side is reached by a via at the same point.
             if !barred.via[point] && !barred.track[1 - side][point] {
-                step((1 - side) * count + point, VIA_COST + barred.more[1 - side][point]);
+                step((1 - side) * count + point, VIA_COST + barred.extra_cost_um[1 - side][point]);
             }
         }
         None
     }
 
     /// Returns the second of two vias of a path that are too near to each other.
-    fn hop(&self, way: &[usize]) -> Option<usize> {
+    fn find_close_via(&self, way: &[usize]) -> Option<usize> {
         let count = self.grid.points.len();
         let changes = way.windows(2).filter(|pair| pair[0] / count != pair[1] / count);
         let vias: Vec<usize> = changes.map(|pair| pair[0] % count).collect();
@@ -348,7 +348,7 @@ impl Router<'_> {
     }
 
     /// Turns a path into tracks and vias.
-    fn lay(
+    fn add_path(
         &self,
         way: &[usize],
         net: usize,
@@ -362,22 +362,22 @@ impl Router<'_> {
         for run in way.chunk_by(|a, b| a / count == b / count) {
             let points: Vec<Point> = run.iter().map(|state| at(*state)).collect();
             let side = SIDES[run[0] / count];
-            let ends = straightened(&points);
+            let ends = merge_collinear(&points);
             tracks.extend(ends.into_iter().map(|ends| Track { side, ends, width_mm, net }));
         }
         for change in way.windows(2).filter(|pair| pair[0] / count != pair[1] / count) {
-            let Rules { via_drill_mm: drill_mm, via_mm: diameter_mm, .. } = *self.rules;
+            let BoardRules { via_drill_mm: drill_mm, via_mm: diameter_mm, .. } = *self.rules;
             vias.push(Via { at_mm: at(change[0]), drill_mm, diameter_mm, net });
         }
     }
 }
 
-fn side(of: fabkit_geometry::BoardSide) -> usize {
+fn side_index(of: fabkit_geometry::BoardSide) -> usize {
     usize::from(of == SIDES[1])
 }
 
 /// Joins points by line segments, and merges successive ones in the same direction.
-fn straightened(points: &[Point]) -> Vec<[Point; 2]> {
+fn merge_collinear(points: &[Point]) -> Vec<[Point; 2]> {
     let mut lines: Vec<[Point; 2]> = Vec::new();
     for pair in points.windows(2) {
         let is_on = lines.last().is_some_and(|last| {

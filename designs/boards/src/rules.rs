@@ -2,13 +2,13 @@
 
 /// Design rules of a board. Lengths are in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rules {
+pub struct BoardRules {
     /// Minimum clearance between copper of two nets.
     pub clearance_mm: f64,
     /// Minimum width of a track.
     pub track_mm: f64,
     /// Preferred width of a track, used if there is room.
-    pub usual_track_mm: f64,
+    pub preferred_track_mm: f64,
     /// Minimum distance between copper and a routed edge or an unplated hole.
     pub edge_mm: f64,
     /// Drill diameter of a via.
@@ -32,7 +32,7 @@ pub struct Rules {
     /// Minimum shorter edge of a pad to which a wire is soldered.
     pub wire_pad_mm: f64,
     /// Allowed temperature rise of a track above the board, K.
-    pub rise_k: f64,
+    pub temperature_rise_k: f64,
     /// Thickness of the copper.
     pub copper_mm: f64,
 }
@@ -40,10 +40,10 @@ pub struct Rules {
 /// Rules for two layers of 35 um copper as pooling services make them without surcharge: 0.15 mm tracks and gaps,
 /// 0.3 mm drills with 0.1 mm rings, 0.2 mm to a routed edge. The values are from their published tables; of those
 /// known, the wider one is chosen.
-pub const USUAL: Rules = Rules {
+pub const STANDARD_RULES: BoardRules = BoardRules {
     clearance_mm: 0.15,
     track_mm: 0.15,
-    usual_track_mm: 0.25,
+    preferred_track_mm: 0.25,
     edge_mm: 0.2,
     via_drill_mm: 0.3,
     via_mm: 0.5,
@@ -55,7 +55,7 @@ pub const USUAL: Rules = Rules {
     silk_line_mm: 0.12,
     part_mm: 0.15,
     wire_pad_mm: 0.5,
-    rise_k: 10.0,
+    temperature_rise_k: 10.0,
     copper_mm: 0.035,
 };
 
@@ -70,7 +70,7 @@ const MIL_PER_MM: f64 = 1.0 / 0.0254;
 /// // The chart of the standard: about 0.3 mm for 1 A at 10 K on 35 um.
 /// assert!((width_for_mm(1.0, &USUAL) - 0.30).abs() < 0.01);
 /// ```
-pub fn width_for_mm(current_a: f64, rules: &Rules) -> f64 {
-    let area_mil2 = (current_a / (0.048 * rules.rise_k.powf(0.44))).powf(1.0 / 0.725);
+pub fn min_track_width_mm(current_a: f64, rules: &BoardRules) -> f64 {
+    let area_mil2 = (current_a / (0.048 * rules.temperature_rise_k.powf(0.44))).powf(1.0 / 0.725);
     area_mil2 / (rules.copper_mm * MIL_PER_MM) / MIL_PER_MM
 }

@@ -23,7 +23,7 @@ fn cross(a: Point, b: Point) -> f64 {
 }
 
 /// Distance between a point and a line segment, mm.
-pub fn point_to_line(p: Point, [a, b]: [Point; 2]) -> f64 {
+pub fn point_segment_distance(p: Point, [a, b]: [Point; 2]) -> f64 {
     let along = sub(b, a);
     let length2 = dot(along, along);
     let t = if length2 > 0.0 { (dot(sub(p, a), along) / length2).clamp(0.0, 1.0) } else { 0.0 };
@@ -32,7 +32,7 @@ pub fn point_to_line(p: Point, [a, b]: [Point; 2]) -> f64 {
 }
 
 /// Distance between two line segments, mm; 0 if they cross.
-pub fn line_to_line(one: [Point; 2], other: [Point; 2]) -> f64 {
+pub fn segment_distance(one: [Point; 2], other: [Point; 2]) -> f64 {
     // Each segment has the ends of the other on different sides: they cross.
     let side = |[a, b]: [Point; 2], p: Point| cross(sub(b, a), sub(p, a));
     let (s0, s1) = (side(one, other[0]), side(one, other[1]));
@@ -41,10 +41,10 @@ pub fn line_to_line(one: [Point; 2], other: [Point; 2]) -> f64 {
         return 0.0;
     }
     let ends = [
-        point_to_line(one[0], other),
-        point_to_line(one[1], other),
-        point_to_line(other[0], one),
-        point_to_line(other[1], one),
+        point_segment_distance(one[0], other),
+        point_segment_distance(one[1], other),
+        point_segment_distance(other[0], one),
+        point_segment_distance(other[1], one),
     ];
     ends.into_iter().fold(f64::INFINITY, f64::min)
 }
@@ -88,7 +88,7 @@ impl Shape {
     }
 
     /// Centre: the mean of the corners, mm.
-    pub fn middle(&self) -> Point {
+    pub fn centre(&self) -> Point {
         let n = self.corners.len() as f64;
         let sum = self.corners.iter().fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
         [sum[0] / n, sum[1] / n]
@@ -96,7 +96,7 @@ impl Shape {
 
     /// Returns the shape enlarged on all sides. The corners of a rectangle stay sharp.
     #[must_use]
-    pub fn grown(&self, by_mm: f64) -> Self {
+    pub fn enlarged_by(&self, by_mm: f64) -> Self {
         let [a, b, c, d] = self.corners[..] else {
             return Self { radius_mm: self.radius_mm + by_mm, ..self.clone() };
         };
@@ -140,16 +140,16 @@ impl Shape {
         if self.polygon_contains(p) {
             return -self.radius_mm;
         }
-        let lines = self.edges().map(|edge| point_to_line(p, edge));
+        let lines = self.edges().map(|edge| point_segment_distance(p, edge));
         lines.fold(f64::INFINITY, f64::min) - self.radius_mm
     }
 
     /// Distance of a line segment from the shape, mm; 0 or negative if they touch.
-    pub fn distance_to_line(&self, line: [Point; 2]) -> f64 {
+    pub fn distance_to_segment(&self, line: [Point; 2]) -> f64 {
         if self.polygon_contains(line[0]) {
             return -self.radius_mm;
         }
-        let lines = self.edges().map(|edge| line_to_line(edge, line));
+        let lines = self.edges().map(|edge| segment_distance(edge, line));
         lines.fold(f64::INFINITY, f64::min) - self.radius_mm
     }
 
@@ -159,7 +159,7 @@ impl Shape {
         if self.polygon_contains(other.corners[0]) || other.polygon_contains(self.corners[0]) {
             return -self.radius_mm - other.radius_mm;
         }
-        let lines = self.edges().map(|edge| other.distance_to_line(edge));
+        let lines = self.edges().map(|edge| other.distance_to_segment(edge));
         lines.fold(f64::INFINITY, f64::min) - self.radius_mm
     }
 
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn distances_are_those_of_the_shapes() {
+    fn distances_between_shapes_are_exact() {
         assert_eq!(square(0.0).distance(&square(1.5)), 0.5);
         assert_eq!(square(0.0).distance(&Shape::disc([3.0, 0.5], 1.0)), 1.5);
         assert_eq!(Shape::disc([3.0, 0.5], 1.0).distance(&square(0.0)), 1.5);
@@ -193,15 +193,15 @@ mod tests {
     }
 
     #[test]
-    fn what_crosses_touches() {
+    fn crossing_segments_have_distance_zero() {
         let (one, other) = ([[0.0, 0.0], [2.0, 2.0]], [[0.0, 2.0], [2.0, 0.0]]);
-        assert_eq!(line_to_line(one, other), 0.0);
-        assert_eq!(line_to_line(one, [[3.0, 0.0], [3.0, 5.0]]), 1.0);
+        assert_eq!(segment_distance(one, other), 0.0);
+        assert_eq!(segment_distance(one, [[3.0, 0.0], [3.0, 5.0]]), 1.0);
     }
 
     #[test]
-    fn a_grown_rectangle_is_one() {
-        let grown = square(0.0).grown(0.5);
+    fn an_enlarged_rectangle_stays_a_rectangle() {
+        let grown = square(0.0).enlarged_by(0.5);
         assert_eq!(grown.bounds(), [[-0.5, -0.5], [1.5, 1.5]]);
         assert!(grown.contains([1.4, 1.4]) && !square(0.0).contains([1.4, 1.4]));
     }

@@ -2,11 +2,11 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use fabkit_geometry::{BoardPlace, BoardSide, Circuit, CircuitKind};
+use fabkit_geometry::{BoardPlacement, BoardSide, Circuit, CircuitKind};
 
-use crate::Rules;
+use crate::BoardRules;
 use crate::font;
-use crate::layout::{Layout, PlacedPart, SilkLine};
+use crate::layout::{BoardLayout, PlacedPart, SilkLine};
 use crate::shapes::{Point, Shape};
 
 /// Heights of letters that are tried, mm. The smaller one is the smallest that fabs still print.
@@ -17,11 +17,11 @@ const EDGE_MM: f64 = 0.15;
 const RINGS: u32 = 10;
 
 /// Prints everything for which there is room. Nothing lies on solder or on other ink.
-pub(crate) fn print(layout: &mut Layout, circuit: &Circuit, rules: &Rules) {
+pub(crate) fn print_silk(layout: &mut BoardLayout, circuit: &Circuit, rules: &BoardRules) {
     let parts = layout.parts.clone();
     // Marks of polarity first: they must stand at their pads, while texts may move.
     for part in &parts {
-        polarity(layout, part, rules);
+        print_polarity_mark(layout, part, rules);
     }
     for part in &parts {
         let text = match part.kind {
@@ -33,20 +33,20 @@ pub(crate) fn print(layout: &mut Layout, circuit: &Circuit, rules: &Rules) {
         };
         let text = text.unwrap_or_else(|| part.designator.clone());
         let outline = part.outline.clone();
-        letter(layout, rules, &text, part.place.side, &outline, part.place.at_mm);
+        print_text(layout, rules, &text, part.place.side, &outline, part.place.at_mm);
     }
     // The board's name goes near the outer edge, on the upper side if there is room.
-    let far = Shape::disc([0.0, layout.board.reach_mm() * 0.8], 0.0);
+    let far = Shape::disc([0.0, layout.board.max_radius_mm() * 0.8], 0.0);
     let name = layout.board.name.clone();
     for side in crate::SIDES {
-        if letter(layout, rules, &name, side, &far, far.middle()) {
+        if print_text(layout, rules, &name, side, &far, far.centre()) {
             break;
         }
     }
 }
 
 /// Prints a line beside the cathode or the first pin, on the part's side.
-fn polarity(layout: &mut Layout, part: &PlacedPart, rules: &Rules) {
+fn print_polarity_mark(layout: &mut BoardLayout, part: &PlacedPart, rules: &BoardRules) {
     let pin = match part.kind {
         CircuitKind::Led => "K",
         CircuitKind::Switch => "1",
@@ -58,7 +58,7 @@ fn polarity(layout: &mut Layout, part: &PlacedPart, rules: &Rules) {
     };
     let [low, high] = pad.shape.bounds();
     let reach = (high[0] - low[0]).hypot(high[1] - low[1]) / 2.0;
-    let at = pad.shape.middle();
+    let at = pad.shape.centre();
     let away = [at[0] - part.place.at_mm[0], at[1] - part.place.at_mm[1]];
     let angle = away[1].atan2(away[0]);
     // Beyond the pad first, then to its sides in steps of 15 degrees.
@@ -82,9 +82,9 @@ fn polarity(layout: &mut Layout, part: &PlacedPart, rules: &Rules) {
 }
 
 /// Prints a text as near to `at` as there is room. Returns whether it was printed.
-fn letter(
-    layout: &mut Layout,
-    rules: &Rules,
+fn print_text(
+    layout: &mut BoardLayout,
+    rules: &BoardRules,
     text: &str,
     side: BoardSide,
     outline: &Shape,
@@ -101,8 +101,8 @@ fn letter(
                 // Level first, then along the board's edge.
                 let around = middle[1].atan2(middle[0]) - FRAC_PI_2;
                 for turn_rad in [0.0, around] {
-                    let place = BoardPlace { at_mm: middle, turn_rad, side };
-                    let lines = written(text, height, &place, rules);
+                    let place = BoardPlacement { at_mm: middle, turn_rad, side };
+                    let lines = text_lines(text, height, &place, rules);
                     if is_free(layout, rules, &lines) {
                         layout.silk.extend(lines);
                         return true;
@@ -115,7 +115,7 @@ fn letter(
 }
 
 /// Returns the lines of a text. On the lower side it reads from below.
-fn written(text: &str, height_mm: f64, place: &BoardPlace, rules: &Rules) -> Vec<SilkLine> {
+fn text_lines(text: &str, height_mm: f64, place: &BoardPlacement, rules: &BoardRules) -> Vec<SilkLine> {
     let ends = font::lines(text, height_mm).into_iter().map(|ends| {
         ends.map(|[x, y]| match place.side {
             BoardSide::Top => place.point([x, y]),
@@ -127,13 +127,13 @@ fn written(text: &str, height_mm: f64, place: &BoardPlace, rules: &Rules) -> Vec
 }
 
 /// Returns whether lines stay clear of the board's edge, other ink, mask openings and parts.
-fn is_free(layout: &Layout, rules: &Rules, lines: &[SilkLine]) -> bool {
+fn is_free(layout: &BoardLayout, rules: &BoardRules, lines: &[SilkLine]) -> bool {
     lines.iter().all(|line| {
         let ink = line.shape();
         let others = layout.silk.iter().filter(|other| other.side == line.side);
         let is_on = |side: &BoardSide| *side == line.side;
-        layout.board.distance_inside_of_point(line.ends[0]) > EDGE_MM
-            && layout.board.distance_inside_of_point(line.ends[1]) > EDGE_MM
+        layout.board.point_edge_distance_mm(line.ends[0]) > EDGE_MM
+            && layout.board.point_edge_distance_mm(line.ends[1]) > EDGE_MM
             && others.into_iter().all(|other| other.shape().distance(&ink) > rules.silk_mm)
             && layout
                 .openings

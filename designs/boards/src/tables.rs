@@ -6,23 +6,23 @@ use fabkit_geometry::{BoardSide, Circuit, CircuitKind};
 use serde_json::{Value, json};
 
 use crate::gerber::{DATE, Project};
-use crate::layout::{Layout, PlacedPart};
+use crate::layout::{BoardLayout, PlacedPart};
 use crate::shapes::Shape;
-use crate::{Drill, Rules};
+use crate::{Drill, BoardRules};
 
 /// Rounds to millionths of a millimetre, the resolution of the Gerber layers.
-fn exact(mm: f64) -> Value {
+fn round_to_nm(mm: f64) -> Value {
     json!((mm * 1e6).round() / 1e6)
 }
 
 fn points(shape: &Shape) -> Vec<Value> {
-    shape.corners().iter().map(|p| json!([exact(p[0]), exact(p[1])])).collect()
+    shape.corners().iter().map(|p| json!([round_to_nm(p[0]), round_to_nm(p[1])])).collect()
 }
 
 /// Writes the job file (Ucamco's Gerber job format).
-pub(crate) fn job(
-    layout: &Layout,
-    rules: &Rules,
+pub(crate) fn job_file(
+    layout: &BoardLayout,
+    rules: &BoardRules,
     project: &Project<'_>,
     layers: &[(String, String, &'static str, Vec<u8>)],
 ) -> String {
@@ -46,7 +46,7 @@ pub(crate) fn job(
     ]
     .into_iter()
     .map(|(kind, thickness, name)| match thickness {
-        Some(mm) => json!({ "Type": kind, "Thickness": exact(mm), "Name": name }),
+        Some(mm) => json!({ "Type": kind, "Thickness": round_to_nm(mm), "Name": name }),
         None => json!({ "Type": kind, "Name": name }),
     })
     .collect();
@@ -59,9 +59,9 @@ pub(crate) fn job(
         },
         "GeneralSpecs": {
             "ProjectId": { "Name": project.name, "GUID": project.guid, "Revision": project.revision },
-            "Size": { "X": exact(high[0] - low[0]), "Y": exact(high[1] - low[1]) },
+            "Size": { "X": round_to_nm(high[0] - low[0]), "Y": round_to_nm(high[1] - low[1]) },
             "LayerNumber": 2,
-            "BoardThickness": exact(layout.board.thickness_mm),
+            "BoardThickness": round_to_nm(layout.board.thickness_mm),
         },
         "DesignRules": [{
             "Layers": "Outer",
@@ -77,11 +77,11 @@ pub(crate) fn job(
 }
 
 /// Returns whether a part is bought, unlike test points and pads for wires.
-fn is_ordered(part: &&PlacedPart) -> bool {
+fn is_bought(part: &&PlacedPart) -> bool {
     !matches!(part.kind, CircuitKind::TestPoint | CircuitKind::WirePad)
 }
 
-fn quoted(text: &str) -> String {
+fn quote_csv(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\""))
 }
 
@@ -97,17 +97,17 @@ fn rotation_deg(part: &PlacedPart) -> f64 {
 }
 
 /// Writes the pick-and-place table: centre and rotation of each part, seen from above on both sides.
-pub(crate) fn places(layout: &Layout) -> String {
+pub(crate) fn placement_table(layout: &BoardLayout) -> String {
     let mut text = String::from("Ref,Val,Package,PosX,PosY,Rot,Side\n");
-    for part in layout.parts.iter().filter(is_ordered) {
+    for part in layout.parts.iter().filter(is_bought) {
         // Adding 0 turns -0 into 0.
         let [x, y] = part.place.at_mm.map(|mm| (mm * 1e4).round() / 1e4 + 0.0);
         _ = writeln!(
             text,
             "{},{},{},{x:.4},{y:.4},{:.3},{}",
             part.designator,
-            quoted(&part.value),
-            quoted(&part.package),
+            quote_csv(&part.value),
+            quote_csv(&part.package),
             rotation_deg(part),
             side(part.place.side),
         );
@@ -116,9 +116,9 @@ pub(crate) fn places(layout: &Layout) -> String {
 }
 
 /// Writes the list of parts to order for one board.
-pub(crate) fn parts(layout: &Layout) -> String {
+pub(crate) fn parts_list(layout: &BoardLayout) -> String {
     let mut rows: Vec<(&str, &str, Vec<&str>)> = Vec::new();
-    for part in layout.parts.iter().filter(is_ordered) {
+    for part in layout.parts.iter().filter(is_bought) {
         match rows.iter_mut().find(|row| row.0 == part.value && row.1 == part.package) {
             Some(row) => row.2.push(&part.designator),
             None => rows.push((&part.value, &part.package, vec![&part.designator])),
@@ -126,14 +126,14 @@ pub(crate) fn parts(layout: &Layout) -> String {
     }
     let mut text = String::from("Designators,Quantity,Value,Package\n");
     for (value, package, names) in rows {
-        let (count, names) = (names.len(), quoted(&names.join(" ")));
-        _ = writeln!(text, "{names},{count},{},{}", quoted(value), quoted(package));
+        let (count, names) = (names.len(), quote_csv(&names.join(" ")));
+        _ = writeln!(text, "{names},{count},{},{}", quote_csv(value), quote_csv(package));
     }
     text
 }
 
 /// Writes everything that is drawn, drilled and connected, for checking the layers independently.
-pub(crate) fn description(layout: &Layout, circuit: &Circuit, design_hash: &str) -> String {
+pub(crate) fn description(layout: &BoardLayout, circuit: &Circuit, design_hash: &str) -> String {
     let name = |net: usize| layout.nets[net].as_str();
     let pads: Vec<Value> = layout
         .pads
@@ -144,9 +144,9 @@ pub(crate) fn description(layout: &Layout, circuit: &Circuit, design_hash: &str)
                 "pin": pad.pin,
                 "net": pad.net.map(name),
                 "side": side(pad.side),
-                "at_mm": pad.shape.middle().map(exact),
+                "at_mm": pad.shape.centre().map(round_to_nm),
                 "corners_mm": points(&pad.shape),
-                "radius_mm": exact(pad.shape.radius_mm()),
+                "radius_mm": round_to_nm(pad.shape.radius_mm()),
             })
         })
         .collect();
@@ -155,14 +155,14 @@ pub(crate) fn description(layout: &Layout, circuit: &Circuit, design_hash: &str)
         .iter()
         .map(|via| {
             json!({
-                "at_mm": via.at_mm.map(exact),
+                "at_mm": via.at_mm.map(round_to_nm),
                 "drill_mm": via.drill_mm,
                 "diameter_mm": via.diameter_mm,
                 "net": name(via.net),
             })
         })
         .collect();
-    let drill = |drill: &Drill| json!({ "at_mm": drill.at_mm.map(exact), "diameter_mm": exact(drill.diameter_mm) });
+    let drill = |drill: &Drill| json!({ "at_mm": drill.at_mm.map(round_to_nm), "diameter_mm": round_to_nm(drill.diameter_mm) });
     let parts: Vec<Value> = layout
         .parts
         .iter()
@@ -173,7 +173,7 @@ pub(crate) fn description(layout: &Layout, circuit: &Circuit, design_hash: &str)
                 "value": part.value,
                 "package": part.package,
                 "side": side(part.place.side),
-                "at_mm": part.place.at_mm.map(exact),
+                "at_mm": part.place.at_mm.map(round_to_nm),
                 "turn_deg": rotation_deg(part),
                 "body": body,
             })
@@ -186,7 +186,7 @@ pub(crate) fn description(layout: &Layout, circuit: &Circuit, design_hash: &str)
             json!({
                 "side": side(track.side),
                 "net": name(track.net),
-                "ends_mm": track.ends.map(|end| end.map(exact)),
+                "ends_mm": track.ends.map(|end| end.map(round_to_nm)),
                 "width_mm": track.width_mm,
             })
         })
@@ -196,7 +196,7 @@ pub(crate) fn description(layout: &Layout, circuit: &Circuit, design_hash: &str)
         "version": 1,
         "board": layout.board.name,
         "design_hash": design_hash,
-        "thickness_mm": exact(layout.board.thickness_mm),
+        "thickness_mm": round_to_nm(layout.board.thickness_mm),
         "profile": layout.board.profile,
         "nets": layout.nets,
         "parts": parts,

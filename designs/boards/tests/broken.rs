@@ -2,9 +2,9 @@
 
 use std::sync::OnceLock;
 
-use fabkit_boards::{BoardError, BoardShape, Flaw, Layout, USUAL, check, files, lay_out};
+use fabkit_boards::{BoardError, BoardShape, BoardFlaw, BoardLayout, STANDARD_RULES, check, fabrication_files, lay_out};
 use fabkit_geometry::{
-    BoardPlace, BoardSide, Body, Circuit, CircuitKind, CircuitPart, Land, Net, Path, Process,
+    BoardPlacement, BoardSide, Body, Circuit, CircuitKind, CircuitPart, Land, Net, Path, Process,
     Profile, SeriesResistor, Solid,
 };
 
@@ -28,7 +28,7 @@ fn part(
         package: "0603".into(),
         lands: vec![land(pins[0], -0.8), land(pins[1], 0.8)],
         size_mm: [1.6, 0.8],
-        place: at.map(|at_mm| BoardPlace { at_mm, turn_rad: 0.0, side: BoardSide::Top }),
+        place: at.map(|at_mm| BoardPlacement { at_mm, turn_rad: 0.0, side: BoardSide::Top }),
         body: None,
     }
 }
@@ -49,7 +49,7 @@ fn circuit() -> Circuit {
             is_round: false,
         }],
         size_mm: [0.0; 2],
-        place: Some(BoardPlace { at_mm, turn_rad: 0.0, side: BoardSide::Bottom }),
+        place: Some(BoardPlacement { at_mm, turn_rad: 0.0, side: BoardSide::Bottom }),
         ..part(name, CircuitKind::WirePad, "wire", ["1", "2"], None)
     };
     Circuit {
@@ -77,7 +77,7 @@ fn circuit() -> Circuit {
             forward_v: 3.1,
             leds: 1,
             led_rated_a: 0.02,
-            wanted_a: Some(0.01),
+            target_current_a: Some(0.01),
             ohms: 200.0,
             rated_w: 0.1,
             source: "test".into(),
@@ -92,79 +92,79 @@ fn circuit() -> Circuit {
 fn board() -> BoardShape {
     let profile = Profile::new(Path::rectangle([0.0; 2], [22.0, 16.0], 2.0))
         .with_hole(Path::circle([0.0; 2], 2.5));
-    BoardShape::of(&Body::made("board", "test", Process::Pcb, Solid::extrusion(profile, 1.0)))
+    BoardShape::from_body(&Body::made("board", "test", Process::Pcb, Solid::extrusion(profile, 1.0)))
         .unwrap()
 }
 
-fn whole() -> (Layout, Circuit) {
-    static LAYOUT: OnceLock<Layout> = OnceLock::new();
-    let laid = || lay_out(&circuit(), &board(), &USUAL).unwrap();
+fn intact_board() -> (BoardLayout, Circuit) {
+    static LAYOUT: OnceLock<BoardLayout> = OnceLock::new();
+    let laid = || lay_out(&circuit(), &board(), &STANDARD_RULES).unwrap();
     (LAYOUT.get_or_init(laid).clone(), circuit())
 }
 
 /// Kinds of the findings, each once.
-fn flaws(layout: &Layout, circuit: &Circuit) -> Vec<Flaw> {
-    let mut flaws: Vec<Flaw> =
-        check(layout, circuit, &USUAL).into_iter().map(|finding| finding.flaw).collect();
+fn flaws(layout: &BoardLayout, circuit: &Circuit) -> Vec<BoardFlaw> {
+    let mut flaws: Vec<BoardFlaw> =
+        check(layout, circuit, &STANDARD_RULES).into_iter().map(|finding| finding.flaw).collect();
     flaws.dedup();
     flaws
 }
 
-fn broken(how: impl Fn(&mut Layout, &mut Circuit)) -> Vec<Flaw> {
-    let (mut layout, mut circuit) = whole();
+fn flaws_after(how: impl Fn(&mut BoardLayout, &mut Circuit)) -> Vec<BoardFlaw> {
+    let (mut layout, mut circuit) = intact_board();
     how(&mut layout, &mut circuit);
     flaws(&layout, &circuit)
 }
 
-fn net_index(layout: &Layout, name: &str) -> usize {
+fn net_index(layout: &BoardLayout, name: &str) -> usize {
     layout.nets.iter().position(|net| net == name).unwrap()
 }
 
 #[test]
-fn a_whole_board_is_found_whole_and_is_the_same_each_time() {
-    let (layout, circuit) = whole();
-    assert_eq!(check(&layout, &circuit, &USUAL), []);
+fn an_intact_board_has_no_findings_and_is_reproducible() {
+    let (layout, circuit) = intact_board();
+    assert_eq!(check(&layout, &circuit, &STANDARD_RULES), []);
     assert!(!layout.vias.is_empty(), "wires are below, all else is above");
-    let again = lay_out(&circuit, &board(), &USUAL).unwrap();
-    assert_eq!(files(&layout, &circuit, &USUAL, "00"), files(&again, &circuit, &USUAL, "00"));
+    let again = lay_out(&circuit, &board(), &STANDARD_RULES).unwrap();
+    assert_eq!(fabrication_files(&layout, &circuit, &STANDARD_RULES, "00"), fabrication_files(&again, &circuit, &STANDARD_RULES, "00"));
 }
 
 #[test]
 fn an_open_net() {
-    let open = broken(|layout, _| {
+    let open = flaws_after(|layout, _| {
         let net = net_index(layout, "LED1");
         layout.tracks.retain(|track| track.net != net);
     });
-    assert_eq!(open, [Flaw::Open]);
+    assert_eq!(open, [BoardFlaw::Open]);
 }
 
 #[test]
 fn a_missing_via() {
-    let missing = broken(|layout, _| {
+    let missing = flaws_after(|layout, _| {
         let net = layout.vias[0].net;
         layout.vias.retain(|via| via.net != net);
     });
-    assert_eq!(missing, [Flaw::Open]);
+    assert_eq!(missing, [BoardFlaw::Open]);
 }
 
 #[test]
 fn a_short() {
-    let short = broken(|layout, _| {
+    let short = flaws_after(|layout, _| {
         let [one, other] = ["LED1", "LED2"].map(|name| net_index(layout, name));
         // Laid for one net, touching the other: what it was laid for does not count.
-        let at = |net| layout.pads.iter().find(|pad| pad.net == Some(net)).unwrap().shape.middle();
+        let at = |net| layout.pads.iter().find(|pad| pad.net == Some(net)).unwrap().shape.centre();
         let track = layout.tracks.iter().find(|track| track.net == one).unwrap().clone();
         let ends = [at(one), [at(one)[0], 7.0], [at(other)[0], 7.0], at(other)];
         for pair in ends.windows(2) {
             layout.tracks.push(fabkit_boards::Track { ends: [pair[0], pair[1]], ..track.clone() });
         }
     });
-    assert!(short.contains(&Flaw::Short), "{short:?}");
+    assert!(short.contains(&BoardFlaw::Short), "{short:?}");
 }
 
 #[test]
 fn copper_too_near_to_other_copper() {
-    let near = broken(|layout, _| {
+    let near = flaws_after(|layout, _| {
         let led = net_index(layout, "LED1");
         let pad = layout.pads.iter().find(|pad| pad.part == "D1" && pad.pin == "K").unwrap();
         let [low, high] = pad.shape.bounds();
@@ -173,43 +173,43 @@ fn copper_too_near_to_other_copper() {
         let side = BoardSide::Top;
         layout.tracks.push(fabkit_boards::Track { side, ends, width_mm: 0.15, net: led });
     });
-    assert_eq!(near, [Flaw::Clearance]);
+    assert_eq!(near, [BoardFlaw::Clearance]);
 }
 
 #[test]
 fn a_track_too_near_to_the_edge_and_a_pad_beyond_it() {
-    let edge = broken(|layout, _| {
+    let edge = flaws_after(|layout, _| {
         let net = net_index(layout, "GND");
         let ends = [[-5.0, 7.9], [5.0, 7.9]];
         let side = BoardSide::Bottom;
         layout.tracks.push(fabkit_boards::Track { side, ends, width_mm: 0.15, net });
     });
-    assert_eq!(edge, [Flaw::Edge]);
+    assert_eq!(edge, [BoardFlaw::Edge]);
     let mut circuit = circuit();
     circuit.parts[4].place.as_mut().unwrap().at_mm = [-2.0, -7.9];
-    let layout = lay_out(&circuit, &board(), &USUAL);
+    let layout = lay_out(&circuit, &board(), &STANDARD_RULES);
     // Either no track reaches it, or it is found.
     match layout {
-        Ok(layout) => assert_eq!(flaws(&layout, &circuit), [Flaw::Edge]),
-        Err(error) => assert!(matches!(error, BoardError::NoWay { .. }), "{error}"),
+        Ok(layout) => assert_eq!(flaws(&layout, &circuit), [BoardFlaw::Edge]),
+        Err(error) => assert!(matches!(error, BoardError::NoRoute { .. }), "{error}"),
     }
 }
 
 #[test]
 fn copper_too_near_to_the_bore() {
-    let bore = broken(|layout, _| {
+    let bore = flaws_after(|layout, _| {
         let net = net_index(layout, "GND");
         let ends = [[2.6, -1.0], [2.6, 1.0]];
         let side = BoardSide::Bottom;
         layout.tracks.push(fabkit_boards::Track { side, ends, width_mm: 0.15, net });
     });
-    assert_eq!(bore, [Flaw::Edge]);
+    assert_eq!(bore, [BoardFlaw::Edge]);
 }
 
 #[test]
 fn an_led_turned_round() {
-    let turned = broken(|layout, _| {
-        let of = |layout: &Layout, pin: &str| {
+    let turned = flaws_after(|layout, _| {
+        let of = |layout: &BoardLayout, pin: &str| {
             layout.pads.iter().position(|pad| pad.part == "D1" && pad.pin == pin).unwrap()
         };
         let (k, a) = (of(layout, "K"), of(layout, "A"));
@@ -218,78 +218,78 @@ fn an_led_turned_round() {
         layout.pads[a].shape = shape;
     });
     // Its cathode is on the resistor now, and its anode on ground.
-    assert!(turned.contains(&Flaw::Turned) && turned.contains(&Flaw::Short), "{turned:?}");
+    assert!(turned.contains(&BoardFlaw::SwappedPads) && turned.contains(&BoardFlaw::Short), "{turned:?}");
 }
 
 #[test]
 fn a_thin_track() {
-    assert_eq!(broken(|layout, _| layout.tracks[0].width_mm = 0.1), [Flaw::Track]);
+    assert_eq!(flaws_after(|layout, _| layout.tracks[0].width_mm = 0.1), [BoardFlaw::Track]);
     // As wide as any, but not for ten amperes.
-    let (layout, mut circuit) = whole();
+    let (layout, mut circuit) = intact_board();
     let net = layout.tracks[0].net;
     circuit.nets[net].current_a = 10.0;
-    assert_eq!(flaws(&layout, &circuit), [Flaw::Track]);
+    assert_eq!(flaws(&layout, &circuit), [BoardFlaw::Track]);
 }
 
 #[test]
 fn a_drill_too_small_and_a_ring_too_narrow() {
-    assert_eq!(broken(|layout, _| layout.vias[0].drill_mm = 0.2), [Flaw::Drill]);
-    assert_eq!(broken(|layout, _| layout.vias[0].drill_mm = 0.45), [Flaw::Ring]);
+    assert_eq!(flaws_after(|layout, _| layout.vias[0].drill_mm = 0.2), [BoardFlaw::Drill]);
+    assert_eq!(flaws_after(|layout, _| layout.vias[0].drill_mm = 0.45), [BoardFlaw::Ring]);
 }
 
 #[test]
 fn holes_too_near_to_each_other() {
-    let near = broken(|layout, _| {
+    let near = flaws_after(|layout, _| {
         let via = layout.vias[0];
         let at_mm = [via.at_mm[0] + 0.45, via.at_mm[1]];
         layout.drills.push(fabkit_boards::Drill { at_mm, diameter_mm: 0.4 });
     });
-    assert_eq!(near, [Flaw::Holes]);
+    assert_eq!(near, [BoardFlaw::HoleSpacing]);
 }
 
 #[test]
 fn a_missing_opening_of_the_mask() {
-    assert_eq!(broken(|layout, _| _ = layout.openings.remove(0)), [Flaw::Mask]);
+    assert_eq!(flaws_after(|layout, _| _ = layout.openings.remove(0)), [BoardFlaw::Mask]);
 }
 
 #[test]
 fn silk_on_a_pad() {
-    let silk = broken(|layout, _| {
-        let at = layout.pads[0].shape.middle();
+    let silk = flaws_after(|layout, _| {
+        let at = layout.pads[0].shape.centre();
         let side = layout.pads[0].side;
         let ends = [at, [at[0] + 0.3, at[1]]];
         layout.silk.push(fabkit_boards::SilkLine { side, ends, width_mm: 0.15 });
     });
-    assert_eq!(silk, [Flaw::Silk]);
+    assert_eq!(silk, [BoardFlaw::Silk]);
 }
 
 #[test]
 fn parts_that_overlap() {
-    let overlap = broken(|layout, _| {
+    let overlap = flaws_after(|layout, _| {
         let outline = layout.parts[0].outline.clone();
         layout.parts[1].outline = outline;
     });
-    assert_eq!(overlap, [Flaw::Parts]);
+    assert_eq!(overlap, [BoardFlaw::Parts]);
 }
 
 #[test]
 fn a_wrong_resistor() {
-    assert_eq!(broken(|_, circuit| circuit.resistors[0].ohms = 20.0), [Flaw::Resistor]);
-    assert_eq!(broken(|_, circuit| circuit.parts[2].value = "47 ohm".into()), [Flaw::Resistor]);
-    assert_eq!(broken(|_, circuit| circuit.resistors[0].rated_w = 0.01), [Flaw::Resistor]);
+    assert_eq!(flaws_after(|_, circuit| circuit.resistors[0].ohms = 20.0), [BoardFlaw::Resistor]);
+    assert_eq!(flaws_after(|_, circuit| circuit.parts[2].value = "47 ohm".into()), [BoardFlaw::Resistor]);
+    assert_eq!(flaws_after(|_, circuit| circuit.resistors[0].rated_w = 0.01), [BoardFlaw::Resistor]);
 }
 
 #[test]
 fn a_part_that_is_not_there() {
-    assert!(broken(|layout, _| _ = layout.parts.remove(0)).contains(&Flaw::Misplaced));
+    assert!(flaws_after(|layout, _| _ = layout.parts.remove(0)).contains(&BoardFlaw::PadPosition));
 }
 
 #[test]
-fn a_board_without_room_says_what_needs_how_much() {
+fn a_board_without_room_names_the_part_and_its_size() {
     let profile = Profile::new(Path::rectangle([0.0; 2], [17.0, 10.4], 0.0))
         .with_hole(Path::rectangle([0.0, -1.0], [16.0, 6.0], 0.0));
     let body = Body::made("board", "test", Process::Pcb, Solid::extrusion(profile, 1.0));
-    let error = lay_out(&circuit(), &BoardShape::of(&body).unwrap(), &USUAL).unwrap_err();
+    let error = lay_out(&circuit(), &BoardShape::from_body(&body).unwrap(), &STANDARD_RULES).unwrap_err();
     let text = error.to_string();
     assert!(text.contains("board: ") && text.contains("mm"), "{text}");
 }

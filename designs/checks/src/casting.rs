@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 use fabkit_geometry::{Crossing, Point3, Pour, Ray};
 use rayon::prelude::*;
 
-use crate::case::Place;
-use crate::case::{Case, Looked};
+use crate::rule_input::Place;
+use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::Finding;
-use crate::lines::{Bundle, Caster, DIRECTIONS, steepness};
+use crate::sampling_lines::{Bundle, Caster, DIRECTIONS, steepness};
 use crate::memo::{Key, Memo};
 use crate::opening;
 use crate::rule::Rule;
@@ -29,7 +29,7 @@ rule! {
     look: apply,
 }
 
-fn apply(case: &Case<'_>) -> Looked {
+fn apply(case: &RuleInput<'_>) -> RuleResult {
     let found = case.pours.iter().flat_map(|(place, pour)| {
         let found = examine(place, pour, case.scene, case.memo);
         (case.tick)();
@@ -139,7 +139,7 @@ pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Assemblies, memo: &Mem
         return Vec::new();
     };
     let cavity = Cavity { pour, layer, walls: bodies.iter().filter(is_wall).collect() };
-    let key = opening::keyed(Key::new(2).key(layer.key), &pour.openings);
+    let key = opening::add_to_key(Key::new(2).key(layer.key), &pour.openings);
     let key = cavity.walls.iter().fold(key, |key, wall| key.key(wall.key));
     let mut findings = Vec::new();
     memo.is_clean(&key, || {
@@ -197,9 +197,9 @@ fn mismatched(
     )
     .in_step(place.step)
     .in_assembly(place.assembly)
-    .of([pour.layer.as_str(), wall])
-    .at(at)
-    .measured((gap_mm3 + overlap_mm3) / layer_mm3, MISMATCH_LIMIT, "of the volume")
+    .about_bodies([pour.layer.as_str(), wall])
+    .at_position(at)
+    .with_measurement((gap_mm3 + overlap_mm3) / layer_mm3, MISMATCH_LIMIT, "of the volume")
 }
 
 fn leak(place: &Place, cavity: &Cavity, tally: &Tally, bodies: &[Placed]) -> Finding {
@@ -218,9 +218,9 @@ fn leak(place: &Place, cavity: &Cavity, tally: &Tally, bodies: &[Placed]) -> Fin
     Finding::error(Rule::Casting, format!("the cavity of the {} is open", layer.name), fix)
         .in_step(place.step)
         .in_assembly(place.assembly)
-        .of(std::iter::once(layer.name).chain(other.map(|b| b.name)))
-        .at(tally.leak)
-        .measured(tally.leak_mm2.into_iter().fold(0.0, f64::max), 0.0, "mm2")
+        .about_bodies(std::iter::once(layer.name).chain(other.map(|b| b.name)))
+        .at_position(tally.leak)
+        .with_measurement(tally.leak_mm2.into_iter().fold(0.0, f64::max), 0.0, "mm2")
 }
 
 /// Casts all lines through the layer.
@@ -284,13 +284,13 @@ impl Line<'_> {
     fn cast(&mut self, ray: &Ray) {
         let Self { cavity, caster, layer, walls } = self;
         layer.clear();
-        layer.extend_from_slice(caster.ends(&cavity.layer.body, ray));
+        layer.extend_from_slice(caster.intervals(&cavity.layer.body, ray));
         walls.clear();
         if layer.is_empty() {
             return;
         }
         for (wall, placed) in cavity.walls.iter().enumerate() {
-            walls.extend(caster.ends(&placed.body, ray).iter().map(|ends| (wall, *ends)));
+            walls.extend(caster.intervals(&placed.body, ray).iter().map(|ends| (wall, *ends)));
         }
     }
 
@@ -351,7 +351,7 @@ impl Line<'_> {
             return Beyond::Closed;
         }
         let (point, openings) = (ray.at(end_mm), &self.cavity.pour.openings);
-        if openings.iter().any(|o| opening::holds(o, &point, &end.normal, 0.0)) {
+        if openings.iter().any(|o| opening::contains_surface_point(o, &point, &end.normal, 0.0)) {
             return Beyond::Closed;
         }
         let Some((wall, face_mm, gap_mm, _)) = nearest else { return Beyond::Leak { steep } };

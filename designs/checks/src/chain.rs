@@ -3,18 +3,18 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_geometry::{
-    Action, Body, CompiledSolid, Cure, Kind, Mix, Opening, Point3, Pour, Ray, Sensor, Spray, Step,
+    Action, Body, CompiledSolid, Cure, BodyKind, Mix, Opening, Point3, Pour, Ray, Sensor, Spray, Step,
     Vector3,
 };
 
-use crate::case::{Case, Looked, Place, Removal};
+use crate::rule_input::{RuleInput, RuleResult, Place, Removal};
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
-use crate::lines::{Caster, basis};
+use crate::sampling_lines::{Caster, basis};
 use crate::opening;
 use crate::rule::Rule;
 use crate::scene::Assemblies;
-use crate::waiting;
+use crate::overlapping_steps;
 
 rule! {
     /// The steps of the chain name what exists, in an order that works.
@@ -26,8 +26,8 @@ rule! {
     look: apply,
 }
 
-fn apply(case: &Case<'_>) -> Looked {
-    let found = [examine(case.sensor, case.scene), waiting::examine(case.sensor)];
+fn apply(case: &RuleInput<'_>) -> RuleResult {
+    let found = [examine(case.sensor, case.scene), overlapping_steps::examine(case.sensor)];
     Ok((found.concat(), case.sensor.chain.len()))
 }
 
@@ -141,7 +141,7 @@ impl<'a> Examiner<'a> {
         message: impl Into<String>,
         fix: &str,
     ) {
-        let finding = Finding::error(Rule::Chain, message, fix).in_step(&step.name).of(bodies);
+        let finding = Finding::error(Rule::Chain, message, fix).in_step(&step.name).about_bodies(bodies);
         self.findings.push(match &step.assembly {
             Some(assembly) => finding.in_assembly(&assembly.0),
             None => finding,
@@ -316,7 +316,7 @@ impl<'a> Examiner<'a> {
                         format!("no step pours or sprays the {}", layer.name),
                         "add the step that makes it",
                     )
-                    .of([layer.name.as_str()]),
+                    .about_bodies([layer.name.as_str()]),
                 );
             }
         }
@@ -326,7 +326,7 @@ impl<'a> Examiner<'a> {
         }
         let layers = &self.layers;
         // Consumables, such as a primer, have no placement; only the step's instruction names them.
-        let is_used_up = |body: &&Body| body.kind == Kind::Bought && body.placements.is_empty();
+        let is_used_up = |body: &&Body| body.kind == BodyKind::Bought && body.placements.is_empty();
         let unused = sensor
             .bodies
             .iter()
@@ -340,7 +340,7 @@ impl<'a> Examiner<'a> {
                 "name it in the step that uses it",
             )
             .with_severity(Severity::Warning)
-            .of([name])
+            .about_bodies([name])
         }));
     }
 }
@@ -358,6 +358,6 @@ fn lies_on(opening: &Opening, body: &CompiledSolid) -> bool {
         let ray = Ray { origin, direction: opening.axis };
         caster
             .stretches(body, &ray)
-            .any(|s| opening::holds(opening, &ray.at(s.exit.t), &s.exit.normal, 0.0))
+            .any(|s| opening::contains_surface_point(opening, &ray.at(s.exit.t), &s.exit.normal, 0.0))
     })
 }

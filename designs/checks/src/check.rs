@@ -5,18 +5,18 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fabkit_geometry::Sensor;
 
-use crate::case::Case;
+use crate::rule_input::RuleInput;
 use crate::declaration::Declaration;
 use crate::finding::{Finding, Severity};
 use crate::masses::{Batch, batches};
 use crate::memo::Memo;
 use crate::rule::Rule;
 use crate::scene::{Assemblies, InvalidBody};
-use crate::{RULES, adjusting, chain, interference, waiting};
+use crate::{RULES, lens_adjustment, chain, interference, overlapping_steps};
 
 /// Number of items that one rule examined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Examined {
+pub struct ExaminedCount {
     /// The rule.
     pub rule: Rule,
     /// Number of items.
@@ -31,7 +31,7 @@ pub struct CheckReport {
     /// Findings in the order of [`Rule::ALL`]; within a rule, in the order of the sensor's lists and its chain.
     pub findings: Vec<Finding>,
     /// One entry for each rule that was applied, in the order of [`Rule::ALL`]; calibration hardware adds its own.
-    pub examined: Vec<Examined>,
+    pub examined: Vec<ExaminedCount>,
     /// Amounts to mix for each pour and spray.
     pub batches: Vec<Batch>,
 }
@@ -43,7 +43,7 @@ impl CheckReport {
     }
 
     /// Iterates over the findings of one rule.
-    pub fn of(&self, rule: Rule) -> impl Iterator<Item = &Finding> {
+    pub fn for_rule(&self, rule: Rule) -> impl Iterator<Item = &Finding> {
         self.findings.iter().filter(move |finding| finding.rule == rule)
     }
 }
@@ -53,7 +53,7 @@ impl CheckReport {
 /// # Errors
 /// [`InvalidBody`] if the solid of a body is not valid.
 pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
-    check_watched(sensor, &|_, _| {})
+    check_with_progress(sensor, &|_, _| {})
 }
 
 /// Applies every rule and reports progress: `progress` is called from any thread, with the number of finished pairs of
@@ -61,7 +61,7 @@ pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
 ///
 /// # Errors
 /// Same as [`check`].
-pub fn check_watched(sensor: &Sensor, progress: Progress) -> Result<CheckReport, InvalidBody> {
+pub fn check_with_progress(sensor: &Sensor, progress: Progress) -> Result<CheckReport, InvalidBody> {
     check_all(sensor, &Rule::ALL, &Memo::default(), progress)
 }
 
@@ -100,8 +100,8 @@ fn check_all(
     if rules.contains(&Rule::Sight) {
         // Refracted rays report the same cause as straight rays: their errors and warnings are dropped if straight rays
         // found any.
-        let is_said = report.of(Rule::Sight).any(|finding| finding.severity != Severity::Note);
-        let mut seen = crate::seen::examine(sensor)?;
+        let is_said = report.for_rule(Rule::Sight).any(|finding| finding.severity != Severity::Note);
+        let mut seen = crate::visibility::examine(sensor)?;
         seen.retain(|finding| finding.severity == Severity::Note || !is_said);
         // Inserts them behind the last finding of this rule or an earlier one, which keeps the order of reports.
         let rank = |rule| Rule::ALL.iter().position(|known| *known == rule);
@@ -154,12 +154,12 @@ fn apply(
     let all = pairs.len() + pours.len() + rising + removals.len();
     let done = AtomicUsize::new(0);
     let tick = &|| progress(done.fetch_add(1, Ordering::Relaxed) + 1, all);
-    let case = Case { sensor, scene, memo, pairs, pours, removals, tick, ways: RefCell::default() };
+    let case = RuleInput { sensor, scene, memo, pairs, pours, removals, tick, motion_findings: RefCell::default() };
     let (mut findings, mut examined) = (Vec::new(), Vec::new());
     for Declaration { rule, examines, look, .. } in asked {
         let (found, count) = look(&case)?;
         findings.extend(found);
-        examined.push(Examined { rule: *rule, count, what: examines });
+        examined.push(ExaminedCount { rule: *rule, count, what: examines });
     }
     Ok(CheckReport { findings, examined, batches: Vec::new() })
 }
@@ -168,8 +168,8 @@ fn apply(
 ///
 /// # Errors
 /// [`InvalidBody`] if the solid of a body is not valid.
-pub fn sight(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
-    Ok(crate::sight::examine(sensor, &Assemblies::new(sensor)?).0)
+pub fn check_camera_view(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    Ok(crate::camera_view::examine(sensor, &Assemblies::new(sensor)?).0)
 }
 
 /// Applies only the comparison of the drawn bodies with the share of the surface that a published sensor is said to
@@ -177,20 +177,20 @@ pub fn sight(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
 ///
 /// # Errors
 /// [`InvalidBody`] if the solid of a body is not valid.
-pub fn seen(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
-    crate::seen::examine(sensor)
+pub fn check_visibility(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+    crate::visibility::examine(sensor)
 }
 
 /// Applies only the rules for lenses that are focused by hand and for steps that overlap in time.
-pub fn handwork(sensor: &Sensor) -> Vec<Finding> {
-    [adjusting::examine(sensor), waiting::examine(sensor)].concat()
+pub fn check_manual_steps(sensor: &Sensor) -> Vec<Finding> {
+    [lens_adjustment::examine(sensor), overlapping_steps::examine(sensor)].concat()
 }
 
 /// Applies only the rule of motions: whether every body and every tool can reach its place.
 ///
 /// # Errors
 /// [`InvalidBody`] if the solid of a body is not valid.
-pub fn motions(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
+pub fn check_motions(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(check_rules(sensor, &[Rule::Motion], &Memo::default())?.findings)
 }
 
@@ -199,7 +199,7 @@ pub fn motions(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
 ///
 /// # Errors
 /// [`InvalidBody`] if the solid of a body is not valid.
-pub fn interference_of(
+pub fn check_interference_between(
     sensor: &Sensor,
     is_asked: &dyn Fn(&str, &str) -> bool,
 ) -> Result<Vec<Finding>, InvalidBody> {

@@ -1,9 +1,9 @@
 //! Chemistry of casting: liquids cure against everything that they touch, and bodies that are to be separated do not
 //! bond.
 
-use fabkit_geometry::{Action, Assembly, Body, Curing, Sensor, Sort};
+use fabkit_geometry::{Action, Assembly, Body, CureMechanism, Sensor, MaterialClass};
 
-use crate::case::{Case, Looked};
+use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::Finding;
 use crate::rule::Rule;
@@ -19,7 +19,7 @@ rule! {
     look: apply,
 }
 
-fn apply(case: &Case<'_>) -> Looked {
+fn apply(case: &RuleInput<'_>) -> RuleResult {
     Ok(examine(case.sensor))
 }
 
@@ -35,16 +35,16 @@ pub struct Hazard<'a> {
     /// Harm that the contact does.
     pub harm: Harm,
     /// Index of the step that prevents the harm by sealing or releasing the wall; `None` if no step does.
-    pub kept_off_in: Option<usize>,
+    pub prevented_in: Option<usize>,
 }
 
 /// Harm that an unprepared wall does to a liquid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Harm {
     /// The wall inhibits this kind of cure, so the liquid stays sticky.
-    Inhibits(Curing),
+    Inhibits(CureMechanism),
     /// The liquid bonds to the wall, although one of the two is to come off.
-    GrowsTogether,
+    BondsToWall,
 }
 
 /// Returns all hazards in the order of the chain, including those that a step of the chain prevents.
@@ -56,8 +56,8 @@ pub fn hazards(sensor: &Sensor) -> Vec<Hazard<'_>> {
 pub(crate) fn examine(sensor: &Sensor) -> (Vec<Finding>, usize) {
     let open = contacts(sensor)
         .filter_map(Contact::hazard)
-        .filter(|hazard| hazard.kept_off_in.is_none())
-        .map(|hazard| hazard.told().in_step(&sensor.chain[hazard.step].name));
+        .filter(|hazard| hazard.prevented_in.is_none())
+        .map(|hazard| hazard.to_finding().in_step(&sensor.chain[hazard.step].name));
     (open.collect(), contacts(sensor).count())
 }
 
@@ -89,15 +89,15 @@ impl<'a> Contact<'a> {
     /// Returns the hazard of this contact: the wall inhibits the cure, or the liquid bonds to it.
     fn hazard(self) -> Option<Hazard<'a>> {
         let Self { index: step, layer, wall, .. } = self;
-        let told = |harm, kept_off_in| Hazard { step, layer, wall, harm, kept_off_in };
-        let inhibited = layer.substance.cures.filter(|c| wall.substance.inhibits.contains(c));
+        let told = |harm, kept_off_in| Hazard { step, layer, wall, harm, prevented_in: kept_off_in };
+        let inhibited = layer.substance.cure_mechanism.filter(|c| wall.substance.inhibited_cures.contains(c));
         let inhibited = inhibited.map(|curing| told(Harm::Inhibits(curing), self.sealed_in()));
         // An inhibited liquid does not cure, so bonding matters only once the wall is sealed.
         match inhibited {
-            Some(Hazard { kept_off_in: None, .. }) => inhibited,
+            Some(Hazard { prevented_in: None, .. }) => inhibited,
             _ if self.grows_together() => {
-                let grown = told(Harm::GrowsTogether, self.released_in());
-                inhibited.filter(|_| grown.kept_off_in.is_some()).or(Some(grown))
+                let grown = told(Harm::BondsToWall, self.released_in());
+                inhibited.filter(|_| grown.prevented_in.is_some()).or(Some(grown))
             }
             _ => inhibited,
         }
@@ -114,10 +114,10 @@ impl<'a> Contact<'a> {
     /// release agent lies between them. Silicone that cures by moisture does not count.
     fn grows_together(&self) -> bool {
         let is_silicone = |body: &Body| {
-            body.substance.sort == Some(Sort::Silicone)
-                && body.substance.cures != Some(Curing::Moisture)
+            body.substance.class == Some(MaterialClass::Silicone)
+                && body.substance.cure_mechanism != Some(CureMechanism::Moisture)
         };
-        let both_stay = [self.layer, self.wall].into_iter().all(in_use);
+        let both_stay = [self.layer, self.wall].into_iter().all(is_in_sensor);
         !both_stay && is_silicone(self.layer) && is_silicone(self.wall)
     }
 
@@ -135,7 +135,7 @@ impl<'a> Contact<'a> {
 
 impl Hazard<'_> {
     /// Converts the hazard to a finding.
-    fn told(&self) -> Finding {
+    fn to_finding(&self) -> Finding {
         let Self { layer, wall, .. } = self;
         let (message, fix) = match self.harm {
             Harm::Inhibits(curing) => {
@@ -161,7 +161,7 @@ impl Hazard<'_> {
                 };
                 (message, fix)
             }
-            Harm::GrowsTogether => (
+            Harm::BondsToWall => (
                 format!(
                     "{} of {} grows together with {} of {}: silicone sticks to silicone",
                     layer.name, layer.material, wall.name, wall.material
@@ -169,7 +169,7 @@ impl Hazard<'_> {
                 format!("spray {} with release agent, and say so in a step before", wall.name),
             ),
         };
-        Finding::error(Rule::Chemistry, message, fix).of([wall.name.as_str(), &layer.name])
+        Finding::error(Rule::Chemistry, message, fix).about_bodies([wall.name.as_str(), &layer.name])
     }
 }
 
@@ -179,6 +179,6 @@ fn stuff(body: &Body) -> &str {
 }
 
 /// Returns whether a body is part of the finished sensor.
-pub(crate) fn in_use(body: &Body) -> bool {
+pub(crate) fn is_in_sensor(body: &Body) -> bool {
     body.placements.iter().any(|placement| placement.assembly == Assembly::sensor())
 }

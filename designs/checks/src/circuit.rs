@@ -9,7 +9,7 @@ use fabkit_geometry::{
     SeriesResistor, Vector3,
 };
 
-use crate::case::{Case, Looked};
+use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::Finding;
 use crate::rule::Rule;
@@ -29,7 +29,7 @@ rule! {
     look: apply,
 }
 
-fn apply(case: &Case<'_>) -> Looked {
+fn apply(case: &RuleInput<'_>) -> RuleResult {
     examine(case.sensor)
 }
 
@@ -49,7 +49,7 @@ pub(crate) fn examine(sensor: &Sensor) -> Result<(Vec<Finding>, usize), InvalidB
         of_one.extend(polarity(circuit));
         of_one.extend(supply(circuit));
         let bodies = circuit.board.as_deref();
-        findings.extend(of_one.into_iter().map(|finding| finding.of(bodies)));
+        findings.extend(of_one.into_iter().map(|finding| finding.about_bodies(bodies)));
         findings.extend(board(sensor, circuit)?);
     }
     Ok((findings, sensor.circuits.len()))
@@ -79,7 +79,7 @@ fn nets(circuit: &Circuit) -> Vec<Finding> {
             let end = pins.first().map_or("nothing".into(), |(part, pin)| format!("{part}.{pin}"));
             let what = format!("net {name} has {} of the 2 ends that it needs: {end}", pins.len());
             let fix = "connect it to what it leads to, or leave the net out";
-            found.push(error(circuit, &what, fix).measured(pins.len() as f64, 2.0, "ends"));
+            found.push(error(circuit, &what, fix).with_measurement(pins.len() as f64, 2.0, "ends"));
         }
     }
     for ((part, pin), nets) in &on {
@@ -124,7 +124,7 @@ fn lamps(circuit: &Circuit, one: &SeriesResistor) -> Vec<Finding> {
             one.forward_v, one.supply_v
         );
         let fix = "take a supply of a higher voltage, or lamps of a lower forward voltage";
-        found.push(error(circuit, &what, fix).measured(one.forward_v, one.supply_v, "V"));
+        found.push(error(circuit, &what, fix).with_measurement(one.forward_v, one.supply_v, "V"));
     }
     let (led_a, watts) = (one.led_a(), one.power_w());
     if led_a > one.led_rated_a * (1.0 + SAME) {
@@ -134,13 +134,13 @@ fn lamps(circuit: &Circuit, one: &SeriesResistor) -> Vec<Finding> {
             one.led_rated_a * 1e3
         );
         let fix = "ask for less current, or take a larger resistor";
-        found.push(error(circuit, &what, fix).measured(led_a, one.led_rated_a, "A"));
+        found.push(error(circuit, &what, fix).with_measurement(led_a, one.led_rated_a, "A"));
     }
     if watts > one.rated_w * (1.0 + SAME) {
         let what =
             format!("{watts:.3} W are turned to heat in {names}, which bears {} W", one.rated_w);
         let fix = "ask for less current, or take a larger resistor";
-        found.push(error(circuit, &what, fix).measured(watts, one.rated_w, "W"));
+        found.push(error(circuit, &what, fix).with_measurement(watts, one.rated_w, "W"));
     }
     for name in &one.designators {
         if circuit.part(name).is_none_or(|part| part.kind != CircuitKind::Resistor) {
@@ -160,7 +160,7 @@ fn counted(circuit: &Circuit) -> Option<Finding> {
     (there != calculated).then(|| {
         let what = format!("there are {there} lamps, and resistors for {calculated} of them");
         let fix = "calculate a resistor for every lamp, and none for lamps that are not there";
-        error(circuit, &what, fix).measured(calculated as f64, there as f64, "lamps")
+        error(circuit, &what, fix).with_measurement(calculated as f64, there as f64, "lamps")
     })
 }
 
@@ -202,7 +202,7 @@ fn supply(circuit: &Circuit) -> Vec<Finding> {
             sum_a * 1e3
         );
         let fix = "say what the resistors let through";
-        found.push(error(circuit, &what, fix).measured(circuit.current_a, sum_a, "A"));
+        found.push(error(circuit, &what, fix).with_measurement(circuit.current_a, sum_a, "A"));
     }
     for one in &circuit.resistors {
         if one.supply_v != circuit.supply_v {
@@ -212,7 +212,7 @@ fn supply(circuit: &Circuit) -> Vec<Finding> {
                 one.supply_v, circuit.supply_v
             );
             let fix = "calculate it for the circuit's supply";
-            found.push(error(circuit, &what, fix).measured(one.supply_v, circuit.supply_v, "V"));
+            found.push(error(circuit, &what, fix).with_measurement(one.supply_v, circuit.supply_v, "V"));
         }
     }
     if let Some(most_a) = circuit
@@ -226,7 +226,7 @@ fn supply(circuit: &Circuit) -> Vec<Finding> {
             most_a * 1e3
         );
         let fix = "ask for less current or fewer lamps, or take a stronger supply";
-        found.push(error(circuit, &what, fix).measured(circuit.current_a, most_a, "A"));
+        found.push(error(circuit, &what, fix).with_measurement(circuit.current_a, most_a, "A"));
     }
     found
 }
@@ -261,7 +261,7 @@ fn board(sensor: &Sensor, circuit: &Circuit) -> Result<Vec<Finding>, InvalidBody
                 );
                 let place = Point3::new(at[0], at[1], solid.bounds().max.z);
                 let finding = error(circuit, &what, "move the part, or make the board larger");
-                found.push(finding.of([name]).at(Some(place)));
+                found.push(finding.about_bodies([name]).at_position(Some(place)));
             }
         }
     }

@@ -5,7 +5,7 @@
 
 use fabkit_geometry::{Aabb, Crossing, Ray, Vector3};
 
-use crate::lines::{Bundle, Caster, DIRECTIONS, Stretch, basis, steepness};
+use crate::sampling_lines::{Bundle, Caster, DIRECTIONS, Stretch, basis, steepness};
 use crate::scene::Placed;
 
 /// Largest gap across which bodies still stop each other, mm.
@@ -25,10 +25,10 @@ const STOPS: f64 = 0.17;
 const LINES: (usize, usize) = (96, 800);
 
 /// Number of directions of motion: +x, -x, +y, -y, +z, -z.
-pub(crate) const WAYS: usize = 6;
+pub(crate) const MOTION_DIRECTIONS: usize = 6;
 
 /// Names of the directions.
-pub(crate) const WAY_WORDS: [&str; WAYS] = ["+x", "-x", "+y", "-y", "+z", "-z"];
+pub(crate) const MOTION_DIRECTION_WORDS: [&str; MOTION_DIRECTIONS] = ["+x", "-x", "+y", "-y", "+z", "-z"];
 
 /// Returns the opposite direction along the same axis.
 pub(crate) fn opposite(way: usize) -> usize {
@@ -46,20 +46,20 @@ fn along(normal: &Vector3<f64>, way: usize) -> f64 {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Faces {
     /// Area of faces that stop the first body when it moves along each direction, projected along the direction, mm2.
-    pub(crate) ahead_mm2: [f64; WAYS],
+    pub(crate) ahead_mm2: [f64; MOTION_DIRECTIONS],
     /// Total area that sticks, mm2.
     pub(crate) bonded_mm2: f64,
     /// Area that sticks, times the squared cosine, over normals with a component along each direction, mm2. It carries
     /// tension.
-    pub(crate) across_mm2: [f64; WAYS],
+    pub(crate) across_mm2: [f64; MOTION_DIRECTIONS],
     /// Area that sticks, times the squared sine of the angle between its normal and each axis, mm2. It carries shear.
     pub(crate) beside_mm2: [f64; 3],
 }
 
 impl Faces {
     /// Returns the same faces as seen from the other body.
-    pub(crate) fn turned(&self) -> Self {
-        let swapped = |of: &[f64; WAYS]| std::array::from_fn(|way| of[opposite(way)]);
+    pub(crate) fn reversed(&self) -> Self {
+        let swapped = |of: &[f64; MOTION_DIRECTIONS]| std::array::from_fn(|way| of[opposite(way)]);
         Self { ahead_mm2: swapped(&self.ahead_mm2), across_mm2: swapped(&self.across_mm2), ..*self }
     }
 
@@ -69,7 +69,7 @@ impl Faces {
     }
 
     fn add(&mut self, normal: &Vector3<f64>, area_mm2: f64, sticks: bool) {
-        for way in 0..WAYS {
+        for way in 0..MOTION_DIRECTIONS {
             let part = along(normal, way);
             if part > STOPS {
                 // Projected along the direction of motion.

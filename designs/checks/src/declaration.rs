@@ -1,6 +1,6 @@
 //! Declarations of rules. Each rule declares itself in its own file and is registered by a line in `lib.rs`.
 
-use crate::case::{Case, Looked};
+use crate::rule_input::{RuleInput, RuleResult};
 use crate::rule::Rule;
 
 /// Declaration of a rule.
@@ -9,10 +9,10 @@ pub(crate) struct Declaration {
     /// Kind of items that it examines, a noun in the plural.
     pub(crate) examines: &'static str,
     /// Texts for the table of rules: what the rule finds, and its limits with their sources.
-    pub(crate) told: [&'static str; 2],
+    pub(crate) description_and_limit: [&'static str; 2],
     /// Whether the rule is applied to each of many variants of a sensor.
     pub(crate) for_variants: bool,
-    pub(crate) look: fn(&Case<'_>) -> Looked,
+    pub(crate) look: fn(&RuleInput<'_>) -> RuleResult,
 }
 
 /// Declares the rule of a file: adds a constant to [`Rule`] and a `RULE` to the file.

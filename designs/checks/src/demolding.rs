@@ -5,16 +5,16 @@
 //! tool comes off freely. Stretched around an axis through the cast, a displacement `u` at the radius `r` is a hoop
 //! strain `u / r` (Timoshenko and Goodier, "Theory of Elasticity", section 28).
 
-use fabkit_geometry::proofs::{Shadow, obstacles};
+use fabkit_geometry::proofs::{ProjectionRaster, find_obstacle_boxes};
 use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pull, Ray, Vector3};
 use rayon::prelude::*;
 
-use crate::case::{Case, Looked};
-use crate::case::{Place, Removal};
+use crate::rule_input::{RuleInput, RuleResult};
+use crate::rule_input::{Place, Removal};
 
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
-use crate::lines::{Caster, basis, steepness};
+use crate::sampling_lines::{Caster, basis, steepness};
 use crate::memo::{Key, Memo};
 use crate::rule::Rule;
 use crate::scene::Placed;
@@ -29,8 +29,8 @@ rule! {
     look: apply,
 }
 
-fn apply(case: &Case<'_>) -> Looked {
-    let Case { memo, tick, removals, .. } = case;
+fn apply(case: &RuleInput<'_>) -> RuleResult {
+    let RuleInput { memo, tick, removals, .. } = case;
     let pulled = removals.par_iter().map(|removal| {
         let has_direction = removal.pull.direction.norm() > 0.0;
         let found = has_direction.then(|| examine(removal, memo));
@@ -122,7 +122,7 @@ fn judge(place: &Place, pull: &Pull, cast: &[&Placed], undercut: &Undercut) -> O
             ),
             "pull it another way, divide it, or cast it from silicone",
         )
-        .measured(area_mm2, 0.0, "mm2"),
+        .with_measurement(area_mm2, 0.0, "mm2"),
         Some(limit) if strain > limit => Finding::error(
             Rule::Demolding,
             format!(
@@ -132,7 +132,7 @@ fn judge(place: &Place, pull: &Pull, cast: &[&Placed], undercut: &Undercut) -> O
             ),
             "make the undercut shallower, divide the tool, or use a softer material",
         )
-        .measured(strain, limit, "strain"),
+        .with_measurement(strain, limit, "strain"),
         Some(limit) => Finding::error(
             Rule::Demolding,
             format!(
@@ -144,14 +144,14 @@ fn judge(place: &Place, pull: &Pull, cast: &[&Placed], undercut: &Undercut) -> O
             "nothing; its material bears that",
         )
         .with_severity(Severity::Note)
-        .measured(strain, limit, "strain"),
+        .with_measurement(strain, limit, "strain"),
     };
     Some(
         finding
             .in_step(place.step)
             .in_assembly(place.assembly)
-            .of([pull.body.as_str(), cast[undercut.by].name])
-            .at(Some(undercut.place)),
+            .about_bodies([pull.body.as_str(), cast[undercut.by].name])
+            .at_position(Some(undercut.place)),
     )
 }
 
@@ -188,7 +188,7 @@ impl Grid {
             direction: *direction,
         };
         let cast_bodies: Vec<&CompiledSolid> = cast.iter().map(|placed| &placed.body).collect();
-        if let Some(boxes) = obstacles(&tool.body, &cast_bodies, direction) {
+        if let Some(boxes) = find_obstacle_boxes(&tool.body, &cast_bodies, direction) {
             if boxes.is_empty() {
                 return None;
             }
@@ -196,12 +196,12 @@ impl Grid {
             // held; the full grid is cast only then.
             let middle = [0, 1].map(|k| 0.5 * (common[k][0] + common[k][1]));
             let centre = Point3::from(middle[0] * u + middle[1] * v);
-            let shadow = Shadow::of(&boxes, &centre, &[u, v], sides.map(|side| 0.5 * side));
+            let shadow = ProjectionRaster::from_boxes(&boxes, &centre, &[u, v], sides.map(|side| 0.5 * side));
             let share = |k: usize, i: usize| (place(k, i) - common[k][0]) / sides[k];
             let is_held = (0..size[1]).into_par_iter().any(|j| {
                 let mut caster = Caster::default();
                 (0..size[0])
-                    .filter(|&i| shadow.holds([share(0, i), share(1, j)]))
+                    .filter(|&i| shadow.may_meet_box([share(0, i), share(1, j)]))
                     .any(|i| cell(&ray(i, j), tool, cast, &mut caster).held.is_some())
             });
             if !is_held {
@@ -289,10 +289,10 @@ impl Grid {
 /// Intersects one line along the pull with tool and cast.
 fn cell(ray: &Ray, tool: &Placed, cast: &[&Placed], caster: &mut Caster) -> Cell {
     // The first stretch of the tool must pass all cast material ahead.
-    let hindmost = caster.ends(&tool.body, ray).first().map(|[_, exit]| *exit);
+    let hindmost = caster.intervals(&tool.body, ray).first().map(|[_, exit]| *exit);
     let mut cell = Cell { cast_end_mm: f64::NEG_INFINITY, held: None };
     for (by, layer) in cast.iter().enumerate() {
-        let Some(&[enter, exit]) = caster.ends(&layer.body, ray).last() else { continue };
+        let Some(&[enter, exit]) = caster.intervals(&layer.body, ray).last() else { continue };
         cell.cast_end_mm = cell.cast_end_mm.max(exit);
         let Some(tool_end_mm) = hindmost else { continue };
         let beyond_mm = exit - enter.max(tool_end_mm);

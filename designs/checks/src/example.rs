@@ -23,7 +23,7 @@ pub const MOLD: &str = "mold";
 /// Creates a printed part in the mold's assembly.
 fn part(name: &str, solid: Solid, genus: i32) -> Body {
     Body::made(name, String::new(), Process::Sla, solid)
-        .from("resin")
+        .with_material("resin")
         .placed([Placement::in_place(Assembly(MOLD.into()))])
         .colored([0; 3])
         .with_handles(genus)
@@ -53,7 +53,7 @@ fn step(name: &str, action: Action) -> Step {
         motions: Vec::new(),
         fixings: Vec::new(),
         adjustments: Vec::new(),
-        during: None,
+        during_cure_of: None,
         action,
         source: String::new(),
     }
@@ -106,7 +106,7 @@ pub fn puck() -> Sensor {
                 String::new(),
                 Solid::cylinder(RADIUS_MM, HEIGHT_MM),
             )
-            .from("gel")
+            .with_material("gel")
             .placed([Placement::in_place(Assembly(MOLD.into()))])
             .colored([0; 3])]),
         )

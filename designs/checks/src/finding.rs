@@ -29,7 +29,7 @@ impl fmt::Display for Severity {
 
 /// A measured value and the limit that it is compared with.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measured {
+pub struct MeasuredValue {
     /// Measured value.
     pub value: f64,
     /// Allowed value, in the same unit.
@@ -54,7 +54,7 @@ pub struct Finding {
     /// Position in the assembly's frame, mm.
     pub place: Option<Point3<f64>>,
     /// Measured value with its limit, if the finding is about a number.
-    pub measured: Option<Measured>,
+    pub measured: Option<MeasuredValue>,
     /// Problem, as one sentence without a full stop.
     pub message: String,
     /// Suggested remedy.
@@ -100,22 +100,22 @@ impl Finding {
 
     /// Sets the bodies concerned, the most important one first.
     #[must_use]
-    pub fn of<'a>(mut self, bodies: impl IntoIterator<Item = &'a str>) -> Self {
+    pub fn about_bodies<'a>(mut self, bodies: impl IntoIterator<Item = &'a str>) -> Self {
         self.bodies = bodies.into_iter().map(str::to_owned).collect();
         self
     }
 
     /// Sets the position in the assembly's frame, mm.
     #[must_use]
-    pub fn at(mut self, place: Option<Point3<f64>>) -> Self {
+    pub fn at_position(mut self, place: Option<Point3<f64>>) -> Self {
         self.place = place;
         self
     }
 
     /// Sets the measured value and its limit.
     #[must_use]
-    pub fn measured(mut self, value: f64, limit: f64, unit: &'static str) -> Self {
-        self.measured = Some(Measured { value, limit, unit });
+    pub fn with_measurement(mut self, value: f64, limit: f64, unit: &'static str) -> Self {
+        self.measured = Some(MeasuredValue { value, limit, unit });
         self
     }
 }

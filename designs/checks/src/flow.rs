@@ -2,11 +2,11 @@
 
 use fabkit_geometry::{Pour, Sensor};
 
-use crate::case::Place;
-use crate::case::{Case, Looked};
+use crate::rule_input::Place;
+use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::Finding;
-use crate::lines::{Bundle, Caster};
+use crate::sampling_lines::{Bundle, Caster};
 use crate::rule::Rule;
 use crate::scene::Assemblies;
 use rayon::prelude::*;
@@ -21,8 +21,8 @@ rule! {
     look: apply,
 }
 
-fn apply(case: &Case<'_>) -> Looked {
-    let Case { sensor, scene, pours, .. } = case;
+fn apply(case: &RuleInput<'_>) -> RuleResult {
+    let RuleInput { sensor, scene, pours, .. } = case;
     let flows = pours.par_iter();
     let flows = flows.filter_map(|(at, pour)| examine(sensor, at, pour, scene));
     Ok((flows.collect(), pours.len()))
@@ -61,7 +61,7 @@ pub(crate) fn examine(
     let mut caster = Caster::default();
     let (mut volume_mm3, mut shadow_mm2) = (0.0, 0.0);
     for ray in (0..LINES).map(|index| bundle.line(index)) {
-        let length: f64 = caster.ends(&layer.body, &ray).iter().map(|[from, to]| to - from).sum();
+        let length: f64 = caster.intervals(&layer.body, &ray).iter().map(|[from, to]| to - from).sum();
         volume_mm3 += length * bundle.cell_mm2();
         shadow_mm2 += if length > 0.0 { bundle.cell_mm2() } else { 0.0 };
     }
@@ -87,6 +87,6 @@ pub(crate) fn examine(
         let finding =
             Finding::error(Rule::Flow, message, "more vents, wider ones, or a thinner mixture");
         let finding = finding.in_step(place.step).in_assembly(place.assembly);
-        finding.of([pour.layer.as_str()]).measured(seconds, LONGEST_S, "s")
+        finding.about_bodies([pour.layer.as_str()]).with_measurement(seconds, LONGEST_S, "s")
     })
 }

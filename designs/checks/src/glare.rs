@@ -8,17 +8,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_geometry::{
-    Assembly, Body, Clarity, CompiledSolid, NominalCamera, Point3, Ray, Sensor, Vector3,
+    Assembly, Body, OpticalClarity, CompiledSolid, NominalCamera, Point3, Ray, Sensor, Vector3,
 };
 use rayon::prelude::*;
 
-use crate::case::{Case, Looked};
+use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
-use crate::lines::{Caster, Stretch};
+use crate::sampling_lines::{Caster, Stretch};
 use crate::rule::Rule;
 use crate::scene::{Assemblies, InvalidBody, Placed};
-use crate::sight::{Cone, pixels};
+use crate::camera_view::{Cone, pixels_per_steradian};
 
 rule! {
     /// No light source is mirrored into the image.
@@ -32,7 +32,7 @@ rule! {
     look: apply,
 }
 
-fn apply(case: &Case<'_>) -> Looked {
+fn apply(case: &RuleInput<'_>) -> RuleResult {
     examine(case.sensor, case.scene)
 }
 
@@ -50,15 +50,15 @@ const LEAST_TOLD: f64 = 0.005;
 const MIDDLE: f64 = 0.5;
 
 /// A body of the sensor with its optical properties.
-struct Lit<'a> {
+struct OpticalBody<'a> {
     placed: &'a Placed<'a>,
-    clarity: Clarity,
+    clarity: OpticalClarity,
     /// Emitting solid, if the body is a light source.
-    lamp: Option<CompiledSolid>,
+    emitter: Option<CompiledSolid>,
 }
 
 /// A ray that shows a mirror image of a light source.
-struct Image<'a> {
+struct MirrorImage<'a> {
     mirror: &'a str,
     lamp: usize,
     angle_rad: f64,
@@ -74,20 +74,20 @@ pub(crate) fn examine(
     sensor: &Sensor,
     scene: &Assemblies,
 ) -> Result<(Vec<Finding>, usize), InvalidBody> {
-    let bodies = lit(sensor, scene)?;
-    let lamps = bodies.iter().filter(|body| body.lamp.is_some()).count();
-    if lamps == 0 || sensor.sight.is_empty() {
+    let bodies = optical_bodies(sensor, scene)?;
+    let lamps = bodies.iter().filter(|body| body.emitter.is_some()).count();
+    if lamps == 0 || sensor.visible_bodies.is_empty() {
         return Ok((Vec::new(), lamps));
     }
     let (images, all_px) = look(&sensor.camera, &bodies);
-    let mut mirrors = BTreeMap::<&str, Vec<&Image>>::new();
+    let mut mirrors = BTreeMap::<&str, Vec<&MirrorImage>>::new();
     for image in &images {
         mirrors.entry(image.mirror).or_default().push(image);
     }
     let findings = mirrors.into_iter().filter_map(|(mirror, images)| {
         let half_rad = MIDDLE * sensor.camera.field_of_view.rad() / 2.0;
-        let share_of = |images: &[&Image]| sum_px(images) / all_px;
-        let inner: Vec<&Image> =
+        let share_of = |images: &[&MirrorImage]| sum_px(images) / all_px;
+        let inner: Vec<&MirrorImage> =
             images.iter().copied().filter(|image| image.angle_rad < half_rad).collect();
         let is_amid = share_of(&inner) > LEAST_TOLD;
         let told = if is_amid { inner } else { images };
@@ -98,11 +98,11 @@ pub(crate) fn examine(
     Ok((findings.collect(), lamps))
 }
 
-fn sum_px(images: &[&Image]) -> f64 {
+fn sum_px(images: &[&MirrorImage]) -> f64 {
     images.iter().map(|image| image.pixels).sum()
 }
 
-fn finding(mirror: &str, images: &[&Image], share: f64, lamps: usize) -> Finding {
+fn finding(mirror: &str, images: &[&MirrorImage], share: f64, lamps: usize) -> Finding {
     let seen: BTreeSet<usize> = images.iter().map(|image| image.lamp).collect();
     let mut angles: Vec<f64> = images.iter().map(|image| image.angle_rad.to_degrees()).collect();
     // The median angle stands for all rays of the image.
@@ -116,12 +116,12 @@ fn finding(mirror: &str, images: &[&Image], share: f64, lamps: usize) -> Finding
         "put the lamps further out, keep air from the face, shade them, or let the face be matt";
     Finding::error(Rule::Glare, message, fix)
         .in_assembly(&Assembly::sensor().0)
-        .of([mirror])
-        .at(images.first().map(|image| image.place))
-        .measured(share, LEAST_TOLD, "")
+        .about_bodies([mirror])
+        .at_position(images.first().map(|image| image.place))
+        .with_measurement(share, LEAST_TOLD, "")
 }
 
-fn lit<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Result<Vec<Lit<'a>>, InvalidBody> {
+fn optical_bodies<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Result<Vec<OpticalBody<'a>>, InvalidBody> {
     let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
     let mut lit = Vec::new();
     let mut number = BTreeMap::<&str, usize>::new();
@@ -129,20 +129,20 @@ fn lit<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Result<Vec<Lit<'a>>, In
         let Some(body) = sensor.body(placed.name) else { continue };
         // Placements are counted by name, to find the emitter of each copy.
         let place = number.entry(placed.name).or_default();
-        let lamp = lamp(body, *place)?;
+        let lamp = compile_emitter(body, *place)?;
         *place += 1;
         // The pupil lies inside the lens or the housing around it, which would block every ray.
         if !placed.body.contains(&pupil) {
-            lit.push(Lit { placed, clarity: body.clarity(), lamp });
+            lit.push(OpticalBody { placed, clarity: body.clarity(), emitter: lamp });
         }
     }
     Ok(lit)
 }
 
 /// Compiles the emitting solid of a body at its placement number `place` in the sensor.
-fn lamp(body: &Body, place: usize) -> Result<Option<CompiledSolid>, InvalidBody> {
+fn compile_emitter(body: &Body, place: usize) -> Result<Option<CompiledSolid>, InvalidBody> {
     let mut in_sensor = body.placements.iter().filter(|place| place.assembly == Assembly::sensor());
-    let (Some(solid), Some(placement)) = (&body.lamp, in_sensor.nth(place)) else {
+    let (Some(solid), Some(placement)) = (&body.light_source, in_sensor.nth(place)) else {
         return Ok(None);
     };
     let compiled = CompiledSolid::new(&solid.clone().placed(placement.assembly_from_body));
@@ -150,18 +150,18 @@ fn lamp(body: &Body, place: usize) -> Result<Option<CompiledSolid>, InvalidBody>
 }
 
 /// Returns every ray that shows a mirror image, and the number of pixels of the whole image.
-fn look<'a>(camera: &NominalCamera, bodies: &[Lit<'a>]) -> (Vec<Image<'a>>, f64) {
+fn look<'a>(camera: &NominalCamera, bodies: &[OpticalBody<'a>]) -> (Vec<MirrorImage<'a>>, f64) {
     let pupil = camera.sensor_from_camera.point(Point3::origin());
     let axis = camera.sensor_from_camera.vector(Vector3::z());
     // A view can be wider than all directions.
     let half = (camera.field_of_view.rad() / 2.0).min(std::f64::consts::PI);
     let cone = Cone { axis, cosine: half.cos() };
     let solid_angle = cone.solid_angle(RAYS);
-    let rays: Vec<(Vec<Image>, f64)> = (0..RAYS)
+    let rays: Vec<(Vec<MirrorImage>, f64)> = (0..RAYS)
         .into_par_iter()
         .map_init(Caster::default, |caster, number| {
             let direction = cone.direction(number, RAYS);
-            let pixels = pixels(camera, &direction) * solid_angle;
+            let pixels = pixels_per_steradian(camera, &direction) * solid_angle;
             if pixels == 0.0 {
                 return (Vec::new(), 0.0);
             }
@@ -172,8 +172,8 @@ fn look<'a>(camera: &NominalCamera, bodies: &[Lit<'a>]) -> (Vec<Image<'a>>, f64)
                 // Law of reflection; the sign of the normal does not matter.
                 let thrown = direction - 2.0 * direction.dot(&normal) * normal;
                 let thrown = Ray { origin: ray.at(t), direction: thrown };
-                let lamp = first_lamp(bodies, &thrown, caster)?;
-                Some(Image { mirror, lamp, angle_rad, pixels, place: ray.at(t) })
+                let lamp = find_light_source(bodies, &thrown, caster)?;
+                Some(MirrorImage { mirror, lamp, angle_rad, pixels, place: ray.at(t) })
             });
             (images.collect(), pixels)
         })
@@ -185,19 +185,19 @@ fn look<'a>(camera: &NominalCamera, bodies: &[Lit<'a>]) -> (Vec<Image<'a>>, f64)
 /// Finds the faces between air and a clear body that a ray crosses before it ends. Returns the body's name, the
 /// distance along the ray, mm, and the normal.
 fn faces<'a>(
-    bodies: &[Lit<'a>],
+    bodies: &[OpticalBody<'a>],
     ray: &Ray,
     caster: &mut Caster,
 ) -> Vec<(&'a str, f64, Vector3<f64>)> {
     let mut ends = f64::INFINITY;
     let mut clear: Vec<(&str, Stretch)> = Vec::new();
-    for Lit { placed, clarity, lamp } in bodies {
+    for OpticalBody { placed, clarity, emitter: lamp } in bodies {
         for stretch in caster.stretches(&placed.body, ray) {
             if stretch.exit.t <= 0.0 {
                 continue;
             }
             // LEDs end rays even if their body is clear.
-            if *clarity == Clarity::Clear && lamp.is_none() {
+            if *clarity == OpticalClarity::Clear && lamp.is_none() {
                 clear.push((placed.name, stretch));
             } else {
                 ends = ends.min(stretch.enter.t);
@@ -222,14 +222,14 @@ fn faces<'a>(
 }
 
 /// Returns the index of the light source on which a ray ends; `None` if it ends elsewhere.
-fn first_lamp(bodies: &[Lit], ray: &Ray, caster: &mut Caster) -> Option<usize> {
+fn find_light_source(bodies: &[OpticalBody], ray: &Ray, caster: &mut Caster) -> Option<usize> {
     let mut enters = |body: &CompiledSolid| {
         let mut enters = caster.stretches(body, ray).map(|stretch| stretch.enter.t);
         enters.find(|t| *t > TOGETHER_MM)
     };
     let mut first: Option<(f64, usize)> = None;
     for (number, body) in bodies.iter().enumerate() {
-        if body.lamp.is_none() && body.clarity == Clarity::Clear {
+        if body.emitter.is_none() && body.clarity == OpticalClarity::Clear {
             continue;
         }
         if let Some(t) = enters(&body.placed.body)
@@ -240,6 +240,6 @@ fn first_lamp(bodies: &[Lit], ray: &Ray, caster: &mut Caster) -> Option<usize> {
     }
     let (t, number) = first?;
     // The ray must meet the emitter where it meets the body, not the LED's housing beside it.
-    let shines = enters(bodies[number].lamp.as_ref()?)? <= t + TOGETHER_MM;
+    let shines = enters(bodies[number].emitter.as_ref()?)? <= t + TOGETHER_MM;
     shines.then_some(number)
 }

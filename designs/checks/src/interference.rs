@@ -1,14 +1,14 @@
 //! Interference: bodies of one assembly overlap only where a press fit is declared, and not deeper than declared.
 
 use fabkit_geometry::measure::overlap_volume;
-use fabkit_geometry::proofs::meetings;
+use fabkit_geometry::proofs::find_overlap_boxes;
 use fabkit_geometry::{CompiledSolid, Point3, PressFit, Ray, Sensor, Vector3};
 use rayon::prelude::*;
 
-use crate::case::{Case, Looked, Pair};
+use crate::rule_input::{RuleInput, RuleResult, Pair};
 use crate::declaration::rule;
 use crate::finding::Finding;
-use crate::lines::{Bundle, Caster, DIRECTIONS, Stretch};
+use crate::sampling_lines::{Bundle, Caster, DIRECTIONS, Stretch};
 use crate::memo::{Key, Memo};
 use crate::rule::Rule;
 use crate::scene::{Assemblies, Placed};
@@ -23,7 +23,7 @@ rule! {
     look: apply,
 }
 
-fn apply(case: &Case<'_>) -> Looked {
+fn apply(case: &RuleInput<'_>) -> RuleResult {
     let found = examine(case.sensor, &case.pairs, case.memo, case.tick);
     Ok((found, case.pairs.len()))
 }
@@ -94,8 +94,8 @@ pub(crate) fn examine(
                 ),
                 "make it larger, or remove the press fit",
             )
-            .of([fit.inner.as_str(), &fit.outer])
-            .measured(0.0, fit.interference_mm, "mm"),
+            .about_bodies([fit.inner.as_str(), &fit.outer])
+            .with_measurement(0.0, fit.interference_mm, "mm"),
         );
     }
     findings
@@ -151,7 +151,7 @@ fn examine_pair(sensor: &Sensor, pair: &Pair) -> Verdict {
             let fix = "bound at least one of them";
             let finding = Finding::error(Rule::Interference, error.to_string(), fix)
                 .in_assembly(assembly)
-                .of([a.name, b.name]);
+                .about_bodies([a.name, b.name]);
             return Verdict { finding: Some(finding), overlaps: true };
         }
     };
@@ -163,9 +163,9 @@ fn examine_pair(sensor: &Sensor, pair: &Pair) -> Verdict {
             "move or shrink one of them, or declare a press fit",
         )
         .in_assembly(assembly)
-        .of([a.name, b.name])
-        .at(overlap.witness)
-        .measured(volume_mm3, 0.0, "mm3")
+        .about_bodies([a.name, b.name])
+        .at_position(overlap.witness)
+        .with_measurement(volume_mm3, 0.0, "mm3")
     });
     Verdict { finding, overlaps: volume_mm3 > 0.0 }
 }
@@ -189,9 +189,9 @@ fn examine_fit(
             "widen the hole, or declare the fit as it is meant",
         )
         .in_assembly(assembly)
-        .of([fit.inner.as_str(), &fit.outer])
-        .at(Some(place))
-        .measured(depth_mm, fit.interference_mm, "mm")
+        .about_bodies([fit.inner.as_str(), &fit.outer])
+        .at_position(Some(place))
+        .with_measurement(depth_mm, fit.interference_mm, "mm")
     });
     Verdict { finding, overlaps: true }
 }
@@ -212,14 +212,14 @@ pub(crate) fn deepest(
     let mut casters = [Caster::default(), Caster::default()];
     let mut met = Vec::new();
     // Outside of these boxes the bodies provably share nothing, so lines that miss them are skipped.
-    let boxes = meetings(a, b)?;
+    let boxes = find_overlap_boxes(a, b)?;
     for direction in DIRECTIONS {
         let bundle = Bundle::through(&common, direction.into(), FIT_LINES);
         for ray in bundle.through_boxes(&boxes).map(|index| bundle.line(index)) {
             let [in_a, in_b] = &mut casters;
-            let in_a = in_a.ends(a, &ray);
+            let in_a = in_a.intervals(a, &ray);
             // Lines that miss the first body need not be cast through the second.
-            let in_b = if in_a.is_empty() { &[] } else { in_b.ends(b, &ray) };
+            let in_b = if in_a.is_empty() { &[] } else { in_b.intervals(b, &ray) };
             for [from_b, to_b] in in_b {
                 for [from_a, to_a] in in_a {
                     let (enter, exit) = (from_a.max(*from_b), to_a.min(*to_b));

@@ -1,14 +1,14 @@
 //! Labels: printed parts can be told apart, and letters are where they do no harm.
 
 use fabkit_geometry::{
-    Body, CompiledSolid, LETTERED, PlacedPrimitive, Point3, Process, Ray, Sensor, Solid, Vector3,
-    is_lettered,
+    Body, CompiledSolid, LETTERING_FEATURES, PlacedPrimitive, Point3, Process, Ray, Sensor, Solid, Vector3,
+    has_lettering,
 };
 
-use crate::case::{Case, Looked};
+use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
-use crate::lines::Caster;
+use crate::sampling_lines::Caster;
 use crate::rule::Rule;
 use crate::scene::{Assemblies, Placed};
 
@@ -22,7 +22,7 @@ rule! {
     look: apply,
 }
 
-fn apply(case: &Case<'_>) -> Looked {
+fn apply(case: &RuleInput<'_>) -> RuleResult {
     Ok(examine(case.sensor, case.scene))
 }
 
@@ -42,11 +42,11 @@ const BARE: &str = "carries no label: ";
 pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {
     let printed: Vec<&Body> = sensor.parts().filter(|part| is_printed(part)).collect();
     let (lettered, bare): (Vec<&Body>, Vec<&Body>) =
-        printed.iter().copied().partition(|part| is_lettered(&part.solid));
+        printed.iter().copied().partition(|part| has_lettering(&part.solid));
     let mut findings: Vec<Finding> =
         lettered.iter().filter_map(|part| covered(part, scene)).collect();
     findings.extend(twins(&bare));
-    findings.extend(told(&bare));
+    findings.extend(report_bare_parts(&bare));
     (findings, printed.len())
 }
 
@@ -75,8 +75,8 @@ fn covered(part: &Body, scene: &Assemblies) -> Option<Finding> {
             return Some(
                 Finding::error(Rule::Labels, message, fix)
                     .in_assembly(assembly)
-                    .of([part.name.as_str(), other.name])
-                    .at(Some(place)),
+                    .about_bodies([part.name.as_str(), other.name])
+                    .at_position(Some(place)),
             );
         }
     }
@@ -85,7 +85,7 @@ fn covered(part: &Body, scene: &Assemblies) -> Option<Finding> {
 
 /// Returns whether a primitive belongs to a label.
 fn is_letter(leaf: &PlacedPrimitive) -> bool {
-    LETTERED.contains(&leaf.feature.as_str())
+    LETTERING_FEATURES.contains(&leaf.feature.as_str())
 }
 
 /// Returns a point at which a body touches or overlaps a letter.
@@ -166,7 +166,7 @@ fn twins(bare: &[&Body]) -> Vec<Finding> {
         findings.push(
             Finding::error(Rule::Labels, message, fix)
                 .with_severity(severity)
-                .of(std::iter::once(part.name.as_str()).chain(alike)),
+                .about_bodies(std::iter::once(part.name.as_str()).chain(alike)),
         );
     }
     findings
@@ -178,7 +178,7 @@ fn why(part: &Body) -> Option<&str> {
 }
 
 /// Lists the parts without a label for which a reason is given, as a note.
-fn told(bare: &[&Body]) -> Option<Finding> {
+fn report_bare_parts(bare: &[&Body]) -> Option<Finding> {
     let first = bare.iter().find(|part| why(part).is_some())?;
     let named: Vec<String> =
         bare.iter().filter_map(|part| Some(format!("{} ({})", part.name, why(part)?))).collect();
@@ -187,6 +187,6 @@ fn told(bare: &[&Body]) -> Option<Finding> {
     Some(
         Finding::error(Rule::Labels, message, fix)
             .with_severity(Severity::Note)
-            .of([first.name.as_str()]),
+            .about_bodies([first.name.as_str()]),
     )
 }

@@ -22,10 +22,10 @@
 //! # Ok::<(), fabkit_checks::InvalidBody>(())
 //! ```
 
-mod adjusting;
-mod air;
+mod lens_adjustment;
+mod trapped_air;
 mod bonding;
-mod case;
+mod rule_input;
 mod casting;
 mod chain;
 mod check;
@@ -38,11 +38,11 @@ pub mod example;
 mod finding;
 mod flow;
 mod glare;
-mod held;
+mod retention;
 mod interference;
 mod labels;
-mod leak;
-mod lines;
+mod daylight;
+mod sampling_lines;
 mod masses;
 mod memo;
 mod motion;
@@ -53,29 +53,29 @@ mod parting;
 mod printability;
 mod rule;
 mod scene;
-mod seen;
-mod sight;
-mod slicing;
-mod softness;
-mod standing;
+mod visibility;
+mod camera_view;
+mod slicer_settings;
+mod hardness;
+mod print_stability;
 mod tearing;
-mod waiting;
+mod overlapping_steps;
 
 pub use check::{
-    CheckReport, Examined, Progress, check, check_rules, check_variant, check_watched, handwork,
-    interference_of, motions, seen, sight,
+    CheckReport, ExaminedCount, Progress, check, check_rules, check_variant, check_with_progress, check_manual_steps,
+    check_interference_between, check_motions, check_visibility, check_camera_view,
 };
 pub use chemistry::{Harm, Hazard, hazards};
-pub use finding::{Finding, Measured, Severity};
+pub use finding::{Finding, MeasuredValue, Severity};
 pub use masses::{Batch, batches};
 pub use memo::Memo;
-pub use motion::{Came, Stage, Stand, stages};
+pub use motion::{Movement, Stage, PlacedBody, stages};
 pub use printability::{
     PrintLimits, machine_limits, part_limits, print_limits, printability, thinnest_wall,
 };
 pub use rule::Rule;
 pub use scene::InvalidBody;
-pub use slicing::{Chosen, PrintSettings, print_settings};
+pub use slicer_settings::{ChosenSetting, PrintSettings, print_settings};
 
 use declaration::Declaration;
 
@@ -84,23 +84,23 @@ const RULES: [Declaration; 21] = [
     chain::RULE,
     interference::RULE,
     casting::RULE,
-    air::RULE,
+    trapped_air::RULE,
     demolding::RULE,
     parting::RULE,
     flow::RULE,
-    sight::RULE,
-    leak::RULE,
+    camera_view::RULE,
+    daylight::RULE,
     glare::RULE,
     motion::RULE,
-    adjusting::RULE,
+    lens_adjustment::RULE,
     bonding::RULE,
     chemistry::RULE,
-    softness::RULE,
-    held::RULE,
+    hardness::RULE,
+    retention::RULE,
     circuit::RULE,
     labels::RULE,
     printability::RULE,
-    standing::RULE,
+    print_stability::RULE,
     overhang::RULE,
 ];
 
@@ -119,8 +119,8 @@ impl Rule {
 
     /// Returns what the rule finds, and its limits with their sources, as text for people. `None` for the rules of
     /// [`Rule::HARDWARE`] that are not in [`Rule::ALL`].
-    pub fn told(self) -> Option<[&'static str; 2]> {
-        RULES.iter().find(|declared| declared.rule == self).map(|declared| declared.told)
+    pub fn description_and_limit(self) -> Option<[&'static str; 2]> {
+        RULES.iter().find(|declared| declared.rule == self).map(|declared| declared.description_and_limit)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Masses of the components of each mixture.
 
-use fabkit_geometry::measure::{Estimate, ray_volume};
+use fabkit_geometry::measure::{VolumeEstimate, ray_volume};
 use fabkit_geometry::{Action, CompiledSolid, Cure, Mix, Sensor};
 use rayon::prelude::*;
 
@@ -15,7 +15,7 @@ pub struct Batch {
     /// Name of the layer that the mixture becomes.
     pub layer: String,
     /// Exact volume of the layer, integrated along lines, mm3.
-    pub volume: Estimate,
+    pub volume: VolumeEstimate,
     /// Surplus as a fraction of the layer's mass.
     pub waste: f64,
     /// Name and mass of each component, surplus included, g.

@@ -11,7 +11,7 @@ use std::sync::Mutex;
 use fabkit_geometry::{Placement, Solid, Vector3};
 
 /// Maximum number of cached keys: about 30 MB.
-const MOST_KEPT: usize = 1_000_000;
+const MAX_KEYS: usize = 1_000_000;
 
 /// Cache of clean examinations over many calls of [`check_variant`](crate::check_variant).
 ///
@@ -32,7 +32,7 @@ impl Memo {
         let is_clean = examine();
         if is_clean
             && let Ok(mut clean) = self.clean.lock()
-            && clean.len() < MOST_KEPT
+            && clean.len() < MAX_KEYS
         {
             clean.insert(key);
         }
@@ -83,7 +83,7 @@ impl Key {
 }
 
 /// Returns the key of a solid at a placement.
-pub(crate) fn of_body(solid: &Solid, placement: &Placement) -> u128 {
+pub(crate) fn body_key(solid: &Solid, placement: &Placement) -> u128 {
     let pose = &placement.assembly_from_body;
     let shape = solid.shape_key();
     let key = shape.into_iter().fold(Key::new(0), Key::word);

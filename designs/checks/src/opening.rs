@@ -14,7 +14,7 @@ const STEEPEST: f64 = 0.5;
 ///
 /// The surface under a vent on a dome is not flat: it may leave the disc's plane by at most its slope times the
 /// distance from the centre. `spread_mm` widens the disc for callers that know the surface only at points so far apart.
-pub(crate) fn holds(
+pub(crate) fn contains_surface_point(
     opening: &Opening,
     point: &Point3<f64>,
     normal: &Vector3<f64>,
@@ -42,7 +42,7 @@ fn from_axis(opening: &Opening, point: &Point3<f64>) -> (f64, f64) {
 }
 
 /// Appends openings to a cache key.
-pub(crate) fn keyed(key: Key, openings: &[Opening]) -> Key {
+pub(crate) fn add_to_key(key: Key, openings: &[Opening]) -> Key {
     openings.iter().fold(key, |key, opening| {
         key.vector(&opening.point.coords).vector(&opening.axis).number(opening.radius_mm)
     })

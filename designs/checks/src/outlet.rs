@@ -9,9 +9,9 @@ use std::collections::{HashSet, VecDeque};
 
 use fabkit_geometry::{CompiledSolid, Opening, Point3, Pour, Ray, Vector3};
 
-use crate::case::Place;
+use crate::rule_input::Place;
 use crate::finding::Finding;
-use crate::lines::{Caster, basis};
+use crate::sampling_lines::{Caster, basis};
 use crate::memo::{Key, Memo};
 use crate::opening;
 use crate::rule::Rule;
@@ -41,7 +41,7 @@ pub(crate) fn examine(place: &Place, pour: &Pour, scene: &Assemblies, memo: &Mem
     let bodies = scene.bodies(place.assembly).iter();
     let walls: Vec<_> =
         bodies.filter(|placed| pour.walls.iter().any(|wall| wall == placed.name)).collect();
-    let key = opening::keyed(Key::new(17).key(layer.key), &pour.openings);
+    let key = opening::add_to_key(Key::new(17).key(layer.key), &pour.openings);
     // The path depends on the walls too, unlike the search for pockets.
     let key = walls.iter().fold(key, |key, wall| key.key(wall.key));
     let mut findings = Vec::new();
@@ -74,8 +74,8 @@ fn finding(place: &Place, pour: &Pour, closed: &[&Opening]) -> Option<Finding> {
         Finding::error(Rule::TrappedAir, message, fix)
             .in_step(place.step)
             .in_assembly(place.assembly)
-            .of([pour.layer.as_str()])
-            .at(Some(first.point)),
+            .about_bodies([pour.layer.as_str()])
+            .at_position(Some(first.point)),
     )
 }
 
@@ -161,7 +161,7 @@ impl<'a> Way<'a> {
         let ray = Ray { origin, direction };
         let mut free_mm = f64::INFINITY;
         for solid in self.solids {
-            let ahead = self.caster.ends(solid, &ray).iter().find(|[_, exit]| *exit > 0.0);
+            let ahead = self.caster.intervals(solid, &ray).iter().find(|[_, exit]| *exit > 0.0);
             // The first body ahead, or zero if the line starts inside one.
             free_mm = ahead.map_or(free_mm, |[enter, _]| free_mm.min(enter.max(0.0)));
         }

@@ -7,18 +7,18 @@
 mod grid;
 
 use fabkit_geometry::{
-    Body, CompiledSolid, Point3, Process, Ray, Sensor, Vector3, without_letters,
+    Body, CompiledSolid, Point3, Process, Ray, Sensor, Vector3, without_lettering,
 };
 use rayon::prelude::*;
 
 use crate::finding::{Finding, Severity};
-use crate::lines::Caster;
+use crate::sampling_lines::Caster;
 use crate::scene::InvalidBody;
 
-use crate::case::{Case, Looked};
+use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::rule::Rule;
-use grid::{Column, Down, Grid, Region};
+use grid::{Column, OverhangFace, Grid, Region};
 
 rule! {
     /// Overhangs that need supports are noted on the part.
@@ -30,7 +30,7 @@ rule! {
     look: apply,
 }
 
-fn apply(case: &Case<'_>) -> Looked {
+fn apply(case: &RuleInput<'_>) -> RuleResult {
     examine(case.sensor)
 }
 
@@ -62,7 +62,7 @@ struct Limits {
 
 impl Limits {
     /// Returns the limits; `None` if the process needs no note about supports and no machine states a limit.
-    fn of(part: &Body) -> Option<Self> {
+    fn for_part(part: &Body) -> Option<Self> {
         let machine = part.machine.as_ref();
         // Usual limits exist only for filament.
         let usual = |figure: f64| (part.process() == Some(Process::Fdm)).then_some(figure);
@@ -75,10 +75,10 @@ impl Limits {
 /// Finds overhangs in all printed parts whose notes do not mention supports. Also returns the number of parts examined.
 pub(crate) fn examine(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
     let printed: Vec<(&Body, Limits)> =
-        kit.parts().filter_map(|part| Some((part, Limits::of(part)?))).collect();
+        kit.parts().filter_map(|part| Some((part, Limits::for_part(part)?))).collect();
     let found: Vec<Option<Finding>> = printed
         .par_iter()
-        .map(|(part, limits)| of_part(part, *limits))
+        .map(|(part, limits)| check_part(part, *limits))
         .collect::<Result<_, _>>()?;
     Ok((found.into_iter().flatten().collect(), printed.len()))
 }
@@ -87,20 +87,20 @@ pub(crate) fn examine(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody
 ///
 /// # Errors
 /// [`InvalidBody`] if the solid of the part is not valid.
-pub(crate) fn hanging(part: &Body) -> Result<Option<Finding>, InvalidBody> {
-    Limits::of(part).map_or(Ok(None), |limits| measured(part, limits))
+pub(crate) fn find_overhang(part: &Body) -> Result<Option<Finding>, InvalidBody> {
+    Limits::for_part(part).map_or(Ok(None), |limits| measure_overhang(part, limits))
 }
 
 /// Finds the overhang of a part unless its notes mention supports.
-fn of_part(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody> {
-    if says_supports(part) { Ok(None) } else { measured(part, limits) }
+fn check_part(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody> {
+    if says_supports(part) { Ok(None) } else { measure_overhang(part, limits) }
 }
 
 /// Measures overhangs on a grid of vertical lines.
-fn measured(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody> {
+fn measure_overhang(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody> {
     let invalid = |source| InvalidBody { body: part.name.clone(), source };
     // Letters are too small to need supports.
-    let on_bed = without_letters(&part.solid).placed(part.bed_from_body);
+    let on_bed = without_lettering(&part.solid).placed(part.bed_from_body);
     let body = CompiledSolid::new(&on_bed).map_err(invalid)?;
     let bounds = body.bounds();
     if bounds.is_empty() || !bounds.is_finite() {
@@ -126,7 +126,7 @@ fn measured(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody>
                 if lean_deg > limits.lean_deg + ROUNDING_DEG && z_mm > bounds.min.z + ON_BED_MM {
                     // Area of the inclined face over one cell.
                     let area_mm2 = cell_mm * cell_mm / looks_down;
-                    column.down.push(Down { z_mm, lean_deg, area_mm2 });
+                    column.down.push(OverhangFace { z_mm, lean_deg, area_mm2 });
                 }
             }
             grid.push(column);
@@ -134,7 +134,7 @@ fn measured(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody>
     }
     let bridge_mm = limits.bridge_mm;
     let regions = Grid { columns: &grid, counts, cell_mm, bridge_mm }.regions();
-    let hanging = regions.iter().filter_map(|region| Some((region, region.hangs?)));
+    let hanging = regions.iter().filter_map(|region| Some((region, region.unsupported_at?)));
     // The finding is placed at the largest region.
     let largest = hanging.clone().max_by(|a, b| a.0.area_mm2.total_cmp(&b.0.area_mm2));
     let Some((worst, ([x, y], z_mm))) = largest else { return Ok(None) };
@@ -142,7 +142,7 @@ fn measured(part: &Body, limits: Limits) -> Result<Option<Finding>, InvalidBody>
     let steepest = hanging.map(|(region, _)| region.steepest_deg).fold(0.0, f64::max);
     let place = Point3::new(at(0, x), at(1, y), z_mm);
     let finding = finding(part, limits, worst, [area_mm2, steepest]);
-    Ok(Some(finding.at(Some(part.bed_from_body.inverse().point(place)))))
+    Ok(Some(finding.at_position(Some(part.bed_from_body.inverse().point(place)))))
 }
 
 /// Reports a part: its worst region, and the area (mm2) and steepest overhang (degrees) of all regions.
@@ -163,10 +163,10 @@ fn finding(part: &Body, limits: Limits, worst: &Region, [area_mm2, steepest]: [f
     let fix = "print it with supports, in another orientation, or with another process";
     let finding = Finding::error(Rule::Overhang, message, fix)
         .with_severity(Severity::Note)
-        .of([part.name.as_str()]);
+        .about_bodies([part.name.as_str()]);
     match worst.span_mm {
-        Some(span_mm) if bridge_mm > 0.0 => finding.measured(span_mm, bridge_mm, "mm"),
-        _ => finding.measured(steepest, lean_deg, "deg"),
+        Some(span_mm) if bridge_mm > 0.0 => finding.with_measurement(span_mm, bridge_mm, "mm"),
+        _ => finding.with_measurement(steepest, lean_deg, "deg"),
     }
 }
 
@@ -187,8 +187,8 @@ mod tests {
     use super::*;
 
     fn found(part: Body) -> Option<Finding> {
-        let limits = Limits::of(&part)?;
-        of_part(&part, limits).unwrap()
+        let limits = Limits::for_part(&part)?;
+        check_part(&part, limits).unwrap()
     }
 
     fn fdm(solid: Solid) -> Body {
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn what_hangs_over_is_measured() {
+    fn overhangs_are_measured() {
         // A hat of radius 15 on a stem of radius 4: a ring that is 11 mm wide.
         let hat = || {
             Solid::union([
@@ -219,7 +219,7 @@ mod tests {
         assert!(found(fdm(hat()).note("print it as it lies, no supports")).is_some());
         // On its head nothing hangs over.
         let half = Angle::from_deg(180.0).unwrap();
-        assert!(found(fdm(hat()).lying(Pose::rotation_x(half))).is_none());
+        assert!(found(fdm(hat()).with_bed_orientation(Pose::rotation_x(half))).is_none());
         // Resin is supported anyway, until somebody says how far it hangs over.
         assert!(found(fdm(hat()).made_by(Process::Sla)).is_none());
         let mut resin = fdm(hat()).made_by(Process::Sla);

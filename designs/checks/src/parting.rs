@@ -10,10 +10,10 @@ use fabkit_geometry::{
     Vector3,
 };
 
-use crate::case::{Case, Looked};
+use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
-use crate::lines::Caster;
+use crate::sampling_lines::Caster;
 use crate::rule::Rule;
 use crate::scene::Assemblies;
 
@@ -27,7 +27,7 @@ rule! {
     look: apply,
 }
 
-fn apply(case: &Case<'_>) -> Looked {
+fn apply(case: &RuleInput<'_>) -> RuleResult {
     Ok(examine(case.sensor, case.scene))
 }
 
@@ -44,7 +44,7 @@ const BEHIND_MM: f64 = 0.01;
 const LEAST_SHARE: f64 = 0.02;
 
 /// A tool behind part of the surface.
-struct Shaping<'a> {
+struct ShapingTool<'a> {
     tool: &'a str,
     /// Number of lines that ended on it.
     count: usize,
@@ -101,7 +101,7 @@ fn shaping<'a>(
     touch: &TouchSurface,
     lines: &[Ray],
     step: &'a Step,
-) -> Vec<Shaping<'a>> {
+) -> Vec<ShapingTool<'a>> {
     let (layer, tools) = match &step.action {
         Action::Pour(pour) => (&pour.layer, &pour.walls),
         Action::Spray(spray) => (&spray.layer, &spray.onto),
@@ -111,10 +111,10 @@ fn shaping<'a>(
     let Some(made) = scene.places(&assembly.0, layer).first().copied() else { return Vec::new() };
     // A wall that stays in the sensor is no tool.
     let tools = tools.iter().filter(|tool| !stands_in(sensor, tool, &Assembly::sensor()));
-    let mut shaping: Vec<(Shaping, &CompiledSolid)> = tools
+    let mut shaping: Vec<(ShapingTool, &CompiledSolid)> = tools
         .filter_map(|tool| {
             let placed = scene.places(&assembly.0, tool).first().copied()?;
-            let none = Shaping { tool, count: 0, highest: Point3::origin() };
+            let none = ShapingTool { tool, count: 0, highest: Point3::origin() };
             Some((none, &placed.body))
         })
         .collect();
@@ -161,10 +161,10 @@ fn stands_in(sensor: &Sensor, body: &str, assembly: &Assembly) -> bool {
 }
 
 /// Returns the finding if at least two tools shape the surface.
-fn finding(step: &Step, shaping: &[Shaping]) -> Option<Finding> {
+fn finding(step: &Step, shaping: &[ShapingTool]) -> Option<Finding> {
     let all: usize = shaping.iter().map(|shaping| shaping.count).sum();
-    let share = |shaping: &Shaping| shaping.count as f64 / all as f64;
-    let mut shaping: Vec<&Shaping> = shaping.iter().filter(|s| share(s) >= LEAST_SHARE).collect();
+    let share = |shaping: &ShapingTool| shaping.count as f64 / all as f64;
+    let mut shaping: Vec<&ShapingTool> = shaping.iter().filter(|s| share(s) >= LEAST_SHARE).collect();
     shaping.sort_by_key(|shaping| std::cmp::Reverse(shaping.count));
     // A single tool leaves no parting line.
     let [first, second, ..] = shaping[..] else { return None };
@@ -185,10 +185,10 @@ fn finding(step: &Step, shaping: &[Shaping]) -> Option<Finding> {
         "cast it in a mold of one piece, part the mold at the surface's foot, or sand the seam";
     let found = Finding::error(Rule::Parting, message, fix).with_severity(Severity::Note);
     let bodies = [first.tool, second.tool, layer.as_str()];
-    let found = found.in_step(&step.name).of(bodies).at(Some(second.highest));
+    let found = found.in_step(&step.name).about_bodies(bodies).at_position(Some(second.highest));
     let found = match &step.assembly {
         Some(assembly) => found.in_assembly(&assembly.0),
         None => found,
     };
-    Some(found.measured(share(second), LEAST_SHARE, ""))
+    Some(found.with_measurement(share(second), LEAST_SHARE, ""))
 }

@@ -1,14 +1,14 @@
 //! Printability: a part fits on the printer's bed, and its walls and holes are not too thin.
 
 use fabkit_geometry::{
-    Body, CompiledSolid, Machine, Point3, Process, Sensor, Solid, without_letters,
+    Body, CompiledSolid, Machine, Point3, Process, Sensor, Solid, without_lettering,
 };
 use rayon::prelude::*;
 
-use crate::case::{Case, Looked};
+use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
-use crate::lines::{Bundle, Caster, DIRECTIONS, steepness};
+use crate::sampling_lines::{Bundle, Caster, DIRECTIONS, steepness};
 use crate::rule::Rule;
 use crate::scene::InvalidBody;
 
@@ -22,7 +22,7 @@ rule! {
     look: apply,
 }
 
-fn apply(case: &Case<'_>) -> Looked {
+fn apply(case: &RuleInput<'_>) -> RuleResult {
     on_machines(case.sensor)
 }
 
@@ -149,10 +149,10 @@ fn all(printed: Vec<(&Body, PrintLimits)>) -> Result<(Vec<Finding>, usize), Inva
 fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBody> {
     let invalid = |source| InvalidBody { body: part.name.clone(), source };
     // Ridges between letters may be thin.
-    let solid = without_letters(&part.solid);
+    let solid = without_lettering(&part.solid);
     let body = CompiledSolid::new(&solid).map_err(invalid)?;
     let on_bed = CompiledSolid::new(&solid.placed(part.bed_from_body)).map_err(invalid)?;
-    let about = |finding: Finding| finding.of([part.name.as_str()]);
+    let about = |finding: Finding| finding.about_bodies([part.name.as_str()]);
     let mut findings = Vec::new();
 
     let size = on_bed.bounds().max - on_bed.bounds().min;
@@ -174,7 +174,7 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
         );
         let fix = "make it smaller, or print it elsewhere";
         findings.push(
-            about(Finding::error(Rule::Printability, message, fix)).measured(value, limit, "mm"),
+            about(Finding::error(Rule::Printability, message, fix)).with_measurement(value, limit, "mm"),
         );
     }
 
@@ -191,8 +191,8 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
         let fix = "widen it, or print it with another process";
         findings.push(
             about(Finding::error(Rule::Printability, message, fix))
-                .at(Some(leaf.body_from_leaf.point(Point3::origin())))
-                .measured(diameter, limits.hole_mm, "mm"),
+                .at_position(Some(leaf.body_from_leaf.point(Point3::origin())))
+                .with_measurement(diameter, limits.hole_mm, "mm"),
         );
     }
 
@@ -203,7 +203,7 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
         let message = format!("{WALL} {} is {thickness:.2} mm thin", part.name);
         let fix = "thicken it, or print it with another process";
         findings.push(
-            about(Finding::error(Rule::Printability, message, fix)).at(Some(place)).measured(
+            about(Finding::error(Rule::Printability, message, fix)).at_position(Some(place)).with_measurement(
                 thickness,
                 limits.wall_mm,
                 "mm",

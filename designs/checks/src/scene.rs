@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fabkit_geometry::{Body, CompiledSolid, InvalidSolid, Placement, Pose, Reach, Sensor, Solid};
+use fabkit_geometry::{Body, CompiledSolid, InvalidSolid, Placement, Pose, ToolAccess, Sensor, Solid};
 use rayon::prelude::*;
 
 use crate::memo;
@@ -48,12 +48,12 @@ impl<'a> Placed<'a> {
             CompiledSolid::new(&solid.clone().placed(pose))
                 .map_err(|source| InvalidBody { body: of.name.clone(), source })
         };
-        let key = memo::of_body(&of.solid, placement);
+        let key = memo::body_key(&of.solid, placement);
         let tool = |solid: &Solid| {
-            let key = memo::of_body(solid, placement);
+            let key = memo::body_key(solid, placement);
             compiled(solid).map(|room| Tool { room, key })
         };
-        let rooms = |reach: &Reach| reach.rooms().map(tool).collect::<Result<Vec<_>, _>>();
+        let rooms = |reach: &ToolAccess| reach.spaces().map(tool).collect::<Result<Vec<_>, _>>();
         let tools = of.reach.iter().map(rooms).collect::<Result<_, _>>()?;
         Ok(Self { name: &of.name, body: compiled(&of.solid)?, key, of, pose, tools })
     }
@@ -62,7 +62,7 @@ impl<'a> Placed<'a> {
 impl Placed<'_> {
     /// Returns whether a tool drives it in, as a screw or a nut.
     pub(crate) fn is_drawn(&self) -> bool {
-        self.of.reach.iter().any(|reach| reach.is_drawn)
+        self.of.reach.iter().any(|reach| reach.is_driven_in)
     }
 }
 

@@ -17,7 +17,7 @@ const DEPTH_MM: f64 = 1.0;
 pub(crate) fn examine(sensor: &Sensor) -> Vec<Finding> {
     let Some(touch) = &sensor.touch else { return Vec::new() };
     // A thin layer cannot be pressed deeper than its thickness.
-    let depth_mm = DEPTH_MM.min(touch.soft_mm());
+    let depth_mm = DEPTH_MM.min(touch.max_indentation_mm());
     let press = SoftStack::at_tip(sensor).and_then(|soft| soft.press_tip(BALL_RADIUS_MM, depth_mm));
     let Ok(press) = press else { return Vec::new() };
     press.bonds.iter().filter_map(|line| torn(sensor, line, depth_mm)).collect()
@@ -46,7 +46,7 @@ fn torn(sensor: &Sensor, line: &BondLine, depth_mm: f64) -> Option<Finding> {
         false => format!("prime {below}, or {softer}"),
     };
     let finding = Finding::error(Rule::Bonding, message, fix).with_severity(Severity::Warning);
-    Some(finding.of([layer.as_str(), below]))
+    Some(finding.about_bodies([layer.as_str(), below]))
 }
 
 /// Returns the strongest bond between two bodies.

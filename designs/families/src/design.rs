@@ -7,7 +7,7 @@ use std::sync::{Arc, LazyLock};
 use fabkit_geometry::Sensor;
 use fabkit_text::Setting;
 
-use crate::buying::Articles;
+use crate::articles::Articles;
 use crate::materials::Castable;
 
 /// Sensor built from validated parameters.
@@ -63,13 +63,13 @@ impl Companion {
     /// Creates a companion from its bytes.
     pub fn new(name: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
         let bytes = bytes.into();
-        Self::later(name, move || bytes)
+        Self::lazy(name, move || bytes)
     }
 
     /// Creates a companion whose bytes are computed on first use, because that takes long and many callers build a
     /// design without writing files. `bytes` runs inside a lock that other threads may wait for, so it must not run in
     /// parallel: its workers could be the threads that wait.
-    pub fn later(
+    pub fn lazy(
         name: impl Into<String>,
         bytes: impl FnOnce() -> Vec<u8> + Send + 'static,
     ) -> Self {
@@ -84,7 +84,7 @@ impl Companion {
 
     /// Attaches the typed document that the file was written from.
     #[must_use]
-    pub fn of<T: Any + Send + Sync>(self, document: T) -> Self {
+    pub fn with_document<T: Any + Send + Sync>(self, document: T) -> Self {
         Self { document: Some(Arc::new(document)), ..self }
     }
 

@@ -12,12 +12,12 @@ use crate::FamilyEntry;
 
 /// All families.
 pub(crate) const FAMILIES: &[FamilyEntry] = &[
-    FamilyEntry::of::<cap::CapFamily>(),
-    FamilyEntry::of::<dome::DomeFamily>(),
-    FamilyEntry::of::<flat_gel::FlatGelFamily>(),
-    FamilyEntry::of::<half_ellipsoid::HalfEllipsoidFamily>(),
-    FamilyEntry::of::<pin_tip::PinTipFamily>(),
-    FamilyEntry::of::<sheet_mold::SheetMoldFamily>(),
+    FamilyEntry::new::<cap::CapFamily>(),
+    FamilyEntry::new::<dome::DomeFamily>(),
+    FamilyEntry::new::<flat_gel::FlatGelFamily>(),
+    FamilyEntry::new::<half_ellipsoid::HalfEllipsoidFamily>(),
+    FamilyEntry::new::<pin_tip::PinTipFamily>(),
+    FamilyEntry::new::<sheet_mold::SheetMoldFamily>(),
 ];
 
 /// All built-in sensors: name, and YAML text from `sensors/`.

@@ -16,7 +16,7 @@ pub mod tools;
 use fabkit_geometry::{CUT_OVERLAP_MM, Order, Path, Solid};
 
 pub use dowel::Dowel;
-pub use lens::Lens;
+pub use lens::ThreadedLens;
 pub use nuts::{HeatSetNut, HexNut, HexSpacer};
 pub use o_ring::{ORing, SQUEEZED_PLAY_MM, stocked_cords};
 
@@ -221,8 +221,8 @@ impl Screw {
     }
 
     /// Returns the text that the screw is ordered by, for example `pan head screw ISO 7045 M1.6x5`.
-    pub fn ordered(&self) -> String {
-        self.order().asked_for()
+    pub fn order_text(&self) -> String {
+        self.order().article_and_size()
     }
 
     /// Returns the order for a shop, with the driver that turns the screw: ISO 4757 gives the cross recess of each
@@ -239,7 +239,7 @@ impl Screw {
             _ => "screwdriver PH2",
         };
         let size = format!("M{}x{}", self.thread_mm, self.length_mm);
-        Order::of(format!("{head} screw {}", self.standard()), size).with_tool(driver)
+        Order::new(format!("{head} screw {}", self.standard()), size).with_tool(driver)
     }
 
     /// Returns the diameter of the countersink at the surface, mm, for a countersunk head with clearance `gap_mm` per
@@ -319,7 +319,7 @@ impl Screw {
 
     /// Returns the passage through `depth_mm` below the origin, with a counterbore `height_mm` high above it and
     /// clearance `gap_mm` around the head.
-    pub fn sunk_tool(&self, depth_mm: f64, height_mm: f64, gap_mm: f64) -> Solid {
+    pub fn counterbore_tool(&self, depth_mm: f64, height_mm: f64, gap_mm: f64) -> Solid {
         let (hole, head) = (self.clearance_hole_mm() / 2.0, self.head_diameter_mm() / 2.0 + gap_mm);
         let (bottom, top) = (-depth_mm - CUT_OVERLAP_MM, height_mm + CUT_OVERLAP_MM);
         Solid::revolution(Path::polygon(&[
@@ -382,7 +382,7 @@ impl SocketScrew {
     pub fn order(&self, length_mm: f64) -> Order {
         // ISO 4762: 3, 4 and 5 mm for M4, M5 and M6.
         let key_mm = self.thread_mm - 1.0;
-        Order::of("socket head screw ISO 4762", format!("M{}x{length_mm}", self.thread_mm))
+        Order::new("socket head screw ISO 4762", format!("M{}x{length_mm}", self.thread_mm))
             .with_tool(format!("hexagon key {key_mm} mm"))
     }
 

@@ -1,10 +1,10 @@
 //! Sensors: their parameters with sources, and the parametric parts made from them.
 
-pub mod assembling;
+pub mod chain_builder;
 pub mod blocks;
-pub mod built;
-pub mod buying;
-mod declaring;
+pub mod unit_dimensions;
+pub mod articles;
+mod macros;
 mod design;
 mod families;
 mod fits;
@@ -12,15 +12,15 @@ pub mod fixing;
 pub mod hardware;
 mod identity;
 mod kerf;
-mod labeling;
+mod labels;
 mod loads;
 pub mod materials;
-mod own;
+mod user_catalogue;
 pub mod processes;
 pub mod profile;
 mod registry;
 
-pub(crate) use declaring::{layout, sections};
+pub(crate) use macros::{layout, sections};
 pub use design::{Companion, Design};
 pub use fabkit_text as parameters;
 pub use fabkit_text::{choices, parameters};
@@ -30,10 +30,10 @@ pub use hardware::{
 };
 pub use identity::design_hash;
 pub use kerf::kerf_mm;
-pub use own::UserFile;
+pub use user_catalogue::UserFile;
 pub use registry::{
-    BaseFile, Built, Extended, Extends, Extension, FORMAT, Family, FamilyEntry, Header, Registry,
-    SensorText, Start, camera_modules, extended_file,
+    BaseFile, FamilyOutput, ExtensionValues, BaseReference, Extension, FORMAT, Family, FamilyEntry, Header, Registry,
+    SensorText, TemplateBase, camera_modules, extended_file,
 };
 
 /// Families and built-in sensors that fabkit comes with.

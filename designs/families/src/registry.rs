@@ -1,36 +1,36 @@
 //! Registry of sensor families and built-in sensors, which turns a sensor file into a design.
 
-mod absent;
-mod extending;
-mod laying;
-mod modules;
-mod starting;
-mod trying;
+mod missing_parameters;
+mod extends;
+mod layers;
+mod camera_modules;
+mod templates;
+mod trial;
 
 use std::cell::RefCell;
 
 use fabkit_geometry::Sensor;
 use fabkit_text::{
-    Dialect, Document, Example, FamilySchema, Field, Found, InvalidDesign, Json, Name, Parameter,
-    Place, Reader, Report, Section, Setting, TextLayer, root_schema,
+    Dialect, ParameterTable, Example, FamilySchema, FieldDeclaration, LocatedProblem, InvalidDesign, Json, FileSafeName, Parameter,
+    TextPlace, Reader, RuleReport, Section, Setting, TextLayer, root_schema,
 };
 
-pub use extending::{BaseFile, Extends, SensorText, extended_file};
-pub use modules::camera_modules;
-pub use starting::Start;
-pub(crate) use trying::Trial;
+pub use extends::{BaseFile, BaseReference, SensorText, extended_file};
+pub use camera_modules::camera_modules;
+pub use templates::TemplateBase;
+pub(crate) use trial::Trial;
 
-use laying::{Extra, Laid, bug, lay_defaults, lay_shared_defaults};
+use layers::{OtherSections, LayeredDocument, internal_error, lay_defaults, lay_shared_defaults};
 
 use crate::Design;
 use crate::blocks;
 use crate::blocks::adapter::{self, Adapter, MountFace};
-use crate::buying::fill;
-use crate::labeling::{self, Labels};
+use crate::articles::fill_and_check;
+use crate::labels::{self, Labels};
 use crate::loads::{self, Loads};
-use crate::materials::{Castable, adhere, check_kinds, hold, substances};
-use crate::own::{Known, add_to_schema};
-use crate::processes::{Workshop, assign, names, report_unnamed};
+use crate::materials::{Castable, find_adhesions, check_kinds, add_bonds, assign_substances};
+use crate::user_catalogue::{ReaderContext, add_to_schema};
+use crate::processes::{Workshop, assign, names, report_unmatched};
 
 /// Version of the file format that is read.
 pub const FORMAT: u32 = 1;
@@ -38,7 +38,7 @@ pub const FORMAT: u32 = 1;
 /// Dialect of sensor files.
 const SENSOR: Dialect = Dialect {
     base: "a built-in sensor",
-    absent: absent::ABSENT,
+    absent: missing_parameters::ABSENT,
     ..Dialect::new("sensor", FORMAT, " and `extends: NAME`")
 };
 
@@ -46,7 +46,7 @@ fabkit_text::parameters! {
     /// Keys that every sensor file has besides its parameters.
     pub struct Header {
         /// Name of the sensor and of its output folder.
-        name: Name,
+        name: FileSafeName,
         /// Title of the sensor, for people.
         title: String = 1..=200,
         /// Publication from which the sensor comes.
@@ -56,7 +56,7 @@ fabkit_text::parameters! {
 
 /// Result of [`Family::build`].
 #[derive(Clone, Debug)]
-pub struct Built {
+pub struct FamilyOutput {
     /// Parts, layers and components.
     pub sensor: Sensor,
     /// Quantities derived from the parameters, for `fabkit show`: name, and value with unit.
@@ -82,10 +82,10 @@ pub trait Family {
     const DEFAULTS: &'static [(&'static str, &'static str)] = &[];
 
     /// Reports impossible combinations. Each value is already within its own limits.
-    fn check(parameters: &Self::Parameters, report: &mut Report);
+    fn check(parameters: &Self::Parameters, report: &mut RuleReport);
 
     /// Builds the parts. Called only while there is no problem; returns `None` after reporting one.
-    fn build(parameters: &Self::Parameters, header: &Header, report: &mut Report) -> Option<Built>;
+    fn build(parameters: &Self::Parameters, header: &Header, report: &mut RuleReport) -> Option<FamilyOutput>;
 }
 
 /// Entry of the table of families: the type-erased form of a [`Family`].
@@ -95,31 +95,31 @@ pub struct FamilyEntry {
     summary: &'static str,
     example: &'static str,
     defaults: &'static [(&'static str, &'static str)],
-    fields: fn() -> Vec<Field>,
-    run: fn(Reader, Option<&Example>, ReadMore) -> Run,
-    probe: fn(Reader) -> Report,
+    fields: fn() -> Vec<FieldDeclaration>,
+    run: fn(Reader, Option<&Example>, ReadSections) -> ReadOutcome,
+    probe: fn(Reader) -> RuleReport,
 }
 
 /// Callback that reads the sections of other crates in the same file, after the family's own parameters.
-type ReadMore<'a> = &'a mut dyn FnMut(&mut Reader);
+type ReadSections<'a> = &'a mut dyn FnMut(&mut Reader);
 
 /// Callback that returns the names of parts that other crates make for a sensor, as `parts:` calls them; `None` where
 /// they are not known.
-type MoreNames<'a> = &'a mut dyn FnMut(&Sensor) -> Option<Vec<String>>;
+type FixturePartNames<'a> = &'a mut dyn FnMut(&Sensor) -> Option<Vec<String>>;
 
 /// Design with the positions of its values in the files, and with the statements on how parts are made.
-struct Loaded {
+struct LoadedDesign {
     design: Design,
-    report: Report,
+    report: RuleReport,
     workshop: Workshop,
 }
 
 /// Result of reading and building: settings and parts, as far as they could be obtained, and the problems.
-struct Run {
+struct ReadOutcome {
     settings: Vec<Setting>,
-    built: Option<Built>,
+    built: Option<FamilyOutput>,
     labels: Option<Labels>,
-    report: Report,
+    report: RuleReport,
 }
 
 /// Section that another crate keeps in sensor files.
@@ -137,20 +137,20 @@ pub struct Extension {
 
 /// Parameters of an extension, as read.
 #[derive(Clone, Debug)]
-pub struct Extended<P> {
+pub struct ExtensionValues<P> {
     /// Typed parameters.
     pub parameters: P,
     /// Parameters as `fabkit show` prints them.
     pub settings: Vec<Setting>,
     /// Report that knows the positions of the values, for further findings.
-    pub report: Report,
+    pub report: RuleReport,
     /// Statements of the file on how parts are made.
     pub workshop: Workshop,
 }
 
 impl FamilyEntry {
     /// Creates the entry of a family.
-    pub const fn of<F: Family>() -> Self {
+    pub const fn new<F: Family>() -> Self {
         Self {
             name: F::NAME,
             summary: F::SUMMARY,
@@ -178,43 +178,43 @@ impl FamilyEntry {
     }
 
     /// Returns the family's parameters, followed by those that every family has.
-    fn parameters(&self) -> Vec<Field> {
+    fn parameters(&self) -> Vec<FieldDeclaration> {
         let mut fields = (self.fields)();
         let shape = Adapter::shape(&());
-        fields.push(Field { name: adapter::KEY, summary: adapter::SUMMARY.into(), shape });
+        fields.push(FieldDeclaration { name: adapter::KEY, summary: adapter::SUMMARY.into(), shape });
         let shape = Labels::shape(&());
-        fields.push(Field { name: labeling::KEY, summary: labeling::SUMMARY.into(), shape });
+        fields.push(FieldDeclaration { name: labels::KEY, summary: labels::SUMMARY.into(), shape });
         let shape = Loads::shape(&());
-        fields.push(Field { name: loads::KEY, summary: loads::SUMMARY.into(), shape });
+        fields.push(FieldDeclaration { name: loads::KEY, summary: loads::SUMMARY.into(), shape });
         fields
     }
 
     /// Returns every key of this family's files except `format`, `family` and `extends`.
-    fn all_fields(&self) -> Vec<Field> {
+    fn all_fields(&self) -> Vec<FieldDeclaration> {
         [Header::fields(), self.parameters()].concat()
     }
 
     /// Lays the family's default values into a document.
-    fn lay_defaults(&self, document: &mut Document) {
+    fn lay_defaults(&self, document: &mut ParameterTable) {
         lay_shared_defaults(document);
         // The family's own defaults come last: they override those shared by all families.
-        let files = [&[adapter::DEFAULTS, labeling::DEFAULTS, loads::DEFAULTS], self.defaults];
+        let files = [&[adapter::DEFAULTS, labels::DEFAULTS, loads::DEFAULTS], self.defaults];
         lay_defaults(document, &files.concat(), TextLayer::Default);
     }
 }
 
 /// Reads a document as the family `F` and builds its parts, then applies loads, adapter and labels.
-fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: ReadMore) -> Run {
+fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: ReadSections) -> ReadOutcome {
     let header = Header::read(&mut reader, "", "", &());
     reader.take_settings(); // The header is no parameter.
     let parameters = F::Parameters::read(&mut reader, "", "", &());
     let adapter = Adapter::read(&mut reader, adapter::KEY, "", &());
-    let labels = Labels::read(&mut reader, labeling::KEY, "", &());
+    let labels = Labels::read(&mut reader, labels::KEY, "", &());
     let loads = Loads::read(&mut reader, loads::KEY, "", &());
     let settings = reader.take_settings();
     // Read after the family's settings have been taken, so that those of other crates stay separate.
     read_more(&mut reader);
-    let known = reader.known::<Known>().cloned();
+    let known = reader.context::<ReaderContext>().cloned();
     let mut report = reader.finish(example);
     if let Some(known) = &known {
         check_kinds(&settings, &known.materials, &mut report);
@@ -222,7 +222,7 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
     if let Some(parameters) = parameters.as_ref().filter(|_| !report.has_unknown_names()) {
         F::check(parameters, &mut report);
         // Evaluates the rules on neighbouring values, to trace which parameters each limit follows from.
-        report.trace("", parameters, F::check);
+        report.find_limit_inputs("", parameters, F::check);
     }
     let mut built = match (&parameters, &header) {
         (Some(parameters), Some(header)) if report.is_clean() => {
@@ -231,22 +231,22 @@ fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: Read
         _ => None,
     };
     if let (Some(built), Some(loads)) = (&mut built, loads) {
-        built.sensor.load_n = Some(loads.touch.0);
+        built.sensor.required_load_n = Some(loads.touch.0);
     }
     if let (Some(built), Some(adapter)) = (&mut built, adapter) {
         adapter::apply(&adapter, built.face.as_ref(), &mut built.sensor, &mut report);
     }
     if let (Some(built), Some(labels)) = (&mut built, &labels) {
-        let labelled = labeling::apply(labels, &mut built.sensor, &mut report);
+        let labelled = labels::apply(labels, &mut built.sensor, &mut report);
         if !labelled.is_empty() {
             built.derived.push(("labelled parts".into(), labelled.join(", ")));
         }
     }
-    Run { settings, built, labels, report }
+    ReadOutcome { settings, built, labels, report }
 }
 
 /// Checks the values against the family's constraints without building anything.
-fn probe<F: Family>(mut reader: Reader) -> Report {
+fn probe<F: Family>(mut reader: Reader) -> RuleReport {
     Header::read(&mut reader, "", "", &());
     let parameters = F::Parameters::read(&mut reader, "", "", &());
     let mut report = reader.finish(None);
@@ -288,26 +288,26 @@ impl Registry {
     /// families share appears several times.
     pub fn default_files(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
         let defaults = self.families.iter().flat_map(|family| family.defaults.iter().copied());
-        let shared = [blocks::DEFAULTS, adapter::DEFAULTS, labeling::DEFAULTS, loads::DEFAULTS];
+        let shared = [blocks::DEFAULTS, adapter::DEFAULTS, labels::DEFAULTS, loads::DEFAULTS];
         defaults.chain(shared)
     }
 
     /// Returns the dotted path of every parameter of a family, in order.
     pub fn parameter_paths(&self, family: &str) -> Vec<String> {
         let family = self.families.iter().filter(|f| f.name == family);
-        let root = Place::new(TextLayer::File, "", &SENSOR);
-        family.flat_map(|f| Document::new(f.parameters(), root.clone()).paths()).collect()
+        let root = TextPlace::new(TextLayer::File, "", &SENSOR);
+        family.flat_map(|f| ParameterTable::new(f.parameters(), root.clone()).paths()).collect()
     }
 
     /// Returns the JSON Schema (draft-07) of sensor files.
     ///
     /// `extensions` are the sections that other crates keep in the files: key, summary, fields. All of their values
     /// have defaults.
-    pub fn json_schema(&self, extensions: &[(&str, &str, Vec<Field>)]) -> Json {
+    pub fn json_schema(&self, extensions: &[(&str, &str, Vec<FieldDeclaration>)]) -> Json {
         // A key is optional if the family's defaults give it a value.
         let optional = |family: &FamilyEntry| {
-            let place = Place::new(TextLayer::Default, "", &SENSOR);
-            let mut document = Document::new(family.parameters(), place);
+            let place = TextPlace::new(TextLayer::Default, "", &SENSOR);
+            let mut document = ParameterTable::new(family.parameters(), place);
             family.lay_defaults(&mut document);
             document.into_values().into_keys().collect()
         };
@@ -330,7 +330,7 @@ impl Registry {
 
     /// Returns the family that a built-in sensor belongs to, directly or through the sensor it extends.
     fn family_of(&self, name: &str) -> Option<&'static str> {
-        let place = Place::new(TextLayer::Base, name, &SENSOR);
+        let place = TextPlace::new(TextLayer::Base, name, &SENSOR);
         let layers = self.layers(self.builtin_yaml(name)?, place, &[], &mut Vec::new())?;
         Some(layers.family.name)
     }
@@ -348,7 +348,7 @@ impl Registry {
         overrides: &[String],
         others: &[&str],
     ) -> Result<Design, InvalidDesign> {
-        self.load_text(SensorText::alone(file, yaml), overrides, others)
+        self.load_text(SensorText::without_bases(file, yaml), overrides, others)
     }
 
     /// Builds a design from a sensor's file, the files it extends and the user's file.
@@ -361,7 +361,7 @@ impl Registry {
         overrides: &[String],
         others: &[&str],
     ) -> Result<Design, InvalidDesign> {
-        let extra = Extra { others, section: None };
+        let extra = OtherSections { others, section: None };
         // If other crates keep sections in the file, the names of their parts are not known here.
         let mut names = |_: &Sensor| others.is_empty().then(Vec::new);
         self.load_with(text, overrides, extra, &mut |_| (), &mut names).map(|loaded| loaded.design)
@@ -378,23 +378,23 @@ impl Registry {
         overrides: &[String],
         extension: &Extension,
         names: impl Fn(&P, &Sensor) -> Vec<String>,
-    ) -> Result<(Design, Extended<P>), InvalidDesign> {
+    ) -> Result<(Design, ExtensionValues<P>), InvalidDesign> {
         // Two closures share the parameters: one reads them, the other names the parts that are made from them.
         let (parameters, mut settings) = (RefCell::new(None), Vec::new());
         let field =
-            Field { name: extension.key, summary: extension.summary.into(), shape: P::shape(&()) };
+            FieldDeclaration { name: extension.key, summary: extension.summary.into(), shape: P::shape(&()) };
         let mut read = |reader: &mut Reader| {
             *parameters.borrow_mut() = P::read(reader, extension.key, "", &());
             settings = reader.take_settings();
         };
         // `None` while the extension's parameters cannot be read: its parts are not known then.
         let mut names = |sensor: &Sensor| Some(names(parameters.borrow().as_ref()?, sensor));
-        let extra = Extra { others: &[], section: Some((extension, field)) };
-        let Loaded { design, report, workshop } =
+        let extra = OtherSections { others: &[], section: Some((extension, field)) };
+        let LoadedDesign { design, report, workshop } =
             self.load_with(text, overrides, extra, &mut read, &mut names)?;
         match parameters.into_inner() {
-            Some(parameters) => Ok((design, Extended { parameters, settings, report, workshop })),
-            None => Err(bug(text.file, format!("`{}` cannot be read", extension.key))),
+            Some(parameters) => Ok((design, ExtensionValues { parameters, settings, report, workshop })),
+            None => Err(internal_error(text.file, format!("`{}` cannot be read", extension.key))),
         }
     }
 
@@ -403,36 +403,36 @@ impl Registry {
         &self,
         text: SensorText,
         overrides: &[String],
-        extra: Extra,
-        read_more: ReadMore,
-        more_names: MoreNames,
-    ) -> Result<Loaded, InvalidDesign> {
-        let Laid { document, family, own } = self.laid(text, overrides, extra)?;
+        extra: OtherSections,
+        read_more: ReadSections,
+        more_names: FixturePartNames,
+    ) -> Result<LoadedDesign, InvalidDesign> {
+        let LayeredDocument { document, family, own } = self.layer_texts(text, overrides, extra)?;
         let example = self.example(&family);
         let known = own.known();
         let making = known.making.clone();
-        let reader = Reader::new(document).knowing(known);
-        let Run { settings, built, labels, report } =
+        let reader = Reader::new(document).with_context(known);
+        let ReadOutcome { settings, built, labels, report } =
             (family.run)(reader, example.as_ref(), read_more);
         match built {
-            Some(Built { mut sensor, derived, .. }) if report.is_clean() => {
+            Some(FamilyOutput { mut sensor, derived, .. }) if report.is_clean() => {
                 let mut found = Vec::new();
                 let of_sensor = names(&sensor, "");
-                assign(&mut sensor, "", &making, making.is_asked(), &mut found);
-                hold(&mut sensor, &own.materials);
-                fill(&mut sensor, &own.articles, &own.materials.components(), &mut found);
-                let materials: Vec<Castable> = own.used(&settings);
-                materials.iter().for_each(|material| material.light(&mut sensor));
-                substances(&mut sensor, &own.materials);
-                adhere(&mut sensor);
+                assign(&mut sensor, "", &making, making.is_used(), &mut found);
+                add_bonds(&mut sensor, &own.materials);
+                fill_and_check(&mut sensor, &own.articles, &own.materials.components(), &mut found);
+                let materials: Vec<Castable> = own.used_materials(&settings);
+                materials.iter().for_each(|material| material.apply_transparency(&mut sensor));
+                assign_substances(&mut sensor, &own.materials);
+                find_adhesions(&mut sensor);
                 // The fixtures of a sensor may depend on the materials of its parts, so their names are asked for last.
-                if !making.all_given().is_empty()
+                if !making.all_assignments().is_empty()
                     && let Some(more) = more_names(&sensor)
                 {
-                    report_unnamed(&making, &of_sensor, &more, &mut found);
+                    report_unmatched(&making, &of_sensor, &more, &mut found);
                 }
                 if !found.is_empty() {
-                    return Err(InvalidDesign { problems: Found::sorted(found) });
+                    return Err(InvalidDesign { problems: LocatedProblem::sort(found) });
                 }
                 let mut parameters = settings;
                 parameters.extend(own.settings(&materials, &of_sensor));
@@ -447,18 +447,18 @@ impl Registry {
                 };
                 let workshop =
                     Workshop { processes: own.processes, making, labels, articles: own.articles };
-                Ok(Loaded { design, report, workshop })
+                Ok(LoadedDesign { design, report, workshop })
             }
             _ if !report.is_clean() => Err(report.into_invalid()),
             // A family that reports no problem has to build something.
-            _ => Err(bug(text.file, format!("the family {} built nothing", family.name))),
+            _ => Err(internal_error(text.file, format!("the family {} built nothing", family.name))),
         }
     }
 
     /// Returns the values of a family's example, for hints in messages.
     fn example(&self, family: &FamilyEntry) -> Option<Example> {
-        let (_, values) = self.values_of(family.example)?;
-        let values = values.into_iter().map(|(path, w)| (path, w.text.shown())).collect();
+        let (_, values) = self.builtin_values(family.example)?;
+        let values = values.into_iter().map(|(path, w)| (path, w.text.to_printable())).collect();
         Some(Example { name: family.example, values })
     }
 }

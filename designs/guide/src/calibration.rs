@@ -8,11 +8,11 @@ pub struct Calibration {
     /// Fixtures that fabkit makes for this sensor.
     pub fixtures: Vec<FixtureNote>,
     /// Commands to type, in order.
-    pub commands: Vec<Typed>,
+    pub commands: Vec<CalibrationCommand>,
     /// Fixture whose holes the captures refer to; empty if there is none.
     pub pins_in: String,
     /// Captures to take with pins in holes, in order.
-    pub captures: Vec<Capture>,
+    pub captures: Vec<PinCapture>,
 }
 
 /// Fixture with its purpose.
@@ -26,7 +26,7 @@ pub struct FixtureNote {
 
 /// Command line with its purpose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Typed {
+pub struct CalibrationCommand {
     /// Purpose.
     pub what: String,
     /// Command to type into a shell.
@@ -35,7 +35,7 @@ pub struct Typed {
 
 /// Image to capture with pins in place.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Capture {
+pub struct PinCapture {
     /// File name of the image.
     pub file: String,
     /// Kind of pins.

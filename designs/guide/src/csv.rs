@@ -1,6 +1,6 @@
 //! Tables of the guide for spreadsheets (RFC 4180).
 
-use crate::{Guide, Printing, Purchase, Tool, Use};
+use crate::{Guide, PrintPlan, Purchase, BodyUse, SupplyKind};
 
 /// Column heads of the table of purchases.
 pub const BOM_HEADS: &str = "kind,name,quantity,unit,of,what,article,size,maker,number,standard,pack,kit,packs,\
@@ -14,15 +14,15 @@ fn quoted(text: &str) -> String {
     }
 }
 
-fn word(of: Tool) -> &'static str {
+fn word(of: BodyUse) -> &'static str {
     match of {
-        Tool::Sensor => "sensor",
-        Tool::Tool => "tool",
+        BodyUse::Sensor => "sensor",
+        BodyUse::Tool => "tool",
     }
 }
 
 /// Formats the cells from the layer height to the source of time and mass.
-fn print_cells(print: &Printing) -> String {
+fn print_cells(print: &PrintPlan) -> String {
     let supports = if print.supports { "yes" } else { "no" };
     let mass = print.mass_g.map_or(String::new(), |mass_g| format!("{mass_g:.2}"));
     format!(
@@ -88,7 +88,7 @@ impl Guide {
             csv += &format!("stock,{name},{amount:.2},{unit},,{what},{order},\n");
         }
         for supply in &self.supplies {
-            let kind = if supply.used == Use::Tool { "tool" } else { "supply" };
+            let kind = if supply.used == SupplyKind::Tool { "tool" } else { "supply" };
             let (name, what) = (quoted(&supply.name), what(&supply.order));
             let (order, steps) = (ordered(&supply.order), numbers(&supply.steps));
             csv += &format!("{kind},{name},1,packs,,{what},{order},{steps}\n");

@@ -2,15 +2,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use fabkit_geometry::{Body, Kind, Process, Sensor};
+use fabkit_geometry::{Body, BodyKind, Process, Sensor};
 use serde::Serialize;
 
-use crate::Tool;
-use crate::membership::stays;
+use crate::BodyUse;
+use crate::membership::is_in_sensor;
 
 /// Difference from one design to another.
 #[derive(Clone, Debug, Serialize)]
-pub struct Difference {
+pub struct DesignDifference {
     /// Format name, `fabkit-diff`.
     pub format: &'static str,
     /// Format version, 1.
@@ -52,7 +52,7 @@ pub struct ParameterChange {
 /// Kind of change of a body or step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Change {
+pub enum ChangeKind {
     /// Unchanged: the same shape from the same material.
     Same,
     /// Wanted in another form.
@@ -63,7 +63,7 @@ pub enum Change {
     Removed,
 }
 
-impl Change {
+impl ChangeKind {
     /// Returns the word used in JSON.
     pub fn word(self) -> &'static str {
         match self {
@@ -83,9 +83,9 @@ pub struct BodyChange {
     /// Kind: `part`, `board`, `layer` or `component`.
     pub kind: &'static str,
     /// Use: part of the sensor, or tool.
-    pub of: Tool,
+    pub of: BodyUse,
     /// Kind of change.
-    pub change: Change,
+    pub change: ChangeKind,
     /// Properties that differ: `shape`, `material`, `process`, `order`.
     pub differs: Vec<&'static str>,
     /// Old name, if the same part had another one.
@@ -102,12 +102,12 @@ pub struct StepChange {
     /// Name of the step.
     pub name: String,
     /// Kind of change.
-    pub change: Change,
+    pub change: ChangeKind,
 }
 
 /// Design to compare.
 #[derive(Clone, Copy)]
-pub struct Side<'a> {
+pub struct ComparedDesign<'a> {
     /// Bodies and steps.
     pub sensor: &'a Sensor,
     /// Hash of the design.
@@ -116,9 +116,9 @@ pub struct Side<'a> {
     pub parameters: &'a [(String, String)],
 }
 
-impl Difference {
+impl DesignDifference {
     /// Computes the difference from one design to another.
-    pub fn between(from: Side, to: Side) -> Self {
+    pub fn between(from: ComparedDesign, to: ComparedDesign) -> Self {
         Self {
             format: "fabkit-diff",
             version: 1,
@@ -136,13 +136,13 @@ impl Difference {
     }
 
     /// Iterates over the bodies with a kind of change.
-    pub fn of(&self, change: Change) -> impl Iterator<Item = &BodyChange> {
+    pub fn with_change(&self, change: ChangeKind) -> impl Iterator<Item = &BodyChange> {
         self.bodies.iter().filter(move |body| body.change == change)
     }
 }
 
 /// Returns the identity of a design.
-fn named(side: Side) -> DesignName {
+fn named(side: ComparedDesign) -> DesignName {
     DesignName {
         name: side.sensor.name.clone(),
         title: side.sensor.title.clone(),
@@ -151,9 +151,9 @@ fn named(side: Side) -> DesignName {
 }
 
 /// Compares the parameters by path.
-fn parameters(from: Side, to: Side) -> Vec<ParameterChange> {
+fn parameters(from: ComparedDesign, to: ComparedDesign) -> Vec<ParameterChange> {
     let map =
-        |side: Side| -> BTreeMap<String, String> { side.parameters.iter().cloned().collect() };
+        |side: ComparedDesign| -> BTreeMap<String, String> { side.parameters.iter().cloned().collect() };
     let (from, to) = (map(from), map(to));
     let paths: BTreeSet<&String> = from.keys().chain(to.keys()).collect();
     let differing = paths.into_iter().filter(|path| from.get(*path) != to.get(*path));
@@ -167,7 +167,7 @@ fn parameters(from: Side, to: Side) -> Vec<ParameterChange> {
 
 /// Returns the properties in which two bodies differ.
 fn differs(a: &Body, b: &Body) -> Vec<&'static str> {
-    let is_bought = b.kind == Kind::Bought;
+    let is_bought = b.kind == BodyKind::Bought;
     [
         // For bought bodies, the specification says more than the drawn shape.
         ("shape", !is_bought && a.solid.shape_key() != b.solid.shape_key()),
@@ -182,7 +182,7 @@ fn differs(a: &Body, b: &Body) -> Vec<&'static str> {
 
 fn kind(body: &Body) -> &'static str {
     match body.kind {
-        Kind::Made(Process::Pcb) => "board",
+        BodyKind::Made(Process::Pcb) => "board",
         kind => kind.word(),
     }
 }
@@ -210,11 +210,11 @@ fn bodies(from: &Sensor, to: &Sensor) -> Vec<BodyChange> {
         let differs = old.map_or(Vec::new(), |old| differs(old, body));
         let there = old.map_or(0, |old| old.quantity);
         let change = match (old, differs.is_empty()) {
-            (None, _) => Change::Added,
-            (Some(_), true) => Change::Same,
-            (Some(_), false) => Change::Changed,
+            (None, _) => ChangeKind::Added,
+            (Some(_), true) => ChangeKind::Same,
+            (Some(_), false) => ChangeKind::Changed,
         };
-        let usable = if change == Change::Same && body.kind != Kind::Cast { there } else { 0 };
+        let usable = if change == ChangeKind::Same && body.kind != BodyKind::Cast { there } else { 0 };
         taken.extend(old.map(|old| old.name.as_str()));
         all.push(BodyChange {
             name: body.name.clone(),
@@ -226,7 +226,7 @@ fn bodies(from: &Sensor, to: &Sensor) -> Vec<BodyChange> {
             quantity: [there, body.quantity],
             // An unchanged layer exists if the old sensor is not taken apart: that is up to the reader.
             besides: match (change, body.kind) {
-                (Change::Same, Kind::Cast) => 0,
+                (ChangeKind::Same, BodyKind::Cast) => 0,
                 _ => body.quantity.saturating_sub(usable),
             },
         });
@@ -236,7 +236,7 @@ fn bodies(from: &Sensor, to: &Sensor) -> Vec<BodyChange> {
         name: old.name.clone(),
         kind: kind(old),
         of: tool(old),
-        change: Change::Removed,
+        change: ChangeKind::Removed,
         differs: Vec::new(),
         was: None,
         quantity: [old.quantity, 0],
@@ -245,8 +245,8 @@ fn bodies(from: &Sensor, to: &Sensor) -> Vec<BodyChange> {
     all
 }
 
-fn tool(body: &Body) -> Tool {
-    if stays(body) { Tool::Sensor } else { Tool::Tool }
+fn tool(body: &Body) -> BodyUse {
+    if is_in_sensor(body) { BodyUse::Sensor } else { BodyUse::Tool }
 }
 
 /// Compares the steps by name.
@@ -257,12 +257,12 @@ fn steps(from: &Sensor, to: &Sensor) -> Vec<StepChange> {
     };
     let told = |name: &str, change| StepChange { name: name.to_owned(), change };
     let kept = to.chain.iter().filter_map(|step| match find(from, &step.name) {
-        None => Some(told(&step.name, Change::Added)),
+        None => Some(told(&step.name, ChangeKind::Added)),
         Some(old) if Some(&old) != find(to, &step.name).as_ref() => {
-            Some(told(&step.name, Change::Changed))
+            Some(told(&step.name, ChangeKind::Changed))
         }
         Some(_) => None,
     });
     let gone = from.chain.iter().filter(|step| find(to, &step.name).is_none());
-    kept.chain(gone.map(|step| told(&step.name, Change::Removed))).collect()
+    kept.chain(gone.map(|step| told(&step.name, ChangeKind::Removed))).collect()
 }

@@ -5,7 +5,7 @@ use fabkit_geometry::measure::MeasureError;
 
 /// Part that cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum NoSuchPart {
+pub enum GuideError {
     /// Tree that is not a valid solid.
     #[error("{body}: {source}")]
     Solid {
@@ -16,7 +16,7 @@ pub enum NoSuchPart {
     },
     /// Part whose print settings cannot be derived, with the reason.
     #[error("{0}")]
-    Examined(String),
+    PrintSettings(String),
     /// Solid whose volume cannot be measured.
     #[error("{body}: {source}")]
     Volume {

@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_cut_off_does_not_count() {
+    fn extent_ignores_cut_off_material() {
         let cut = Solid::sphere(10.0).minus(Solid::cylinder(20.0, 20.0).at_z(4.0));
         let body = CompiledSolid::new(&cut).unwrap();
         let [low, high] = extent(&body, &Vector3::z()).unwrap();

@@ -28,10 +28,10 @@ mod diff;
 mod error;
 mod extent;
 mod html;
-mod lists;
+mod bill_of_materials;
 mod membership;
-mod mixed;
-mod outer;
+mod mixes;
+mod overall_size;
 mod printing;
 mod request;
 mod sheets;
@@ -39,7 +39,7 @@ mod shop;
 mod step;
 mod supplies;
 mod timeline;
-mod told;
+mod instructions;
 mod warnings;
 mod wiring;
 
@@ -47,22 +47,22 @@ use fabkit_checks::{Batch, batches};
 use fabkit_geometry::{Action, Sensor};
 use serde::Serialize;
 
-pub use calibration::{Calibration, Capture, FixtureNote, Typed};
-pub use diff::{BodyChange, Change, DesignName, Difference, ParameterChange, Side, StepChange};
-pub use error::NoSuchPart;
-pub use html::{BoardArt, Model, Pairs, Pictures, Pressed, Rays, SeenRay, StepPictures};
-pub use lists::{Bought, Liquid, Made, Tool};
-pub use mixed::{Component, Mixed};
-pub use outer::Outer;
-pub use printing::{Printing, Sliced};
+pub use calibration::{Calibration, PinCapture, FixtureNote, CalibrationCommand};
+pub use diff::{BodyChange, ChangeKind, DesignName, DesignDifference, ParameterChange, ComparedDesign, StepChange};
+pub use error::GuideError;
+pub use html::{BoardArt, ViewerModel, PartImagePairs, PageImages, PressedSurface, CameraRays, CameraRay, StepImages};
+pub use bill_of_materials::{BoughtPiece, LiquidComponent, MadePart, BodyUse};
+pub use mixes::{MixComponent, StepMix};
+pub use overall_size::OverallSize;
+pub use printing::{PrintPlan, SlicerEstimate};
 pub use request::Request;
 pub use sheets::{SheetPiece, SheetPlan};
-pub use shop::{Figure, NoShop, Purchase, Shop, Use};
-pub use step::{GuideStep, Need, Way};
+pub use shop::{ArticleProperty, NoShop, Purchase, Shop, SupplyKind};
+pub use step::{GuideStep, NeededBody, BodyMotion};
 pub use supplies::{Costs, Stock, Supply};
-pub use timeline::{Meanwhile, Series, Stretch, Timeline};
+pub use timeline::{ParallelSteps, UnitSeries, StepInterval, Timeline};
 pub use warnings::Warning;
-pub use wiring::{Wire, WiredNet, WiredPart, WiredPin, WiredResistor, Wiring};
+pub use wiring::{WiringConnection, WiredNet, WiredPart, WiredPin, WiredResistor, Wiring};
 
 /// Everything that a lab needs to know to build a design.
 #[derive(Clone, Debug, Serialize)]
@@ -82,15 +82,15 @@ pub struct Guide {
     /// Number of units to build.
     pub units: u32,
     /// Size and mass of one unit; `null` if no bodies are placed together.
-    pub outer: Option<Outer>,
+    pub outer: Option<OverallSize>,
     /// Parts to print, cut and etch.
-    pub made: Vec<Made>,
+    pub made: Vec<MadePart>,
     /// Stock sheets to cut, for all units.
     pub sheets: Vec<SheetPlan>,
     /// Pieces to buy.
-    pub bought: Vec<Bought>,
+    pub bought: Vec<BoughtPiece>,
     /// Components of poured and sprayed mixes, summed over all steps.
-    pub liquids: Vec<Liquid>,
+    pub liquids: Vec<LiquidComponent>,
     /// Stock that parts are made from.
     pub stock: Vec<Stock>,
     /// Consumables and tools.
@@ -98,7 +98,7 @@ pub struct Guide {
     /// Cost of everything that is bought.
     pub costs: Costs,
     /// Mixes, step by step.
-    pub mixes: Vec<Mixed>,
+    pub mixes: Vec<StepMix>,
     /// Warnings.
     pub warnings: Vec<Warning>,
     /// Steps of the build.
@@ -116,13 +116,13 @@ impl Guide {
     ///
     /// # Errors
     /// A part that cannot be made.
-    pub fn of(sensor: &Sensor, request: &Request<'_>) -> Result<Self, NoSuchPart> {
+    pub fn new(sensor: &Sensor, request: &Request<'_>) -> Result<Self, GuideError> {
         let mixes = mixes(sensor, &batches(sensor), request.units);
-        let timeline = Timeline::of(sensor, request.units);
-        let steps = told::steps(sensor, request.stages, &mixes);
-        let made = lists::made(sensor, request)?;
-        let bought = lists::bought(sensor, request.units);
-        let liquids = lists::liquids(&mixes, request.shop);
+        let timeline = Timeline::new(sensor, request.units);
+        let steps = instructions::steps(sensor, request.stages, &mixes);
+        let made = bill_of_materials::made(sensor, request)?;
+        let bought = bill_of_materials::bought(sensor, request.units);
+        let liquids = bill_of_materials::liquids(&mixes, request.shop);
         let stock = supplies::stock(&made, request.shop);
         let supplies = supplies::supplies(sensor, (&made, &mixes), request.shop);
         let costs = supplies::costs(&bought, &liquids, &stock, &supplies);
@@ -134,7 +134,7 @@ impl Guide {
             reference: sensor.reference.clone(),
             design_hash: request.design_hash.to_owned(),
             units: request.units,
-            outer: outer::outer(sensor, request)?,
+            outer: overall_size::measure(sensor, request)?,
             made,
             // See `take_sheets`.
             sheets: Vec::new(),
@@ -179,7 +179,7 @@ fn air_h(degas: bool, action: &Action, pot_life_h: Option<f64>) -> f64 {
 }
 
 /// Returns the mixes of all steps.
-fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<Mixed> {
+fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<StepMix> {
     let of = |batch: &Batch| {
         // Batches refer to steps by name, the guide by number.
         let index = sensor.chain.iter().position(|step| step.name == batch.step)?;
@@ -190,15 +190,15 @@ fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<Mixed> {
         };
         let layer = sensor.body(&batch.layer)?;
         let components = batch.components_g.iter();
-        Some(Mixed {
+        Some(StepMix {
             step: index + 1,
             layer: batch.layer.clone(),
             volume_mm3: batch.volume.value_mm3,
             waste: batch.waste,
             // A layer that is a tool is cast once for all units.
-            batches: if membership::stays(layer) { units } else { 1 },
+            batches: if membership::is_in_sensor(layer) { units } else { 1 },
             components: components
-                .map(|(name, mass_g)| Component { name: name.clone(), mass_g: *mass_g })
+                .map(|(name, mass_g)| MixComponent { name: name.clone(), mass_g: *mass_g })
                 .collect(),
             degas: batch.degas,
             air_h: air_h(batch.degas, &sensor.chain[index].action, pot_life_h),
@@ -206,7 +206,7 @@ fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<Mixed> {
             cure_h: batch.cure.hours,
             cure_celsius: batch.cure.celsius,
             pot_life_h,
-            in_hand_h: warnings::in_hand_h(&sensor.chain, index),
+            in_hand_h: warnings::handling_time_h(&sensor.chain, index),
         })
     };
     batches.iter().filter_map(of).collect()

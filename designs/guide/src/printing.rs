@@ -5,7 +5,7 @@ use fabkit_geometry::sequences::EvenPoints;
 use fabkit_geometry::{Body, CompiledSolid, Point3, Ray, Scratch, Sensor, Vector3};
 use serde::Serialize;
 
-use crate::{Guide, NoSuchPart};
+use crate::{Guide, GuideError};
 
 /// Value of the field `from` of [`Printing`] for figures of this model instead of a slicer.
 const MODEL: &str = "model";
@@ -29,7 +29,7 @@ const MM3_PER_CM3: f64 = 1e3;
 
 /// Print settings of a part, with estimates.
 #[derive(Clone, Debug, Serialize)]
-pub struct Printing {
+pub struct PrintPlan {
     /// Height of a layer, mm.
     pub layer_mm: f64,
     /// Number of perimeter lines along each outline.
@@ -54,7 +54,7 @@ pub struct Printing {
 
 /// Figures of a slicer for one piece.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sliced {
+pub struct SlicerEstimate {
     /// Estimated time, minutes.
     pub minutes: f64,
     /// Filament, mm3.
@@ -65,7 +65,7 @@ pub struct Sliced {
 
 impl Guide {
     /// Replaces the model's figures for a part by those of a slicer.
-    pub fn take_sliced(&mut self, part: &str, sliced: Sliced) {
+    pub fn set_slicer_estimate(&mut self, part: &str, sliced: SlicerEstimate) {
         let made = self.made.iter_mut().find(|made| made.name == part);
         let Some(printing) = made.and_then(|made| made.print.as_mut()) else { return };
         // The density is not stored, but follows from the model's figures.
@@ -85,15 +85,15 @@ pub(crate) fn printing(
     on_bed: &CompiledSolid,
     volume_mm3: f64,
     density_g_per_cm3: Option<f64>,
-) -> Result<Option<Printing>, NoSuchPart> {
+) -> Result<Option<PrintPlan>, GuideError> {
     let settings =
-        print_settings(sensor, part).map_err(|error| NoSuchPart::Examined(error.to_string()))?;
+        print_settings(sensor, part).map_err(|error| GuideError::PrintSettings(error.to_string()))?;
     Ok(settings.map(|settings| {
         let [x_mm, y_mm, _] = on_bed.bounds().size_mm();
         let brim_mm3 = settings.brim_mm.value * 2.0 * (x_mm + y_mm) * settings.layer_mm.value;
         let filament_mm3 = volume_mm3 * solid_share(on_bed, &settings) + brim_mm3;
         let flow_mm3_s = PACE_MM_S * settings.line_mm * settings.layer_mm.value;
-        Printing {
+        PrintPlan {
             layer_mm: settings.layer_mm.value,
             perimeters: settings.perimeters.value,
             infill_percent: settings.infill_percent.value,
@@ -104,12 +104,12 @@ pub(crate) fn printing(
             mass_g: density_g_per_cm3.map(|density| density * filament_mm3 / MM3_PER_CM3),
             from: MODEL.to_owned(),
             reasons: [
-                settings.layer_mm.why,
-                settings.perimeters.why,
-                settings.solid_layers.why,
-                settings.infill_percent.why,
-                settings.supports.why,
-                settings.brim_mm.why,
+                settings.layer_mm.reason,
+                settings.perimeters.reason,
+                settings.solid_layers.reason,
+                settings.infill_percent.reason,
+                settings.supports.reason,
+                settings.brim_mm.reason,
             ],
         }
     }))
@@ -182,7 +182,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn plastic_is_in_walls_and_skins_and_a_share_of_the_rest() {
+    fn solid_share_counts_walls_skins_and_infill() {
         let cube = |side: f64| {
             let sensor = fabkit_checks::example::puck();
             let cube = Body::made("cube", "", Process::Fdm, Solid::cuboid(side, side, side));

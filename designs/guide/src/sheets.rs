@@ -38,7 +38,7 @@ pub struct SheetPiece {
 
 impl Guide {
     /// Sets the plans of sheets. They depend on kerfs and stock sizes, which the guide does not know.
-    pub fn take_sheets(&mut self, plans: Vec<SheetPlan>) {
+    pub fn set_sheets(&mut self, plans: Vec<SheetPlan>) {
         self.sheets = plans;
     }
 }

@@ -1,6 +1,6 @@
 //! Articles in shops, and the number of packs to buy.
 
-use fabkit_geometry::{Order, Pack, Unit};
+use fabkit_geometry::{Order, Pack, QuantityUnit};
 use serde::Serialize;
 
 /// List of articles that can be bought.
@@ -11,7 +11,7 @@ pub trait Shop {
     fn stock(&self, process: &str, material: &str) -> Order;
     /// Returns the supplies and tools that a sentence requires, ordered by name. `@mix`, `@degas` and `@warm` in it
     /// stand for mixing, degassing, and curing above room temperature.
-    fn asked_for(&self, sentence: &str) -> Vec<(Use, Order)>;
+    fn asked_for(&self, sentence: &str) -> Vec<(SupplyKind, Order)>;
 }
 
 /// Shop without articles: anything may be of any maker.
@@ -20,14 +20,14 @@ pub struct NoShop;
 
 impl Shop for NoShop {
     fn article(&self, name: &str) -> Order {
-        Order::of(name, "")
+        Order::new(name, "")
     }
 
     fn stock(&self, _process: &str, material: &str) -> Order {
-        Order::of(material, "")
+        Order::new(material, "")
     }
 
-    fn asked_for(&self, _sentence: &str) -> Vec<(Use, Order)> {
+    fn asked_for(&self, _sentence: &str) -> Vec<(SupplyKind, Order)> {
         Vec::new()
     }
 }
@@ -35,7 +35,7 @@ impl Shop for NoShop {
 /// Distinction between consumables and tools.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Use {
+pub enum SupplyKind {
     /// Used up by the work.
     Supply,
     /// Used again, and not part of the costs.
@@ -59,7 +59,7 @@ pub struct Purchase {
     /// Standard that it follows, or `none`.
     pub standard: String,
     /// Relevant properties, by name.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<ArticleProperty>,
     /// Pack size: `100 pieces`.
     pub pack: String,
     /// Kit in which it is sold together with other articles.
@@ -80,7 +80,7 @@ pub struct Purchase {
 
 /// Relevant property of an article.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Figure {
+pub struct ArticleProperty {
     /// Name of the property.
     pub name: String,
     /// Value with its unit and source.
@@ -89,7 +89,7 @@ pub struct Figure {
 
 impl Purchase {
     /// Creates the purchase of enough packs for an amount in the pack's unit.
-    pub(crate) fn of(order: &Order, needed: f64) -> Self {
+    pub(crate) fn new(order: &Order, needed: f64) -> Self {
         let or = |text: &str, other: &str| if text.is_empty() { other } else { text }.to_owned();
         let figures = order.figures.iter();
         let mut purchase = Self {
@@ -99,7 +99,7 @@ impl Purchase {
             number: order.number.clone(),
             standard: order.standard.clone().unwrap_or_else(|| "none".into()),
             figures: figures
-                .map(|(name, value)| Figure { name: name.clone(), value: value.clone() })
+                .map(|(name, value)| ArticleProperty { name: name.clone(), value: value.clone() })
                 .collect(),
             pack: packed(order.pack),
             kit: order.kit.clone(),
@@ -110,24 +110,24 @@ impl Purchase {
             source: order.source.clone(),
             price_source: or(&order.price_source, NONE),
         };
-        match order.at_hand {
+        match order.is_sensor_itself {
             true => {
                 (purchase.pack, purchase.price_eur, purchase.cost_eur) =
                     ("at hand".into(), Some(0.0), Some(0.0))
             }
-            false => purchase.take(order.pack.count(needed)),
+            false => purchase.set_packs(order.pack.count(needed)),
         }
         purchase
     }
 
     /// Sets the number of packs and the cost.
-    pub(crate) fn take(&mut self, packs: u32) {
+    pub(crate) fn set_packs(&mut self, packs: u32) {
         self.packs = packs;
         self.cost_eur = self.price_eur.map(|price| price * f64::from(packs));
     }
 
     /// Returns the text to order by: the standard, or maker and number, or `any`.
-    pub fn ordered_by(&self) -> String {
+    pub fn order_text(&self) -> String {
         let made = match (&*self.maker, &*self.number) {
             ("any", "any") => "any".to_owned(),
             (maker, "any") => maker.to_owned(),
@@ -145,10 +145,10 @@ impl Purchase {
 /// Formats a pack size for people.
 fn packed(Pack { amount, unit }: Pack) -> String {
     match unit {
-        Unit::Piece if amount == 1.0 => "1 piece".into(),
-        Unit::Gram if amount >= 1e3 => format!("{} kg", amount / 1e3),
-        Unit::Millilitre if amount >= 1e3 => format!("{} l", amount / 1e3),
-        Unit::Millimetre if amount >= 1e3 => format!("{} m", amount / 1e3),
+        QuantityUnit::Piece if amount == 1.0 => "1 piece".into(),
+        QuantityUnit::Gram if amount >= 1e3 => format!("{} kg", amount / 1e3),
+        QuantityUnit::Millilitre if amount >= 1e3 => format!("{} l", amount / 1e3),
+        QuantityUnit::Millimetre if amount >= 1e3 => format!("{} m", amount / 1e3),
         _ => format!("{amount} {}", unit.word()),
     }
 }
@@ -160,9 +160,9 @@ pub(crate) fn share_kits<'p>(purchases: impl Iterator<Item = &'p mut Purchase>) 
         let same = |other: &&mut &mut Purchase| purchase.kit.is_some() && other.kit == purchase.kit;
         if let Some(first) = paying.iter_mut().find(same) {
             let packs = first.packs.max(purchase.packs);
-            first.take(packs);
+            first.set_packs(packs);
             // It comes with the kit of the first line.
-            purchase.take(0);
+            purchase.set_packs(0);
         } else {
             paying.push(purchase);
         }
@@ -177,18 +177,18 @@ mod tests {
         Order {
             kit: kit.map(str::to_owned),
             price_eur: Some(10.0),
-            pack: Pack { amount, unit: Unit::Gram },
-            ..Order::of("A", "")
+            pack: Pack { amount, unit: QuantityUnit::Gram },
+            ..Order::new("A", "")
         }
     }
 
     #[test]
-    fn a_kit_is_paid_for_once_and_as_often_as_its_scarcest_part_asks() {
+    fn kit_is_charged_once_for_the_largest_need() {
         let kit = || order(Some("kit"), 450.0);
         let mut bought = [
-            Purchase::of(&kit(), 10.0),
-            Purchase::of(&order(None, 100.0), 250.0),
-            Purchase::of(&order(Some("kit"), 50.0), 120.0),
+            Purchase::new(&kit(), 10.0),
+            Purchase::new(&order(None, 100.0), 250.0),
+            Purchase::new(&order(Some("kit"), 50.0), 120.0),
         ];
         share_kits(bought.iter_mut());
         assert_eq!(bought.each_ref().map(|one| one.packs), [3, 3, 0]);
@@ -198,11 +198,11 @@ mod tests {
 
     #[test]
     fn no_text_is_empty() {
-        let purchase = Purchase::of(&Order::of("thing", ""), 3.0);
+        let purchase = Purchase::new(&Order::new("thing", ""), 3.0);
         let texts = [&purchase.size, &purchase.substitutes, &purchase.standard, &purchase.source];
         assert!(texts.iter().all(|text| !text.is_empty()), "{purchase:?}");
         assert_eq!((purchase.packs, purchase.cost_eur), (3, None));
-        assert_eq!(purchase.ordered_by(), "any");
-        assert_eq!(Purchase::of(&Order::at_hand(), 1.0).cost_eur, Some(0.0));
+        assert_eq!(purchase.order_text(), "any");
+        assert_eq!(Purchase::new(&Order::for_sensor_itself(), 1.0).cost_eur, Some(0.0));
     }
 }

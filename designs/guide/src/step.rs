@@ -4,7 +4,7 @@ use serde::Serialize;
 
 /// Body that a step needs.
 #[derive(Clone, Debug, Serialize)]
-pub struct Need {
+pub struct NeededBody {
     /// Name in the design.
     pub name: String,
     /// Number of pieces for one unit.
@@ -25,7 +25,7 @@ pub struct GuideStep {
     /// Assembly in which the bodies are placed.
     pub assembly: Option<String>,
     /// Bodies that it needs, in the order of the design.
-    pub needs: Vec<Need>,
+    pub needs: Vec<NeededBody>,
     /// Names of the bodies that it takes off.
     pub removed: Vec<String>,
     /// Names of the bodies that are adjusted.
@@ -39,12 +39,12 @@ pub struct GuideStep {
     /// Checks when it is done.
     pub checks: Vec<String>,
     /// Directions in which bodies come and go.
-    pub ways: Vec<Way>,
+    pub ways: Vec<BodyMotion>,
 }
 
 /// Bodies that are put in place or taken away together.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Way {
+pub struct BodyMotion {
     /// Names of the bodies.
     pub bodies: Vec<String>,
     /// True if they come, false if they go.

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use fabkit_geometry::{Kind, Sensor, Unit};
+use fabkit_geometry::{BodyKind, Sensor, QuantityUnit};
 use serde::Serialize;
 
-use crate::shop::{Purchase, Shop, Use};
-use crate::{Bought, Liquid, Made, Mixed};
+use crate::shop::{Purchase, Shop, SupplyKind};
+use crate::{BoughtPiece, LiquidComponent, MadePart, StepMix};
 
 /// Fraction of a sheet that parts cover; chosen: gaps, edges and offcuts are the rest.
 const SHEET_USED: f64 = 0.75;
@@ -39,7 +39,7 @@ pub struct Supply {
     /// Name with size.
     pub name: String,
     /// Distinction between consumable and tool.
-    pub used: Use,
+    pub used: SupplyKind,
     /// Numbers of the steps that need it; empty if the making of a part does.
     pub steps: Vec<usize>,
     /// Article and packs to order.
@@ -62,14 +62,14 @@ const LEAVES_OUT: &str = "tools, shipping, and the hours of people and machines"
 
 /// Parts made from the same stock.
 #[derive(Default)]
-struct Pile<'a> {
-    parts: Vec<&'a Made>,
+struct StockGroup<'a> {
+    parts: Vec<&'a MadePart>,
 }
 
 /// Groups parts by the stock they are made from.
-pub(crate) fn stock(made: &[Made], shop: &dyn Shop) -> Vec<Stock> {
+pub(crate) fn stock(made: &[MadePart], shop: &dyn Shop) -> Vec<Stock> {
     // Boards and machined parts are ordered one by one; sheets are grouped by thickness, in tenths of a millimetre.
-    let mut piles: BTreeMap<(String, String, String), Pile> = BTreeMap::new();
+    let mut piles: BTreeMap<(String, String, String), StockGroup> = BTreeMap::new();
     for part in made {
         // The smallest dimension of a sheet part is its thickness.
         let tenths = (10.0 * part.size_mm.iter().copied().fold(f64::INFINITY, f64::min)).round();
@@ -81,25 +81,25 @@ pub(crate) fn stock(made: &[Made], shop: &dyn Shop) -> Vec<Stock> {
         let key = (part.process.clone(), part.material.clone(), more);
         piles.entry(key).or_default().parts.push(part);
     }
-    piles.into_iter().map(|(key, pile)| of_pile(key, &pile, shop)).collect()
+    piles.into_iter().map(|(key, pile)| stock_of_group(key, &pile, shop)).collect()
 }
 
 /// Returns the stock of a group of parts.
-fn of_pile(
+fn stock_of_group(
     (process, material, more): (String, String, String),
-    Pile { parts }: &Pile,
+    StockGroup { parts }: &StockGroup,
     shop: &dyn Shop,
 ) -> Stock {
     let mut order = shop.stock(&process, &material);
     if process == "laser" {
         order.size = [&*order.size, &*more].join(", ");
     }
-    let sum = |of: &dyn Fn(&Made) -> f64| -> f64 {
+    let sum = |of: &dyn Fn(&MadePart) -> f64| -> f64 {
         parts.iter().map(|part| f64::from(part.quantity) * of(part)).sum()
     };
     let volume_ml = sum(&|part| part.volume_mm3 / MM3_PER_CM3);
     let (amount, unit, needed) = match (order.pack.unit, order.sheet_mm) {
-        (Unit::Piece, Some([x, y])) => {
+        (QuantityUnit::Piece, Some([x, y])) => {
             let area_mm2 = sum(&|part| {
                 let mut sizes = part.size_mm;
                 sizes.sort_by(f64::total_cmp);
@@ -108,13 +108,13 @@ fn of_pile(
             });
             (area_mm2 / 100.0, "cm2", area_mm2 / (SHEET_USED * x * y))
         }
-        (Unit::Gram, _) if parts.iter().all(|part| part.mass_g.is_some()) => {
+        (QuantityUnit::Gram, _) if parts.iter().all(|part| part.mass_g.is_some()) => {
             let mass_g = sum(&|part| part.mass_g.unwrap_or_default());
             (mass_g, "g", mass_g)
         }
-        (Unit::Millilitre, _) => (volume_ml, "ml", volume_ml),
+        (QuantityUnit::Millilitre, _) => (volume_ml, "ml", volume_ml),
         // Without a density, one pack is assumed to be enough.
-        (Unit::Gram, _) => (volume_ml, "ml", order.pack.amount),
+        (QuantityUnit::Gram, _) => (volume_ml, "ml", order.pack.amount),
         _ => (sum(&|_| 1.0), "pieces", sum(&|_| 1.0)),
     };
     let name = match &*more {
@@ -122,25 +122,25 @@ fn of_pile(
         more => format!("{material}, {more}"),
     };
     let parts = parts.iter().map(|part| part.name.clone()).collect();
-    let order = Purchase::of(&order, needed);
+    let order = Purchase::new(&order, needed);
     Stock { name, process, parts, amount, unit, order }
 }
 
 /// Returns consumables, then tools, each ordered by name.
 pub(crate) fn supplies(
     sensor: &Sensor,
-    (made, mixes): (&[Made], &[Mixed]),
+    (made, mixes): (&[MadePart], &[StepMix]),
     shop: &dyn Shop,
 ) -> Vec<Supply> {
     let mut all: BTreeMap<(bool, String), Supply> = BTreeMap::new();
-    let mut ask = |used: Use, order: &fabkit_geometry::Order, step: Option<usize>| {
-        let name = order.asked_for();
-        let supply = all.entry((used == Use::Tool, name.clone())).or_insert_with(|| Supply {
+    let mut ask = |used: SupplyKind, order: &fabkit_geometry::Order, step: Option<usize>| {
+        let name = order.article_and_size();
+        let supply = all.entry((used == SupplyKind::Tool, name.clone())).or_insert_with(|| Supply {
             name,
             used,
             steps: Vec::new(),
             // A tiny amount makes one pack, whatever its size.
-            order: Purchase::of(order, 1e-3),
+            order: Purchase::new(order, 1e-3),
         });
         // Steps come in order, so comparing with the last one is enough to list each once.
         supply.steps.extend(step.filter(|step| supply.steps.last() != Some(step)));
@@ -157,10 +157,10 @@ pub(crate) fn supplies(
         }
         let bodies = step.bodies.iter().filter_map(|name| sensor.body(name));
         for tool in bodies.filter_map(|body| body.order.as_ref()).flat_map(|order| &order.tools) {
-            ask(Use::Tool, &shop.article(tool), Some(index + 1));
+            ask(SupplyKind::Tool, &shop.article(tool), Some(index + 1));
         }
     }
-    let bought = sensor.bodies.iter().filter(|body| body.kind == Kind::Bought);
+    let bought = sensor.bodies.iter().filter(|body| body.kind == BodyKind::Bought);
     for body in bought {
         for (used, order) in shop.asked_for(&body.summary) {
             ask(used, &order, None);
@@ -168,7 +168,7 @@ pub(crate) fn supplies(
         // A body that no step names is still mounted somewhere, so its tools are needed.
         let is_named = sensor.chain.iter().any(|step| step.bodies.contains(&body.name));
         for tool in body.order.iter().filter(|_| !is_named).flat_map(|order| &order.tools) {
-            ask(Use::Tool, &shop.article(tool), None);
+            ask(SupplyKind::Tool, &shop.article(tool), None);
         }
     }
     for note in made.iter().flat_map(|part| &part.notes) {
@@ -181,12 +181,12 @@ pub(crate) fn supplies(
 
 /// Sums the costs of everything except tools.
 pub(crate) fn costs(
-    bought: &[Bought],
-    liquids: &[Liquid],
+    bought: &[BoughtPiece],
+    liquids: &[LiquidComponent],
     stock: &[Stock],
     supplies: &[Supply],
 ) -> Costs {
-    let supplies = supplies.iter().filter(|supply| supply.used == Use::Supply);
+    let supplies = supplies.iter().filter(|supply| supply.used == SupplyKind::Supply);
     let bought = bought.iter().map(|piece| (&piece.name, &piece.order));
     let liquids = liquids.iter().map(|liquid| (&liquid.name, &liquid.order));
     let stock = stock.iter().map(|stock| (&stock.name, &stock.order));

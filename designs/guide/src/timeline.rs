@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use fabkit_geometry::{Action, Sensor, Step};
 use serde::Serialize;
 
-use crate::membership::stays;
+use crate::membership::is_in_sensor;
 
 /// Returns the hands-on time of a step, h: chosen, since no paper states it. Cures dominate the duration of a build;
 /// these times only keep steps apart.
@@ -22,7 +22,7 @@ const HOURS_A_DAY: f64 = 24.0;
 
 /// Time interval of one step.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Stretch {
+pub struct StepInterval {
     /// Number of the step, from 1.
     pub step: usize,
     /// Start, in hours after all parts are made.
@@ -39,7 +39,7 @@ pub struct Stretch {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Timeline {
     /// Intervals in the order of the steps.
-    pub stretches: Vec<Stretch>,
+    pub stretches: Vec<StepInterval>,
     /// Time until everything has cured, h.
     pub total_h: f64,
     /// Total time in days, rounded up.
@@ -49,16 +49,16 @@ pub struct Timeline {
     /// Numbers of the steps on the critical path, in order.
     pub critical: Vec<usize>,
     /// Steps that are done while something cures.
-    pub meanwhile: Vec<Meanwhile>,
+    pub meanwhile: Vec<ParallelSteps>,
     /// Schedule for all units.
-    pub units: Series,
+    pub units: UnitSeries,
     /// Source of the hands-on times.
     pub hands_on: &'static str,
 }
 
 /// Steps that are done during a cure.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Meanwhile {
+pub struct ParallelSteps {
     /// Number of the step that cures.
     pub during: usize,
     /// Numbers of the steps that are done meanwhile.
@@ -67,7 +67,7 @@ pub struct Meanwhile {
 
 /// Several units, one after the other with one set of molds and tools.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Series {
+pub struct UnitSeries {
     /// Number of units.
     pub count: u32,
     /// Time until the last unit has cured, h.
@@ -83,14 +83,14 @@ pub struct Series {
 impl Timeline {
     /// Schedules a chain. A step starts when the hands are free and everything cast or glued before has cured, except
     /// the cure of the step that it names in `during`.
-    pub(crate) fn of(sensor: &Sensor, units: u32) -> Self {
+    pub(crate) fn new(sensor: &Sensor, units: u32) -> Self {
         let chain = &sensor.chain;
         let numbers: BTreeMap<&str, usize> =
             chain.iter().enumerate().map(|(index, step)| (step.name.as_str(), index)).collect();
-        let mut stretches: Vec<Stretch> = Vec::new();
+        let mut stretches: Vec<StepInterval> = Vec::new();
         let mut causes: Vec<Option<usize>> = Vec::new();
         for (index, step) in chain.iter().enumerate() {
-            let during = step.during.as_deref().and_then(|name| numbers.get(name).copied());
+            let during = step.during_cure_of.as_deref().and_then(|name| numbers.get(name).copied());
             // Everything before the step named in `during` has already been waited for.
             let is_waited_for = |earlier: &usize| during.is_none_or(|during| *earlier < during);
             let hands = index.checked_sub(1).map(|before| (before, stretches[before].hands_end_h));
@@ -99,7 +99,7 @@ impl Timeline {
             let start_h = cause.map_or(0.0, |(_, end_h)| end_h);
             let hands_end_h = start_h + hands_on_h(&step.action);
             let end_h = hands_end_h + step.cure().map_or(0.0, |cure| cure.hours);
-            stretches.push(Stretch {
+            stretches.push(StepInterval {
                 step: index + 1,
                 start_h,
                 hands_end_h,
@@ -117,7 +117,7 @@ impl Timeline {
         }
         let critical = stretches.iter().filter(|s| s.is_critical).map(|s| s.step).collect();
         Self {
-            units: Series::of(sensor, &stretches, total_h, units),
+            units: UnitSeries::new(sensor, &stretches, total_h, units),
             critical,
             meanwhile: meanwhile(chain, &numbers),
             hands_h: chain.iter().map(|step| hands_on_h(&step.action)).sum(),
@@ -130,15 +130,15 @@ impl Timeline {
 }
 
 /// Returns the steps that are done during each cure.
-fn meanwhile(chain: &[Step], numbers: &BTreeMap<&str, usize>) -> Vec<Meanwhile> {
+fn meanwhile(chain: &[Step], numbers: &BTreeMap<&str, usize>) -> Vec<ParallelSteps> {
     let mut found: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (index, step) in chain.iter().enumerate() {
-        let during = step.during.as_deref().and_then(|name| numbers.get(name));
+        let during = step.during_cure_of.as_deref().and_then(|name| numbers.get(name));
         if let Some(during) = during {
             found.entry(during + 1).or_default().push(index + 1);
         }
     }
-    found.into_iter().map(|(during, steps)| Meanwhile { during, steps }).collect()
+    found.into_iter().map(|(during, steps)| ParallelSteps { during, steps }).collect()
 }
 
 /// Returns the names of all bodies that a step needs, makes or takes off.
@@ -152,13 +152,13 @@ fn touched(step: &Step) -> BTreeSet<&str> {
     step.bodies.iter().chain(more).map(String::as_str).collect()
 }
 
-impl Series {
+impl UnitSeries {
     /// Schedules several units: identical jobs through a row of machines take as long as one job, plus the load of the
     /// busiest machine for each further job (Johnson, Naval Res. Logist. Q. 1, 1954). The machines are the hands and
     /// everything that is used again: a mold is busy from the first step of a unit that needs it until the last one has
     /// ended.
-    fn of(sensor: &Sensor, stretches: &[Stretch], total_h: f64, count: u32) -> Self {
-        let is_of_unit = |name: &str| sensor.body(name).is_some_and(stays);
+    fn new(sensor: &Sensor, stretches: &[StepInterval], total_h: f64, count: u32) -> Self {
+        let is_of_unit = |name: &str| sensor.body(name).is_some_and(is_in_sensor);
         let mut busy: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
         // Steps that concern tools alone are done once, all others for each unit.
         let (mut once_h, mut each_h) = (0.0, 0.0);

@@ -6,12 +6,12 @@
 mod liquids;
 mod safety;
 
-pub(crate) use liquids::in_hand_h;
+pub(crate) use liquids::handling_time_h;
 
 use fabkit_geometry::Sensor;
 use serde::Serialize;
 
-use crate::{Mixed, Timeline};
+use crate::{StepMix, Timeline};
 
 /// Warning for whoever builds the sensor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -49,22 +49,22 @@ impl Warning {
         Self { steps: steps.into_iter().collect(), ..self }
     }
 
-    fn of<'a>(self, bodies: impl IntoIterator<Item = &'a str>) -> Self {
+    fn with_bodies<'a>(self, bodies: impl IntoIterator<Item = &'a str>) -> Self {
         Self { bodies: bodies.into_iter().map(str::to_owned).collect(), ..self }
     }
 
-    fn from(self, source: impl Into<String>) -> Self {
+    fn with_source(self, source: impl Into<String>) -> Self {
         Self { source: source.into(), ..self }
     }
 
-    fn dealt_with(self, step: Option<usize>) -> Self {
+    fn with_solution(self, step: Option<usize>) -> Self {
         Self { dealt_with_in: step, ..self }
     }
 }
 
 /// Returns all warnings: unsolved ones first, each group in the order of the steps.
-pub(crate) fn warnings(sensor: &Sensor, mixes: &[Mixed], timeline: &Timeline) -> Vec<Warning> {
-    let mut all = liquids::on_walls(sensor);
+pub(crate) fn warnings(sensor: &Sensor, mixes: &[StepMix], timeline: &Timeline) -> Vec<Warning> {
+    let mut all = liquids::wall_warnings(sensor);
     all.extend(liquids::primers(sensor));
     all.extend(liquids::heat(sensor));
     all.extend(liquids::pot_lives(mixes, timeline));

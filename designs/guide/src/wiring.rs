@@ -21,7 +21,7 @@ pub struct Wiring {
     /// Resistors with their calculation.
     pub resistors: Vec<WiredResistor>,
     /// Wires and cables.
-    pub connections: Vec<Wire>,
+    pub connections: Vec<WiringConnection>,
     /// Notes.
     pub notes: Vec<String>,
 }
@@ -92,7 +92,7 @@ pub struct WiredResistor {
 
 /// Wire or cable.
 #[derive(Clone, Debug, Serialize)]
-pub struct Wire {
+pub struct WiringConnection {
     /// Start.
     pub from: String,
     /// End.
@@ -151,8 +151,8 @@ fn wiring(circuit: &Circuit) -> Wiring {
     }
 }
 
-fn wire(connection: &Connection) -> Wire {
-    Wire {
+fn wire(connection: &Connection) -> WiringConnection {
+    WiringConnection {
         from: connection.from.clone(),
         to: connection.to.clone(),
         carries: connection.carries.clone(),
@@ -168,7 +168,7 @@ fn resistor(one: &SeriesResistor) -> WiredResistor {
     // LEDs in parallel share the current of one resistor equally.
     let shared =
         if one.leds > 1 { format!(", for each of {} LEDs", one.leds) } else { String::new() };
-    let calculation = match (one.exact_ohms(), one.wanted_a) {
+    let calculation = match (one.exact_ohms(), one.target_current_a) {
         (Some(exact), Some(wanted)) => {
             let each = format!("{:.1} mA", wanted * 1e3);
             let all = if one.leds > 1 { format!("({} x {each})", one.leds) } else { each };

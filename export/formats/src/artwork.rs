@@ -11,7 +11,7 @@ use fabkit_geometry::{Path, Segment};
 
 use crate::drawing::{Drawing, Operation, lettering};
 use crate::svg::{escaped, outline, polyline};
-use crate::{Document, ExportError, VERSION, dxf};
+use crate::{DocumentInfo, ExportError, VERSION, dxf};
 
 /// A printed page in mm, with its origin in the lower left corner, x to the right and y upwards.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -101,7 +101,7 @@ impl Artwork {
     ///
     /// # Errors
     /// See [`Artwork::svg`].
-    pub fn dxf(&self, document: Document) -> Result<Vec<u8>, ExportError> {
+    pub fn dxf(&self, document: DocumentInfo) -> Result<Vec<u8>, ExportError> {
         let contours = self.dark.iter().map(|path| (Operation::Engrave, path.clone())).collect();
         let drawing = Drawing { size_mm: self.page_mm, contours, strokes: self.strokes.clone() };
         dxf(document, &drawing)

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use fabkit_geometry::{Path, Segment};
 
 use crate::drawing::{Drawing, Operation, bulge};
-use crate::{Document, ExportError, VERSION};
+use crate::{DocumentInfo, ExportError, VERSION};
 
 /// Handles of objects that others refer to. Entities are numbered from [`FIRST_ENTITY`].
 const BLOCK_RECORD_TABLE: u32 = 0x1;
@@ -26,7 +26,7 @@ const FIRST_ENTITY: u32 = 0x100;
 ///
 /// # Errors
 /// [`ExportError::Nothing`] without outlines, [`ExportError::NotCuttable`] for elliptic arcs.
-pub fn dxf(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError> {
+pub fn dxf(document: DocumentInfo, drawing: &Drawing) -> Result<Vec<u8>, ExportError> {
     if drawing.contours.is_empty() {
         return Err(ExportError::Nothing);
     }

@@ -67,7 +67,7 @@ pub enum ExportError {
     },
     /// Pixel data that does not match the image size.
     #[error("{width_px} x {height_px} pixels need {needed} bytes of RGB, there are {found}")]
-    PictureSize {
+    ImageSize {
         /// Width, px.
         width_px: u32,
         /// Height, px.

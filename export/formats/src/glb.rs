@@ -1,13 +1,13 @@
 //! GLB files: a whole assembly as binary glTF 2.0, for viewers.
 
-mod content;
+mod binary_chunk;
 mod json;
 
 use fabkit_geometry::{Pose, Vector3};
 use fabkit_mesh::ShadedMesh;
 use serde_json::Value;
 
-use self::content::Content;
+use self::binary_chunk::BinaryChunk;
 use self::json::{Document, Extension, Material, Mesh, Node, Primitive, Scene, Surface};
 use crate::ExportError;
 
@@ -27,18 +27,18 @@ pub struct GlbBody<'a> {
     /// Mesh in the body's own frame, mm.
     pub mesh: &'a ShadedMesh,
     /// Placements, at least one.
-    pub places: Vec<GlbPlace>,
+    pub placements: Vec<GlbPlacement>,
     /// Further data for the node: a JSON object.
     pub extras: Value,
 }
 
 /// A placement of a body.
 #[derive(Clone, Copy, Debug)]
-pub struct GlbPlace {
+pub struct GlbPlacement {
     /// Transform from the body's frame to the assembly's, mm.
     pub assembly_from_body: Pose,
     /// Displacement in the exploded view, in the assembly's frame, mm.
-    pub apart_mm: Vector3<f64>,
+    pub exploded_offset_mm: Vector3<f64>,
 }
 
 /// A scene of a GLB file.
@@ -99,7 +99,7 @@ pub fn glb(scenes: &[GlbScene]) -> Result<Vec<u8>, ExportError> {
 #[derive(Default)]
 struct Writer<'a> {
     document: Document,
-    content: Content,
+    content: BinaryChunk,
     /// Meshes written so far, with the name and material index of their bodies, by mesh index.
     meshes: Vec<(&'a ShadedMesh, &'a str, usize)>,
     /// Nodes that move, with their positions before and after.
@@ -114,7 +114,7 @@ fn root(scene: &GlbScene) -> Node {
     let [x, y, z] = (*turned.translation_mm() * METRES_PER_MM).into();
     Node {
         scale: Some([METRES_PER_MM; 3]),
-        translation: moved([x, y, z]),
+        translation: nonzero_translation([x, y, z]),
         extras: Some(scene.extras.clone()),
         ..Node::named(scene.name, &turned)
     }
@@ -125,14 +125,14 @@ impl Node {
         let rotation = quaternion(pose);
         Self {
             name: name.to_owned(),
-            translation: moved((*pose.translation_mm()).into()),
+            translation: nonzero_translation((*pose.translation_mm()).into()),
             rotation: (rotation != [0.0, 0.0, 0.0, 1.0]).then_some(rotation),
             ..Self::default()
         }
     }
 }
 
-fn moved(by: [f64; 3]) -> Option<[f64; 3]> {
+fn nonzero_translation(by: [f64; 3]) -> Option<[f64; 3]> {
     (by != [0.0; 3]).then_some(by.map(|x| x + 0.0))
 }
 
@@ -153,11 +153,11 @@ impl<'a> Writer<'a> {
         let top = nodes.len();
         nodes[root].children.push(top);
         // A body with one place needs no parent node.
-        let is_one = body.places.len() == 1;
+        let is_one = body.placements.len() == 1;
         if !is_one {
             nodes.push(Node::named(body.name, &Pose::identity()));
         }
-        for (number, place) in (1..).zip(&body.places) {
+        for (number, place) in (1..).zip(&body.placements) {
             let node = nodes.len();
             let name =
                 if is_one { body.name.to_owned() } else { format!("{} {number}", body.name) };
@@ -166,9 +166,9 @@ impl<'a> Writer<'a> {
             if !is_one {
                 nodes[top].children.push(node);
             }
-            if place.apart_mm != Vector3::zeros() {
+            if place.exploded_offset_mm != Vector3::zeros() {
                 let from = *pose.translation_mm();
-                self.moves.push((node, [from.into(), (from + place.apart_mm).into()]));
+                self.moves.push((node, [from.into(), (from + place.exploded_offset_mm).into()]));
             }
         }
         nodes[top].extras = Some(body.extras.clone());

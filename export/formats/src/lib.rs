@@ -17,17 +17,17 @@ mod drawing;
 mod dxf;
 mod error;
 mod glb;
-mod light;
+mod optics;
 mod manifest;
 mod npz;
 mod opc;
 mod parquet;
 mod pickle;
-mod picture;
-mod plate;
+mod png_image;
+mod bed_layout;
 mod ply;
 mod robot;
-mod runs;
+mod zstd_runs;
 mod stl;
 mod svg;
 mod tetra;
@@ -41,38 +41,38 @@ pub use drawing::lettering::lettering;
 pub use drawing::{Drawing, NestedSheet, Operation, Piece, nest, widen_for_kerf};
 pub use dxf::dxf;
 pub use error::ExportError;
-pub use glb::{GLB_EXPLODE_S, GlbBody, GlbPlace, GlbScene, glb};
-pub use light::{
-    LightBody, LightCamera, LightDocument, LightDome, LightPart, LightPlacement, LightPlane,
+pub use glb::{GLB_EXPLODE_S, GlbBody, GlbPlacement, GlbScene, glb};
+pub use optics::{
+    LightBody, LightCamera, LightDocument, LightDome, OpticalRole, LightPlacement, LightPlane,
     LightSurface, light,
 };
 pub use manifest::{
-    Compensation, FileEntry, GivenProfile, MachineEntry, Manifest, NotApplied, OptionsEntry,
-    OtherFile, Otherness, PartEntry, PrintCompensation, ProfileEntry, SettingEntry, SheetFigures,
+    Compensation, FileEntry, ProfileReference, MachineEntry, Manifest, UncompensatedBody, OptionsEntry,
+    UnlistedFile, UnlistedReason, PartEntry, PrintCompensation, ProfileEntry, SettingEntry, SheetFigures,
 };
-pub use npz::{Array, NpzPieces, Values, npy, npz};
+pub use npz::{NpyArray, NpzWriter, NpyValues, npy, npz};
 pub use opc::zip;
-pub use parquet::{Column, parquet};
-pub use pickle::npy_of_lists;
-pub use picture::{grey8_png, grey16_png, png, png_with_comment};
-pub use plate::{Bed, Spot, pack};
-pub use ply::{Cloud, CloudPoint};
+pub use parquet::{ParquetColumn, parquet};
+pub use pickle::npy_lists;
+pub use png_image::{grey8_png, grey16_png, png, png_with_comment};
+pub use bed_layout::{Bed, BedPosition, pack};
+pub use ply::{PointCloud, CloudPoint};
 pub use robot::{
-    Inertia, Robot, RobotCamera, RobotFrame, RobotLamp, RobotLink, RobotMesh, RobotShape,
-    RobotTetrahedra, RobotTouch, drake, mjcf, obj, sdf, tacex, tacsl, tacto, urdf, usd,
+    Inertia, Robot, RobotCamera, RobotFrame, RobotLightSource, RobotLink, RobotMesh, RobotShape,
+    RobotTetrahedra, RobotSensingSurface, drake, mjcf, obj, sdf, tacex, tacsl, tacto, urdf, usd,
 };
-pub use runs::{Run, RunContent, zstd_of_runs};
+pub use zstd_runs::{ByteRun, RunContent, encode_zstd_runs};
 pub use stl::stl;
-pub use svg::{sheet_picture, svg};
+pub use svg::{sheet_preview, svg};
 pub use tetra::{TetraMesh, msh, msh2, vtk};
-pub use three_mf::{Document, Object, SlicerSettings, three_mf, three_mf_of_one_piece};
+pub use three_mf::{DocumentInfo, PrintObject, SlicerSettings, three_mf, three_mf_single_item};
 pub use tiff::float_tiff;
 pub use tree::{
     ExactFigures, LeafEntry, MeshFigures, SamplesDocument, TreeDocument, moments, samples, tree,
 };
 pub use zarr::{
-    DamagedChunk, Element, InvalidMetadata, Shard, StoredChunk, ZarrArray, zarr_checksum,
-    zarr_group, zarr_most_packed, zarr_pack, zarr_sealed, zarr_unpack,
+    DamagedChunk, ZarrType, InvalidMetadata, Shard, StoredChunk, ZarrArray, zarr_checksum,
+    zarr_group, zarr_max_packed_size, zarr_pack, zarr_append_checksum, zarr_unpack,
 };
 
 /// Version of fabkit that files name as their producer.

@@ -30,7 +30,7 @@ pub struct Manifest {
     pub files: Vec<FileEntry>,
     /// Other files in the folder, sorted by name.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub others: Vec<OtherFile>,
+    pub others: Vec<UnlistedFile>,
 }
 
 /// Options of an export, on which files depend besides the design.
@@ -50,7 +50,7 @@ pub struct OptionsEntry {
     pub kerf_mm: Option<f64>,
     /// Printer profile.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub profile: Option<GivenProfile>,
+    pub profile: Option<ProfileReference>,
     /// True if the profile applies to all materials of its process.
     #[serde(default, skip_serializing_if = "is_false")]
     pub any_material: bool,
@@ -60,7 +60,7 @@ pub struct OptionsEntry {
 
 /// Reference to a printer profile among the options.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct GivenProfile {
+pub struct ProfileReference {
     /// Name of the profile.
     pub name: String,
     /// BLAKE3 of the profile's values, in hex.
@@ -69,11 +69,11 @@ pub struct GivenProfile {
 
 /// A file in an export's folder that is not part of the export.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct OtherFile {
+pub struct UnlistedFile {
     /// Name within the folder.
     pub name: String,
     /// Reason why the file is not part of the export.
-    pub why: Otherness,
+    pub why: UnlistedReason,
     /// BLAKE3 of the content, in hex, if an earlier export wrote it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub blake3: Option<String>,
@@ -82,7 +82,7 @@ pub struct OtherFile {
 /// Reason why a file in an export's folder is not among the export's files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Otherness {
+pub enum UnlistedReason {
     /// Written by an earlier export of another version of the design or with other options.
     Stale,
     /// Written by an earlier export, and changed since.
@@ -116,12 +116,12 @@ pub struct ProfileEntry {
     /// Compensated parts of another material than the coupon.
     pub applied_to_other_material: Vec<String>,
     /// Bodies that stay as designed, in the order of the design.
-    pub not_applied: Vec<NotApplied>,
+    pub not_applied: Vec<UncompensatedBody>,
 }
 
 /// A body to which a printer profile does not apply.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct NotApplied {
+pub struct UncompensatedBody {
     /// Name of the body.
     pub part: String,
     /// Process of the body; empty for bought components.

@@ -6,7 +6,7 @@ use crate::{ExportError, opc};
 
 /// Values of an array, row by row (C order).
 #[derive(Clone, Debug, PartialEq)]
-pub enum Values {
+pub enum NpyValues {
     /// 64-bit floating-point numbers, `float64`.
     F64(Vec<f64>),
     /// 32-bit floating-point numbers, `float32`.
@@ -23,16 +23,16 @@ pub enum Values {
 
 /// A named array.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Array {
+pub struct NpyArray {
     /// Name as in `numpy.load(file)[name]`; letters, digits and underscores.
     pub name: String,
     /// Lengths of the axes, the slowest first.
     pub shape: Vec<usize>,
     /// Values, as many as the shape requires.
-    pub values: Values,
+    pub values: NpyValues,
 }
 
-impl Values {
+impl NpyValues {
     /// NumPy's name of the type.
     fn descriptor(&self) -> String {
         match self {
@@ -98,7 +98,7 @@ fn padding(value: &str, width: usize) -> impl Iterator<Item = char> + use<> {
 ///
 /// # Errors
 /// A shape that does not match the number of values.
-pub fn npy(array: &Array) -> Result<Vec<u8>, ExportError> {
+pub fn npy(array: &NpyArray) -> Result<Vec<u8>, ExportError> {
     array.check()?;
     let mut bytes = header(&array.shape, &array.values.descriptor());
     array.values.write(&mut bytes)?;
@@ -124,7 +124,7 @@ pub(crate) fn header(shape: &[usize], descriptor: &str) -> Vec<u8> {
     bytes
 }
 
-impl Array {
+impl NpyArray {
     fn check(&self) -> Result<(), ExportError> {
         let Self { name, shape, values } = self;
         match shape.iter().product::<usize>() == values.len() {
@@ -142,23 +142,23 @@ fn wrong_shape(name: &str, shape: &[usize], values: usize) -> ExportError {
 ///
 /// # Errors
 /// A shape that does not match, or an archive of more than 4 GiB.
-pub fn npz(arrays: &[Array]) -> Result<Vec<u8>, ExportError> {
-    arrays.iter().try_for_each(Array::check)?;
+pub fn npz(arrays: &[NpyArray]) -> Result<Vec<u8>, ExportError> {
+    arrays.iter().try_for_each(NpyArray::check)?;
     let rows = arrays.iter().map(|array| array.shape.first().copied().unwrap_or_default());
-    let mut pieces = NpzPieces::new(arrays, &rows.collect::<Vec<_>>())?;
+    let mut pieces = NpzWriter::new(arrays, &rows.collect::<Vec<_>>())?;
     arrays.iter().enumerate().try_for_each(|(index, array)| pieces.push(index, &array.values))?;
     pieces.finish()
 }
 
 /// Writer of an [`npz`] file whose arrays arrive row by row. Only the file itself is held in memory.
 #[derive(Clone, Debug)]
-pub struct NpzPieces {
-    archive: opc::Reserved,
-    arrays: Vec<Growing>,
+pub struct NpzWriter {
+    archive: opc::UncompressedArchive,
+    arrays: Vec<PartialArray>,
 }
 
 #[derive(Clone, Debug)]
-struct Growing {
+struct PartialArray {
     name: String,
     shape: Vec<usize>,
     descriptor: String,
@@ -169,13 +169,13 @@ struct Growing {
     bytes: usize,
 }
 
-impl NpzPieces {
+impl NpzWriter {
     /// Reserves arrays with the names, types and shapes of `like`, whose values are ignored, but with the given numbers
     /// of rows.
     ///
     /// # Errors
     /// An archive of more than 4 GiB.
-    pub fn new(like: &[Array], rows: &[usize]) -> Result<Self, ExportError> {
+    pub fn new(like: &[NpyArray], rows: &[usize]) -> Result<Self, ExportError> {
         let (mut arrays, mut parts, mut headers) = (Vec::new(), Vec::new(), Vec::new());
         for (array, rows) in like.iter().zip(rows) {
             let mut shape = array.shape.clone();
@@ -186,10 +186,10 @@ impl NpzPieces {
             let values: usize = shape.iter().product();
             parts.push((format!("{}.npy", array.name), header.len() + item_bytes * values));
             let (name, first_byte) = (array.name.clone(), header.len());
-            arrays.push(Growing { name, shape, descriptor, item_bytes, first_byte, bytes: 0 });
+            arrays.push(PartialArray { name, shape, descriptor, item_bytes, first_byte, bytes: 0 });
             headers.push(header);
         }
-        let mut archive = opc::Reserved::new(parts)?;
+        let mut archive = opc::UncompressedArchive::new(parts)?;
         for (index, header) in headers.iter().enumerate() {
             archive.part_mut(index)[..header.len()].copy_from_slice(header);
         }
@@ -200,7 +200,7 @@ impl NpzPieces {
     ///
     /// # Errors
     /// More values than there is room for, or values of another type.
-    pub fn push(&mut self, index: usize, values: &Values) -> Result<(), ExportError> {
+    pub fn push(&mut self, index: usize, values: &NpyValues) -> Result<(), ExportError> {
         let array = &mut self.arrays[index];
         let so_far = array.bytes / array.item_bytes + values.len();
         let refused = || wrong_shape(&array.name, &array.shape, so_far);
@@ -217,7 +217,7 @@ impl NpzPieces {
 
     /// Returns the values written so far to an array of [`Values::F64`], so that they can be read again without a copy.
     pub fn values_f64(&self, index: usize) -> impl Iterator<Item = f64> + '_ {
-        let Growing { first_byte, bytes, .. } = self.arrays[index];
+        let PartialArray { first_byte, bytes, .. } = self.arrays[index];
         let (values, _) = self.archive.part(index)[first_byte..first_byte + bytes].as_chunks();
         values.iter().map(|value| f64::from_le_bytes(*value))
     }
@@ -227,7 +227,7 @@ impl NpzPieces {
     /// # Errors
     /// An array that is not complete.
     pub fn finish(self) -> Result<Vec<u8>, ExportError> {
-        for Growing { name, shape, item_bytes, bytes, .. } in &self.arrays {
+        for PartialArray { name, shape, item_bytes, bytes, .. } in &self.arrays {
             if shape.iter().product::<usize>() != bytes / item_bytes {
                 return Err(wrong_shape(name, shape, bytes / item_bytes));
             }
@@ -243,8 +243,8 @@ mod tests {
     #[test]
     fn a_header_is_aligned_and_says_what_follows() {
         for shape in [vec![6], vec![2, 3], vec![1, 2, 3]] {
-            let values = Values::F32((0..6).map(|i| i as f32).collect());
-            let bytes = npy(&Array { name: "a".into(), shape: shape.clone(), values }).unwrap();
+            let values = NpyValues::F32((0..6).map(|i| i as f32).collect());
+            let bytes = npy(&NpyArray { name: "a".into(), shape: shape.clone(), values }).unwrap();
             assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");
             let length = usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
             assert_eq!((10 + length) % 64, 0);
@@ -253,18 +253,18 @@ mod tests {
             assert_eq!(bytes.len(), 10 + length + 24);
             assert_eq!(bytes[10 + length + 20..], 5f32.to_le_bytes());
         }
-        let names = Values::Text(vec!["none".into(), "µ".into()]);
-        let names = npy(&Array { name: "n".into(), shape: vec![2], values: names }).unwrap();
+        let names = NpyValues::Text(vec!["none".into(), "µ".into()]);
+        let names = npy(&NpyArray { name: "n".into(), shape: vec![2], values: names }).unwrap();
         assert!(String::from_utf8_lossy(&names).contains("'descr': '<U4'"));
         let last: Vec<u8> = [0xb5u32, 0, 0, 0].iter().flat_map(|c| c.to_le_bytes()).collect();
         assert_eq!(names[names.len() - 16..], last);
-        let one = Array { name: "a".into(), shape: vec![2], values: Values::Bool(vec![true; 2]) };
+        let one = NpyArray { name: "a".into(), shape: vec![2], values: NpyValues::Bool(vec![true; 2]) };
         assert!(String::from_utf8_lossy(&npy(&one).unwrap()).contains("'shape': (2,)"));
     }
 
     #[test]
     fn a_shape_must_fit() {
-        let array = Array { name: "a".into(), shape: vec![2, 2], values: Values::U16(vec![1; 3]) };
+        let array = NpyArray { name: "a".into(), shape: vec![2, 2], values: NpyValues::U16(vec![1; 3]) };
         assert!(matches!(npy(&array), Err(ExportError::Shape { values: 3, .. })));
     }
 
@@ -273,27 +273,27 @@ mod tests {
         let whole: Vec<f64> = (0..12).map(f64::from).collect();
         let maps = |rows: std::ops::Range<usize>| {
             vec![
-                Array {
+                NpyArray {
                     name: "range".into(),
                     shape: vec![rows.len(), 3],
-                    values: Values::F64(whole[3 * rows.start..3 * rows.end].to_vec()),
+                    values: NpyValues::F64(whole[3 * rows.start..3 * rows.end].to_vec()),
                 },
-                Array {
+                NpyArray {
                     name: "names".into(),
                     shape: vec![2],
-                    values: Values::Text(vec!["a".into(), "bcd".into()]),
+                    values: NpyValues::Text(vec!["a".into(), "bcd".into()]),
                 },
             ]
         };
-        let mut pieces = NpzPieces::new(&maps(0..1), &[4, 2]).unwrap();
+        let mut pieces = NpzWriter::new(&maps(0..1), &[4, 2]).unwrap();
         for rows in [0..1, 1..3, 3..4] {
             pieces.push(0, &maps(rows).remove(0).values).unwrap();
         }
         assert!(pieces.clone().finish().is_err(), "the names are missing");
         pieces.push(1, &maps(0..1)[1].values).unwrap();
         assert!(pieces.values_f64(0).eq(whole.iter().copied()));
-        assert!(pieces.push(0, &Values::F64(vec![1.0])).is_err(), "it is full");
-        assert!(pieces.push(0, &Values::U16(vec![])).is_err(), "it is of another kind");
+        assert!(pieces.push(0, &NpyValues::F64(vec![1.0])).is_err(), "it is full");
+        assert!(pieces.push(0, &NpyValues::U16(vec![])).is_err(), "it is of another kind");
         assert_eq!(pieces.finish().unwrap(), npz(&maps(0..4)).unwrap());
     }
 }

@@ -33,7 +33,7 @@ enum Method {
 }
 
 /// Directory data of a part that has been written.
-struct Stored<'a> {
+struct DirectoryEntry<'a> {
     name: &'a str,
     method: Method,
     crc: u32,
@@ -63,7 +63,7 @@ pub(crate) fn archive(parts: &[(&str, &[u8])]) -> Result<Vec<u8>, ExportError> {
         let mut encoder = DeflateEncoder::new(Vec::new(), Compression::new(LEVEL));
         encoder.write_all(content)?;
         let packed = encoder.finish()?;
-        let entry = Stored {
+        let entry = DirectoryEntry {
             name,
             method: Method::Deflate,
             crc: crc(content),
@@ -82,13 +82,13 @@ pub(crate) fn archive(parts: &[(&str, &[u8])]) -> Result<Vec<u8>, ExportError> {
 /// Archive of uncompressed parts whose sizes are known in advance. Parts are filled in place, so that large ones are in
 /// memory only once.
 #[derive(Clone, Debug)]
-pub(crate) struct Reserved {
+pub(crate) struct UncompressedArchive {
     bytes: Vec<u8>,
     /// Names and byte ranges of the parts.
     parts: Vec<(String, Range<usize>)>,
 }
 
-impl Reserved {
+impl UncompressedArchive {
     /// Reserves room for named parts, all zeros, in the given order. Names must be ASCII.
     pub(crate) fn new(parts: Vec<(String, usize)>) -> Result<Self, ExportError> {
         let (mut end, mut places) = (0usize, Vec::with_capacity(parts.len()));
@@ -124,7 +124,7 @@ impl Reserved {
         for (name, place) in &parts {
             let size = field("a part", place.len())?;
             let start = place.start - LOCAL_HEADER - name.len();
-            let entry = Stored {
+            let entry = DirectoryEntry {
                 name,
                 method: Method::Store,
                 crc: crc(&bytes[place.clone()]),
@@ -149,7 +149,7 @@ fn crc(content: &[u8]) -> u32 {
 }
 
 /// Appends the central directory and the record that ends it.
-fn write_directory(bytes: &mut Vec<u8>, entries: &[Stored]) -> Result<(), ExportError> {
+fn write_directory(bytes: &mut Vec<u8>, entries: &[DirectoryEntry]) -> Result<(), ExportError> {
     let mut directory = Vec::new();
     for entry in entries {
         directory.extend(*b"PK\x01\x02");
@@ -173,7 +173,7 @@ fn write_directory(bytes: &mut Vec<u8>, entries: &[Stored]) -> Result<(), Export
     Ok(())
 }
 
-impl Stored<'_> {
+impl DirectoryEntry<'_> {
     fn write_local_header(&self, bytes: &mut Vec<u8>) {
         bytes.extend(*b"PK\x03\x04");
         self.write_common(bytes);
@@ -212,7 +212,7 @@ mod tests {
         let parts: [(&str, &[u8]); 2] = [("a.txt", &text), ("b/c.txt", b"")];
         let bytes = archive(&parts).unwrap();
         assert_eq!(bytes, archive(&parts).unwrap());
-        let mut stored = Reserved::new(vec![("a.txt".into(), text.len())]).unwrap();
+        let mut stored = UncompressedArchive::new(vec![("a.txt".into(), text.len())]).unwrap();
         stored.part_mut(0).copy_from_slice(&text);
         let (room, stored) = (stored.bytes.capacity(), stored.finish().unwrap());
         assert_eq!(stored.capacity(), room, "nothing moves that is large");

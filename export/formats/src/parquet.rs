@@ -16,7 +16,7 @@ const GROUP: usize = 16_384;
 
 /// One column of a table, a value for each row.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Column {
+pub enum ParquetColumn {
     /// Integers.
     Integers(Vec<i64>),
     /// Numbers; empty cells are null.
@@ -27,7 +27,7 @@ pub enum Column {
     Flags(Vec<Option<bool>>),
 }
 
-impl Column {
+impl ParquetColumn {
     /// Number of rows.
     pub fn len(&self) -> usize {
         match self {
@@ -68,7 +68,7 @@ impl Column {
 ///
 /// # Errors
 /// Columns of different lengths, or no columns.
-pub fn parquet(name: &str, columns: &[(String, Column)]) -> Result<Vec<u8>, ExportError> {
+pub fn parquet(name: &str, columns: &[(String, ParquetColumn)]) -> Result<Vec<u8>, ExportError> {
     let rows = columns.first().map_or(0, |(_, column)| column.len());
     if columns.is_empty() || columns.iter().any(|(_, column)| column.len() != rows) {
         return Err(ExportError::Table("its columns are not of one length".into()));
@@ -77,13 +77,13 @@ pub fn parquet(name: &str, columns: &[(String, Column)]) -> Result<Vec<u8>, Expo
 }
 
 /// Writes columns of equal length in row groups.
-fn write(name: &str, columns: &[(String, Column)], rows: usize) -> Result<Vec<u8>, ParquetError> {
+fn write(name: &str, columns: &[(String, ParquetColumn)], rows: usize) -> Result<Vec<u8>, ParquetError> {
     let fields = columns.iter().map(|(name, column)| {
         let repetition = match column {
-            Column::Integers(_) => Repetition::REQUIRED,
+            ParquetColumn::Integers(_) => Repetition::REQUIRED,
             _ => Repetition::OPTIONAL,
         };
-        let logical = matches!(column, Column::Texts(_)).then_some(LogicalType::String);
+        let logical = matches!(column, ParquetColumn::Texts(_)).then_some(LogicalType::String);
         let field = Type::primitive_type_builder(name, column.physical());
         field.with_repetition(repetition).with_logical_type(logical).build().map(Arc::new)
     });
@@ -99,19 +99,19 @@ fn write(name: &str, columns: &[(String, Column)], rows: usize) -> Result<Vec<u8
         for (_, column) in columns {
             let Some(mut writer) = group.next_column()? else { break };
             match column {
-                Column::Integers(values) => {
+                ParquetColumn::Integers(values) => {
                     writer.typed::<Int64Type>().write_batch(&values[from..to], None, None)?;
                 }
-                Column::Numbers(values) => {
+                ParquetColumn::Numbers(values) => {
                     let (values, levels) = dense(&values[from..to], |value| *value);
                     writer.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
                 }
-                Column::Texts(values) => {
+                ParquetColumn::Texts(values) => {
                     let bytes = |text: &String| ByteArray::from(text.as_str());
                     let (values, levels) = dense(&values[from..to], bytes);
                     writer.typed::<ByteArrayType>().write_batch(&values, Some(&levels), None)?;
                 }
-                Column::Flags(values) => {
+                ParquetColumn::Flags(values) => {
                     let (values, levels) = dense(&values[from..to], |value| *value);
                     writer.typed::<BoolType>().write_batch(&values, Some(&levels), None)?;
                 }

@@ -15,7 +15,7 @@ use crate::npz::header;
 ///
 /// # Errors
 /// A shape that does not match the number of lists.
-pub fn npy_of_lists(shape: &[usize], lists: &[Vec<f64>]) -> Result<Vec<u8>, ExportError> {
+pub fn npy_lists(shape: &[usize], lists: &[Vec<f64>]) -> Result<Vec<u8>, ExportError> {
     if shape.iter().product::<usize>() != lists.len() {
         let (name, shape) = ("lists".to_owned(), shape.to_vec());
         return Err(ExportError::Shape { name, shape, values: lists.len() });

@@ -26,7 +26,7 @@ pub struct CloudPoint {
 /// assert!(cloud.finish().starts_with(b"ply\nformat binary_little_endian 1.0\n"));
 /// ```
 #[derive(Clone, Debug)]
-pub struct Cloud {
+pub struct PointCloud {
     /// Header before and after the number of points.
     header: [String; 2],
     /// Reserved room for the header, then the points.
@@ -37,7 +37,7 @@ pub struct Cloud {
 /// Number of digits of the largest number of points.
 const MOST_DIGITS: usize = 20;
 
-impl Cloud {
+impl PointCloud {
     /// Creates a cloud without points; `comment` is one line about frame and labels.
     pub fn new(comment: &str) -> Self {
         // A line break would end the comment and start another header line.
@@ -92,7 +92,7 @@ mod tests {
             color: [1, 2, 3],
             label: 7,
         };
-        let mut cloud = Cloud::new("a\nb");
+        let mut cloud = PointCloud::new("a\nb");
         [1.0, 2.0].iter().for_each(|x| cloud.push(&point(*x)));
         let bytes = cloud.finish();
         assert!(bytes.starts_with(b"ply\nformat"));

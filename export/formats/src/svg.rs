@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use fabkit_geometry::{Path, Segment};
 
 use crate::drawing::{Drawing, NestedSheet, Operation, sweep};
-use crate::{Document, ExportError, VERSION};
+use crate::{DocumentInfo, ExportError, VERSION};
 
 /// Width of lines to cut, mm. Cutters treat lines thinner than 0.001 inch as cuts, wider ones as images.
 const HAIRLINE_MM: f64 = 0.02;
@@ -21,7 +21,7 @@ const MOST_PX_PER_MM: f64 = 4.0;
 ///
 /// # Errors
 /// [`ExportError::Nothing`] without outlines, [`ExportError::NotCuttable`] for elliptic arcs.
-pub fn svg(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError> {
+pub fn svg(document: DocumentInfo, drawing: &Drawing) -> Result<Vec<u8>, ExportError> {
     if drawing.contours.is_empty() {
         return Err(ExportError::Nothing);
     }
@@ -39,7 +39,7 @@ pub fn svg(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError
         "<desc>fabkit {VERSION}; unit mm; design {}</desc>",
         escaped(document.design_hash)
     );
-    lines(&mut xml, drawing, |operation| {
+    write_groups(&mut xml, drawing, |operation| {
         let (layer, color) = (operation.layer(), operation.color_css());
         format!("id=\"{layer}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"{HAIRLINE_MM}\"")
     })?;
@@ -51,9 +51,9 @@ pub fn svg(document: Document, drawing: &Drawing) -> Result<Vec<u8>, ExportError
 ///
 /// # Errors
 /// See [`svg`].
-pub fn sheet_picture(sheet: &NestedSheet) -> Result<Vec<u8>, ExportError> {
+pub fn sheet_preview(sheet: &NestedSheet) -> Result<Vec<u8>, ExportError> {
     let [stock_width, stock_height] = sheet.drawing.size_mm;
-    let [width, height] = sheet.needs_mm;
+    let [width, height] = sheet.used_size_mm;
     // Lines are 1.2 px wide at any scale; the view box selects the used corner, which is at the bottom.
     let px_per_mm = (PICTURE_PX / width.max(height)).min(MOST_PX_PER_MM);
     let (stroke, top) = (1.2 / px_per_mm, stock_height - height);
@@ -64,7 +64,7 @@ pub fn sheet_picture(sheet: &NestedSheet) -> Result<Vec<u8>, ExportError> {
         width * px_per_mm,
         height * px_per_mm,
     );
-    lines(&mut xml, &sheet.drawing, |operation| {
+    write_groups(&mut xml, &sheet.drawing, |operation| {
         let color = if operation == Operation::Label { "#666" } else { "#1f4e79" };
         format!("fill=\"none\" stroke=\"{color}\" stroke-width=\"{stroke}\"")
     })?;
@@ -73,7 +73,7 @@ pub fn sheet_picture(sheet: &NestedSheet) -> Result<Vec<u8>, ExportError> {
 }
 
 /// Writes one group of lines for each operation, with the attributes that `look` returns.
-fn lines(
+fn write_groups(
     xml: &mut String,
     drawing: &Drawing,
     look: impl Fn(Operation) -> String,

@@ -16,7 +16,7 @@ pub struct TetraMesh<'a> {
     /// Corners of the tetrahedra, of positive volume.
     pub cells: &'a [[u32; 4]],
     /// Material of each tetrahedron, as an index into `materials`.
-    pub material_of: &'a [u32],
+    pub cell_materials: &'a [u32],
     /// Names of materials.
     pub materials: &'a [String],
     /// Named sets of surface triangles.
@@ -78,7 +78,7 @@ pub fn msh(mesh: &TetraMesh) -> Vec<u8> {
     }
     for i in 0..mesh.materials.len() {
         let of_it = || {
-            let all = mesh.cells.iter().zip(mesh.material_of);
+            let all = mesh.cells.iter().zip(mesh.cell_materials);
             all.filter(move |(_, material)| **material as usize == i).map(|(cell, _)| cell)
         };
         let _ = writeln!(text, "3 {} {TETRAHEDRON} {}", i + 1, of_it().count());
@@ -119,7 +119,7 @@ pub fn msh2(mesh: &TetraMesh) -> Vec<u8> {
             );
         }
     }
-    for ([a, b, c, d], material) in mesh.cells.iter().zip(mesh.material_of) {
+    for ([a, b, c, d], material) in mesh.cells.iter().zip(mesh.cell_materials) {
         tag += 1;
         let _ = writeln!(
             text,
@@ -169,7 +169,7 @@ pub fn vtk(mesh: &TetraMesh) -> Vec<u8> {
         let _ = writeln!(text, "{VTK_TETRA}");
     }
     let _ = writeln!(text, "CELL_DATA {cells}\nSCALARS material int 1\nLOOKUP_TABLE default");
-    for material in mesh.material_of {
+    for material in mesh.cell_materials {
         let _ = writeln!(text, "{}", material + 1);
     }
     let _ = writeln!(text, "POINT_DATA {count}");

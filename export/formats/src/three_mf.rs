@@ -41,7 +41,7 @@ const THUMBNAIL_PX: u32 = 256;
 
 /// Title and origin of a file.
 #[derive(Clone, Copy, Debug)]
-pub struct Document<'a> {
+pub struct DocumentInfo<'a> {
     /// Title for people, for example `R-Tac0: shell`.
     pub title: &'a str,
     /// Hash of the design and the fabkit version.
@@ -50,7 +50,7 @@ pub struct Document<'a> {
 
 /// An object to print.
 #[derive(Clone, Copy, Debug)]
-pub struct Object<'a> {
+pub struct PrintObject<'a> {
     /// Name in the slicer's list.
     pub name: &'a str,
     /// Name of the material.
@@ -62,7 +62,7 @@ pub struct Object<'a> {
     /// Slicer settings; `None` for objects that take their settings from elsewhere.
     pub settings: Option<SlicerSettings>,
     /// Explanation of these settings for people.
-    pub about: &'a str,
+    pub settings_note: &'a str,
 }
 
 /// Writes a 3MF file with one build item per object, mm, without transforms.
@@ -71,7 +71,7 @@ pub struct Object<'a> {
 ///
 /// # Errors
 /// [`ExportError::Nothing`] without objects, [`ExportError::TooLarge`] beyond 4 GiB.
-pub fn three_mf(document: Document, objects: &[Object]) -> Result<Vec<u8>, ExportError> {
+pub fn three_mf(document: DocumentInfo, objects: &[PrintObject]) -> Result<Vec<u8>, ExportError> {
     package(document, objects, None)
 }
 
@@ -80,18 +80,18 @@ pub fn three_mf(document: Document, objects: &[Object]) -> Result<Vec<u8>, Expor
 ///
 /// # Errors
 /// See [`three_mf`].
-pub fn three_mf_of_one_piece(
-    document: Document,
+pub fn three_mf_single_item(
+    document: DocumentInfo,
     name: &str,
-    objects: &[Object],
+    objects: &[PrintObject],
 ) -> Result<Vec<u8>, ExportError> {
     package(document, objects, Some(name))
 }
 
 /// Writes the archive: model, thumbnail and slicer configurations.
 fn package(
-    document: Document,
-    objects: &[Object],
+    document: DocumentInfo,
+    objects: &[PrintObject],
     piece: Option<&str>,
 ) -> Result<Vec<u8>, ExportError> {
     if objects.is_empty() {
@@ -118,7 +118,7 @@ fn object_id(index: usize) -> usize {
 }
 
 /// Writes the model part.
-fn model_xml(document: Document, objects: &[Object], piece: Option<&str>) -> String {
+fn model_xml(document: DocumentInfo, objects: &[PrintObject], piece: Option<&str>) -> String {
     let mut materials: Vec<(&str, [u8; 3])> = Vec::new();
     let mut xml = Xml(String::new());
     xml.line(r#"<?xml version="1.0" encoding="UTF-8"?>"#);
@@ -126,7 +126,7 @@ fn model_xml(document: Document, objects: &[Object], piece: Option<&str>) -> Str
     xml.put(r#"xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" "#);
     xml.line(&format!(r#"xmlns:fabkit="{METADATA_NAMESPACE}">"#));
     xml.metadata("Title", document.title);
-    let mut about: Vec<&str> = objects.iter().map(|object| object.about).collect();
+    let mut about: Vec<&str> = objects.iter().map(|object| object.settings_note).collect();
     about.retain(|text| !text.is_empty());
     about.dedup();
     if !about.is_empty() {
@@ -215,7 +215,7 @@ impl Xml {
         self.line("</components>\n</object>");
     }
 
-    fn object(&mut self, id: usize, pindex: usize, object: &Object) {
+    fn object(&mut self, id: usize, pindex: usize, object: &PrintObject) {
         let (vertices, triangles) = (object.mesh.vertices(), object.mesh.triangles());
         self.0.reserve(48 * vertices.len() + 40 * triangles.len());
         self.put(&format!(r#"<object id="{id}" type="model" pid="1" pindex="{pindex}" name=""#));

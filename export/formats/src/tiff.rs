@@ -13,7 +13,7 @@ const LONG: u16 = 4;
 pub fn float_tiff(width_px: u32, height_px: u32, values: &[f32]) -> Result<Vec<u8>, ExportError> {
     let needed = u64::from(width_px) * u64::from(height_px);
     if needed == 0 || needed != values.len() as u64 {
-        return Err(ExportError::PictureSize { width_px, height_px, needed, found: values.len() });
+        return Err(ExportError::ImageSize { width_px, height_px, needed, found: values.len() });
     }
     // Tags must be in ascending order; see sections 4 and 19 of the specification.
     const TAGS: u32 = 10;
@@ -60,7 +60,7 @@ mod tests {
         let start = bytes.len() - 24;
         assert_eq!(start, 8 + 2 + 120 + 4);
         assert_eq!(bytes[start + 4..start + 8], 0.5f32.to_le_bytes());
-        assert!(matches!(float_tiff(2, 2, &values), Err(ExportError::PictureSize { .. })));
+        assert!(matches!(float_tiff(2, 2, &values), Err(ExportError::ImageSize { .. })));
         assert!(float_tiff(0, 0, &[]).is_err());
     }
 }

@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 
 pub use checksum::zarr_checksum;
 pub use metadata::InvalidMetadata;
-pub use packing::{DamagedChunk, zarr_most_packed, zarr_pack, zarr_sealed, zarr_unpack};
+pub use packing::{DamagedChunk, zarr_max_packed_size, zarr_pack, zarr_append_checksum, zarr_unpack};
 
 use crate::{ExportError, json_bytes};
 
@@ -26,7 +26,7 @@ const ABSENT: u64 = u64::MAX;
 
 /// Type of an array's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Element {
+pub enum ZarrType {
     /// 32-bit floating-point numbers.
     F32,
     /// 16-bit unsigned integers.
@@ -35,7 +35,7 @@ pub enum Element {
     U8,
 }
 
-impl Element {
+impl ZarrType {
     fn word(self) -> &'static str {
         match self {
             Self::F32 => "float32",
@@ -58,7 +58,7 @@ impl Element {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZarrArray {
     /// Type of the values.
-    pub element: Element,
+    pub element: ZarrType,
     /// Number of samples.
     pub samples: u64,
     /// Shape of one sample, the slowest axis first; empty for a single value.
@@ -103,7 +103,7 @@ impl ZarrArray {
                 "configuration": { "chunk_shape": axes(self.samples_per_shard, &whole) },
             },
             "chunk_key_encoding": { "name": "default", "configuration": { "separator": "/" } },
-            "fill_value": if self.element == Element::F32 { json!(0.0) } else { json!(0) },
+            "fill_value": if self.element == ZarrType::F32 { json!(0.0) } else { json!(0) },
             "codecs": [{
                 "name": "sharding_indexed",
                 "configuration": {
@@ -136,7 +136,7 @@ impl ZarrArray {
     }
 
     /// Returns the samples of a shard.
-    pub fn samples_of(&self, shard: u64) -> std::ops::Range<u64> {
+    pub fn samples_in_shard(&self, shard: u64) -> std::ops::Range<u64> {
         let first = shard * self.samples_per_shard;
         first..(first + self.samples_per_shard).min(self.samples)
     }
@@ -162,7 +162,7 @@ impl ZarrArray {
         let mut shard = Shard::default();
         for sample in packed {
             let chunk = shard.store(sample);
-            shard.push(Some(chunk));
+            shard.assign(Some(chunk));
         }
         shard.finish(self)
     }
@@ -192,7 +192,7 @@ impl Shard {
 
     /// Assigns the next chunk: first those of the first sample row by row, then those of the second, and so on. `None`
     /// stands for zeros.
-    pub fn push(&mut self, chunk: Option<StoredChunk>) {
+    pub fn assign(&mut self, chunk: Option<StoredChunk>) {
         let (offset, length) = chunk.map_or((ABSENT, ABSENT), |c| (c.offset, c.length));
         self.index.extend(offset.to_le_bytes());
         self.index.extend(length.to_le_bytes());
@@ -223,7 +223,7 @@ mod tests {
 
     fn array() -> ZarrArray {
         ZarrArray {
-            element: Element::U16,
+            element: ZarrType::U16,
             samples: 5,
             sample_shape: vec![2, 3],
             chunk_shape: vec![2, 3],
@@ -248,7 +248,7 @@ mod tests {
             assert_eq!(&zarr_unpack(&bytes[from..from + length], 12).unwrap(), sample);
         }
         // The last shard is not full.
-        assert_eq!((array.shards(), array.samples_of(2)), (3, 4..5));
+        assert_eq!((array.shards(), array.samples_in_shard(2)), (3, 4..5));
         let last = array.shard(&packed[..1]);
         let index = &last[last.len() - 36..last.len() - 4];
         assert!(index[16..].iter().all(|byte| *byte == 0xff));
@@ -263,7 +263,7 @@ mod tests {
         let mut shard = Shard::default();
         let [left, right] = [7u8, 9].map(|byte| shard.store(&zarr_pack(&[byte; 8]).unwrap()));
         for chunk in [Some(left), Some(right), Some(left), None] {
-            shard.push(chunk);
+            shard.assign(chunk);
         }
         let bytes = shard.finish(&array);
         let index = &bytes[bytes.len() - 4 * 16 - 4..bytes.len() - 4];

@@ -17,5 +17,5 @@ mod plot;
 mod svg;
 
 pub use page::{page, page_with_style};
-pub use plot::{Plot, step};
-pub use svg::{EMPTY, FLOOR, FRAME, Svg, VECTOR, escape, shade};
+pub use plot::{Plot, round_tick_step};
+pub use svg::{NO_DATA_STYLE, LOWER_BOUND_STYLE, BORDER_STYLE, Svg, RESIDUAL_STYLE, escape, heat_color};

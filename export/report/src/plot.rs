@@ -32,7 +32,7 @@ impl Plot {
         });
         // About eight ticks across and five up.
         let ticks =
-            [step(ranges[0][1] - ranges[0][0], 8.0), step(ranges[1][1] - ranges[1][0], 5.0)];
+            [round_tick_step(ranges[0][1] - ranges[0][0], 8.0), round_tick_step(ranges[1][1] - ranges[1][0], 5.0)];
         Self::with_ticks(ranges, ticks, names)
     }
 
@@ -44,12 +44,12 @@ impl Plot {
         for value in marks(ranges[0], ticks[0]) {
             let x = plot.at([value, y_low])[0];
             plot.svg.line([x, MARGIN[1]], [x, bottom], GRID);
-            plot.svg.text([x, bottom + 16.0], "middle", &tidy(value, ticks[0]));
+            plot.svg.text([x, bottom + 16.0], "middle", &format_tick(value, ticks[0]));
         }
         for value in marks(ranges[1], ticks[1]) {
             let y = plot.at([x_low, value])[1];
             plot.svg.line([MARGIN[0], y], [SIZE[0] - MARGIN[2], y], GRID);
-            plot.svg.text([MARGIN[0] - 5.0, y + 4.0], "end", &tidy(value, ticks[1]));
+            plot.svg.text([MARGIN[0] - 5.0, y + 4.0], "end", &format_tick(value, ticks[1]));
         }
         plot.svg.text([(MARGIN[0] + SIZE[0]) / 2.0, SIZE[1] - 6.0], "middle", names[0]);
         plot.svg.text([MARGIN[0] + 4.0, MARGIN[1] + 8.0], "start", names[1]);
@@ -80,7 +80,7 @@ impl Plot {
     }
 
     /// Draws a horizontal line across the plot; `style` holds SVG attributes.
-    pub fn level(&mut self, value: f64, style: &str) {
+    pub fn horizontal_line(&mut self, value: f64, style: &str) {
         let [low, high] = self.ranges[0];
         self.line([low, value], [high, value], style);
     }
@@ -92,7 +92,7 @@ impl Plot {
 }
 
 /// Returns a round step of an axis: 1, 2 or 5 times a power of ten, so that about `count` steps reach `limit`.
-pub fn step(limit: f64, count: f64) -> f64 {
+pub fn round_tick_step(limit: f64, count: f64) -> f64 {
     let rough = (limit / count).max(1e-12);
     let power = 10f64.powf(rough.log10().floor());
     let steps = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power);
@@ -111,7 +111,7 @@ fn marks([low, high]: [f64; 2], tick: f64) -> impl Iterator<Item = f64> {
 }
 
 /// Formats a value with as many decimals as the step has.
-fn tidy(value: f64, tick: f64) -> String {
+fn format_tick(value: f64, tick: f64) -> String {
     let digits = (-tick.log10().floor()).clamp(0.0, 9.0) as usize;
     let text = format!("{:.digits$}", value + 0.0);
     // Rounded values of zero, with a sign or decimals, become a plain 0.
@@ -130,9 +130,9 @@ mod tests {
     fn ticks_are_round_and_lie_within() {
         assert_eq!(marks([0.0, 1.0], 0.25).collect::<Vec<_>>(), [0.0, 0.25, 0.5, 0.75, 1.0]);
         assert_eq!(marks([11.9, 15.2], 1.0).collect::<Vec<_>>(), [12.0, 13.0, 14.0, 15.0]);
-        assert_eq!((step(3.3, 8.0), step(0.07, 5.0)), (0.5, 0.02));
+        assert_eq!((round_tick_step(3.3, 8.0), round_tick_step(0.07, 5.0)), (0.5, 0.02));
         assert_eq!(
-            (tidy(-0.0, 0.5), tidy(1.5, 0.5), tidy(200.0, 50.0)),
+            (format_tick(-0.0, 0.5), format_tick(1.5, 0.5), format_tick(200.0, 50.0)),
             ("0".into(), "1.5".into(), "200".into())
         );
     }

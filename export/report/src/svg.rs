@@ -8,13 +8,13 @@ use base64::engine::general_purpose::STANDARD;
 // Styles are attributes instead of style sheets, which some programs that print HTML do not apply to drawings.
 
 /// Style of an image's border.
-pub const FRAME: &str = r##"fill="#fafafa" stroke="#999""##;
+pub const BORDER_STYLE: &str = r##"fill="#fafafa" stroke="#999""##;
 /// Style of a part of an image without data.
-pub const EMPTY: &str = r##"fill="#fbe9d0""##;
+pub const NO_DATA_STYLE: &str = r##"fill="#fbe9d0""##;
 /// Style of a residual vector.
-pub const VECTOR: &str = r##"stroke="#c0392b" stroke-width="1.4""##;
+pub const RESIDUAL_STYLE: &str = r##"stroke="#c0392b" stroke-width="1.4""##;
 /// Style of a line at the lower bound that no model can undercut.
-pub const FLOOR: &str = r##"stroke="#d89b00" stroke-dasharray="5 4""##;
+pub const LOWER_BOUND_STYLE: &str = r##"stroke="#d89b00" stroke-dasharray="5 4""##;
 
 /// A drawing under construction.
 #[derive(Clone, Debug)]
@@ -73,7 +73,7 @@ impl Svg {
     }
 
     /// Draws an image from its upper left corner, its pixels as squares; `png` is the file's content.
-    pub fn picture(&mut self, corner: [f64; 2], size: [f64; 2], png: &[u8]) {
+    pub fn image(&mut self, corner: [f64; 2], size: [f64; 2], png: &[u8]) {
         let _ = write!(
             self.body,
             r#"<image x="{:.1}" y="{:.1}" width="{:.1}" height="{:.1}" style="image-rendering: pixelated" href="data:image/png;base64,{}"/>"#,
@@ -109,7 +109,7 @@ impl Svg {
 }
 
 /// Returns a colour from pale to dark for 0 to 1, readable in grey as well. Values that are not finite are darkest.
-pub fn shade(part: f64) -> String {
+pub fn heat_color(part: f64) -> String {
     let part = if part.is_finite() { part.clamp(0.0, 1.0) } else { 1.0 };
     // From #ffeda0 to #7a0403.
     let mix = |from: f64, to: f64| (from + (to - from) * part).round() as u8;

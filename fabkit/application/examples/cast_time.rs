@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use fabkit_application::Error;
 use fabkit_application::ground_truth::arrays;
-use fabkit_application::pressing::Contact;
+use fabkit_application::press_simulation::ContactModel;
 use fabkit_application::scene::{Cast, SensorView, viewpoint_from_files};
 use fabkit_application::source::Source;
 
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let cast = Cast {
             presses: &presses,
             samples: 1,
-            contact: Contact::Rigid,
+            contact: ContactModel::Rigid,
             shear_mm: [0.0; 2],
             print_sigma_mm: 0.05,
             allow_no_contact: false,

@@ -6,8 +6,8 @@ use std::fs;
 use std::sync::LazyLock;
 use std::time::Instant;
 
-use fabkit_application::depth::truth::{Presser, ReferenceSurface};
-use fabkit_application::ground_truth::{Viewpoint, pressers};
+use fabkit_application::depth::ground_truth::{PlacedIndenter, ReferenceSurface};
+use fabkit_application::ground_truth::{Viewpoint, compile_indenters};
 use serde_json::json;
 
 /// Number of timed passes, after one warm-up pass.
@@ -33,13 +33,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let touch = project.design.sensor.touch.as_ref().ok_or("it has no curved surface")?;
     let viewpoint = Viewpoint::new(&project.design.sensor.camera, None, None)?;
     let presses = arguments.map(|id| project.press(&id)).collect::<Result<Vec<_>, _>>()?;
-    let pressers: Vec<Presser> = pressers(&presses)?;
+    let pressers: Vec<PlacedIndenter> = compile_indenters(&presses)?;
 
     let rays = viewpoint.rays(1);
     let surface = ReferenceSurface::cast(touch, &rays)?;
-    let contact = surface.pressed(&pressers).contact().filter(|contact| *contact).count();
+    let contact = surface.map_with_indenters(&pressers).contact().filter(|contact| *contact).count();
     // Only rays that reach the surface count, although the others are cast as well.
-    let seen = surface.seen() as f64;
+    let seen = surface.visible_pixels() as f64;
     let mray_per_cpu_s = |rays: f64, pass: &mut dyn FnMut()| {
         pass();
         let start = cpu_seconds();
@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let report = json!({
         "rays": rays.len(),
-        "rays_to_surface": surface.seen(),
+        "rays_to_surface": surface.visible_pixels(),
         "rays_to_pressers": contact,
         "pressers": pressers.len(),
         // Unprojection goes first: the allocator keeps the memory that it frees for the later passes, which would
@@ -57,10 +57,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             "unprojection": mray_per_cpu_s(rays.len() as f64, &mut || drop(viewpoint.rays(1))),
             "reference_and_press": mray_per_cpu_s(seen, &mut || {
                 let surface = ReferenceSurface::cast(touch, &rays);
-                let _ = surface.map(|surface| drop(surface.pressed(&pressers)));
+                let _ = surface.map(|surface| drop(surface.map_with_indenters(&pressers)));
             }),
             "reference": mray_per_cpu_s(seen, &mut || drop(ReferenceSurface::cast(touch, &rays))),
-            "press": mray_per_cpu_s(seen, &mut || drop(surface.pressed(&pressers))),
+            "press": mray_per_cpu_s(seen, &mut || drop(surface.map_with_indenters(&pressers))),
         },
     });
     println!("{report}");

@@ -5,14 +5,14 @@
 use std::error::Error;
 use std::path::Path as FilePath;
 
-use fabkit_application::designs::assembling::*;
-use fabkit_application::designs::blocks::{self, Joint};
-use fabkit_application::designs::parameters::{Report, limits, parameters};
+use fabkit_application::designs::chain_builder::*;
+use fabkit_application::designs::blocks::{self, ScrewJoint};
+use fabkit_application::designs::parameters::{RuleReport, limits, parameters};
 use fabkit_application::designs::{
-    Built, Family, FamilyEntry, Fit, Header, Registry, Screw, bodies, gap_mm, materials::Castable,
+    FamilyOutput, Family, FamilyEntry, Fit, Header, Registry, Screw, bodies, gap_mm, materials::Castable,
 };
 use fabkit_application::geometry::*;
-use fabkit_application::{checks, exporting, staging};
+use fabkit_application::{checks, exports, staging};
 
 parameters! {
     /// Everything about a puck.
@@ -66,8 +66,8 @@ struct Layout {
     outside: f64,
     joint_z: f64,
     bottom_z: f64,
-    board: Joint,
-    base: Joint,
+    board: ScrewJoint,
+    base: ScrewJoint,
 }
 
 impl Layout {
@@ -86,8 +86,8 @@ impl Layout {
             outside,
             joint_z,
             bottom_z: joint_z - BASE_MM[0],
-            board: Joint::self_tapping("camera screw", Screw::M1_6X5, heads.to_vec(), 5.5),
-            base: Joint::self_tapping("screw", Screw::M3X12, blocks::ring(3, 0.0, below), 13.0),
+            board: ScrewJoint::self_tapping("camera screw", Screw::M1_6X5, heads.to_vec(), 5.5),
+            base: ScrewJoint::self_tapping("screw", Screw::M3X12, blocks::ring(3, 0.0, below), 13.0),
         }
     }
 }
@@ -101,7 +101,7 @@ impl Family for PuckFamily {
     const EXAMPLE: &'static str = "puck";
 
     // A limit is one expression; its message lists the parameters that it depends on.
-    fn check(p: &Puck, report: &mut Report) {
+    fn check(p: &Puck, report: &mut RuleReport) {
         let l = Layout::new(p);
         limits! { report, p:
             diameter >= 2.0 * (l.window + 6.0), "M3 screws need a wall";
@@ -109,7 +109,7 @@ impl Family for PuckFamily {
         }
     }
 
-    fn build(p: &Puck, header: &Header, _: &mut Report) -> Option<Built> {
+    fn build(p: &Puck, header: &Header, _: &mut RuleReport) -> Option<FamilyOutput> {
         let l = Layout::new(p);
         let lens = NominalLens::default();
         let camera = blocks::camera_at(-p.camera_depth.mm(), [640, 480], p.field_of_view, lens);
@@ -122,7 +122,7 @@ impl Family for PuckFamily {
             touch: Some(touch.into()),
             ..blocks::sensor(header, camera, bodies)
         };
-        Some(Built { sensor, derived: vec![blocks::mm("total height", -l.bottom_z)], face: None })
+        Some(FamilyOutput { sensor, derived: vec![blocks::mm("total height", -l.bottom_z)], face: None })
     }
 }
 
@@ -132,8 +132,8 @@ fn touch(p: &Puck, l: &Layout) -> PlaneSurface {
         outline: Path::circle([0.0; 2], l.pad + p.coat.mm()),
         top_z_mm: p.gel_thickness.mm() + p.coat.mm(),
         foot_z_mm: 0.0,
-        soft_mm: p.gel_thickness.mm() / 2.0,
-        grip: Grip {
+        max_indentation_mm: p.gel_thickness.mm() / 2.0,
+        grip: FixtureGrip {
             outline: Path::circle([0.0; 2], l.outside),
             top_z_mm: 0.0,
             bottom_z_mm: l.bottom_z,
@@ -157,26 +157,26 @@ fn parts(p: &Puck, l: &Layout) -> Vec<Body> {
     let housing = Solid::rod(l.outside, [l.joint_z, 0.0]).minus_all(holes);
     let base = Solid::rod(l.outside, [l.bottom_z, l.joint_z]).minus(cables);
     let ring = Solid::rod(l.window, [0.0, thickness]).minus(cavity);
-    let sunk = l.base.sunk(BASE_MM[1], BASE_MM[0] - BASE_MM[1], gap_mm(Process::Fdm, Fit::Snug));
+    let sunk = l.base.counterbore_cut(BASE_MM[1], BASE_MM[0] - BASE_MM[1], gap_mm(Process::Fdm, Fit::Snug));
     vec![
         WINDOW
             .made(Process::Laser, window)
-            .from("clear PMMA")
+            .with_material("clear PMMA")
             .placed([in_sensor().lifted(20.0), MOLD.in_place()]),
         HOUSING
             .made(Process::Fdm, housing)
-            .from("black PLA")
+            .with_material("black PLA")
             .placed([in_sensor()])
             .with_handles(1)
-            .cut(l.base.held()),
+            .cut(l.base.thread_cut()),
         BASE.made(Process::Fdm, base)
-            .from("black PLA")
+            .with_material("black PLA")
             .placed([in_sensor().lifted(-40.0)])
             .with_handles(1)
             .cut(sunk)
-            .cut(l.board.held()),
+            .cut(l.board.thread_cut()),
         RING.made(Process::Fdm, ring)
-            .from("PLA")
+            .with_material("PLA")
             .placed([MOLD.in_place().lifted(12.0)])
             .with_handles(1),
     ]
@@ -187,8 +187,8 @@ fn layers(p: &Puck, l: &Layout, touch: &PlaneSurface) -> Vec<Body> {
     let coat = touch.solid(0.0, touch.foot_z_mm).minus(gel(-CUT_OVERLAP_MM));
     let placed = [in_sensor().lifted(34.0), MOLD.in_place()];
     vec![
-        GEL.cast(gel(0.0)).from(&p.gel_material).placed(placed),
-        COAT.cast(coat).from(&p.coat_material).placed([in_sensor().lifted(46.0)]),
+        GEL.cast(gel(0.0)).with_material(&p.gel_material).placed(placed),
+        COAT.cast(coat).with_material(&p.coat_material).placed([in_sensor().lifted(46.0)]),
     ]
 }
 
@@ -207,7 +207,7 @@ fn bought(p: &Puck, l: &Layout) -> Vec<Body> {
     let led = Solid::cuboid(1.6, 5.0, 3.0);
     let below = |pose: &Pose| SENSOR.at(*pose).lifted(-60.0);
     let camera = CAMERA.bought("UVC module", camera, [in_sensor().lifted(-20.0)]);
-    let led = LED.bought("white LED on 5 mm of strip", led, leds).sticking();
+    let led = LED.bought("white LED on 5 mm of strip", led, leds).as_attached();
     [vec![camera, led], l.board.bought(below, below), l.base.bought(below, below)].concat()
 }
 
@@ -219,20 +219,20 @@ fn chain(p: &Puck, l: &Layout) -> Vec<Step> {
     let glued = Cure { hours: 1.0, celsius: 23.0 };
     let steps = [
         make("print and cut all parts"),
-        step("pour", MOLD, &[WINDOW, RING], gel).told("clip the ring to the window, fill it level"),
-        demold("open", MOLD, vec![rigid(RING, up)]).told("lift the ring off"),
-        step("coat", SENSOR, &[GEL], coat).told("brush the coat onto the gel"),
-        bond("light", SENSOR, &[HOUSING, LED], glued).told("glue the LEDs to the wall").fixing(
+        step("pour", MOLD, &[WINDOW, RING], gel).with_instruction("clip the ring to the window, fill it level"),
+        demold("open", MOLD, vec![rigid(RING, up)]).with_instruction("lift the ring off"),
+        step("coat", SENSOR, &[GEL], coat).with_instruction("brush the coat onto the gel"),
+        bond("light", SENSOR, &[HOUSING, LED], glued).with_instruction("glue the LEDs to the wall").fixing(
             &[LED],
             &[HOUSING],
-            FixedBy::Glue,
+            FixingMeans::Glue,
         ),
-        bond("glue", SENSOR, &[WINDOW, HOUSING], glued).told("glue the window to its ledge"),
+        bond("glue", SENSOR, &[WINDOW, HOUSING], glued).with_instruction("glue the window to its ledge"),
         assemble("camera", SENSOR, &[CAMERA, BASE])
-            .told("cable down, then the screws")
+            .with_instruction("cable down, then the screws")
             .also(l.board.names()),
         assemble("close", SENSOR, &[BASE, HOUSING])
-            .told("screw both together")
+            .with_instruction("screw both together")
             .also(l.base.names()),
     ];
     steps.map(|step| step.source("chosen")).to_vec()
@@ -240,14 +240,14 @@ fn chain(p: &Puck, l: &Layout) -> Vec<Step> {
 
 /// Registry with the family and one sensor of it.
 pub static REGISTRY: Registry =
-    Registry::new(&[FamilyEntry::of::<PuckFamily>()], &[("puck", include_str!("puck.yaml"))]);
+    Registry::new(&[FamilyEntry::new::<PuckFamily>()], &[("puck", include_str!("puck.yaml"))]);
 
 /// Checks a puck and writes its files, all or none. Returns the number of errors.
 pub fn run(folder: &FilePath) -> Result<usize, Box<dyn Error>> {
     let puck = REGISTRY.load("puck.yaml", REGISTRY.builtin_yaml("puck").unwrap_or(""), &[], &[])?;
     let findings = checks::check(&puck.sensor)?.findings;
     findings.iter().for_each(|finding| println!("{finding:?}"));
-    let exported = exporting::export(&puck, &exporting::ExportOptions::default(), &|_| ())?;
+    let exported = exports::export(&puck, &exports::ExportOptions::default(), &|_| ())?;
     staging::write_all(folder, &exported.files, &|| false)?;
     Ok(findings.iter().filter(|f| f.severity == checks::Severity::Error).count())
 }

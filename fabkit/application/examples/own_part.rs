@@ -7,7 +7,7 @@ use std::path::Path;
 
 use fabkit_application::designs::blocks::hanging;
 use fabkit_application::designs::blocks::label::{Label, LabelError};
-use fabkit_application::geometry::{Body, CUT_OVERLAP_MM, Cut, Landmark, Pose, Process, Solid};
+use fabkit_application::geometry::{Body, CUT_OVERLAP_MM, CutFeature, Landmark, Pose, Process, Solid};
 use fabkit_application::mesh::{DEFAULT_TOLERANCE_MM, mesh};
 use fabkit_application::{export, staging};
 
@@ -25,15 +25,15 @@ fn foot() -> Result<Body, LabelError> {
         Process::Fdm,
         Solid::cylinder(25.0, HEIGHT_MM),
     )
-    .from("PLA")
-    .cut(Cut { tools: vec![seat.named("seat")], ..Cut::default() })
+    .with_material("PLA")
+    .cut(CutFeature { tools: vec![seat.named("seat")], ..CutFeature::default() })
     .cut(screw_holes(3))
     .cut(label.sunken());
     Ok(foot)
 }
 
 /// Makes screw holes with their landmarks and the number of handles that they add, all in one place.
-fn screw_holes(count: u32) -> Cut {
+fn screw_holes(count: u32) -> CutFeature {
     let hole = Solid::cylinder(1.7, HEIGHT_MM + 2.0 * CUT_OVERLAP_MM).at(0.0, 0.0, -CUT_OVERLAP_MM);
     let holes = (1..=count).map(|i| {
         let (sin, cos) = (TAU * f64::from(i) / f64::from(count)).sin_cos();
@@ -42,7 +42,7 @@ fn screw_holes(count: u32) -> Cut {
         (hole.clone().placed(place).named(&name), Landmark::at(name, &place))
     });
     let (tools, landmarks) = holes.unzip();
-    Cut { tools, landmarks, handles: count as i32 }
+    CutFeature { tools, landmarks, handles: count as i32 }
 }
 
 /// Makes and writes the files, all or none.
@@ -54,9 +54,9 @@ pub fn run(folder: &Path) -> Result<(), Box<dyn Error>> {
     // Moved into the positive octant, because 3MF has no negative coordinates.
     let print = triangles.placed(&Pose::translation(30.0, 30.0, 0.0)).to_print()?;
     println!("{}: {:.2} cm3", foot.summary, print.volume_mm3() / 1e3);
-    let document = export::Document { title: "Bench: foot", design_hash: "" };
+    let document = export::DocumentInfo { title: "Bench: foot", design_hash: "" };
     let (name, material, color) = (&foot.name, &foot.material, foot.color);
-    let object = export::Object { name, material, color, mesh: &print, settings: None, about: "" };
+    let object = export::PrintObject { name, material, color, mesh: &print, settings: None, settings_note: "" };
     let file = |name: &str, bytes| staging::OutputFile { name: name.into(), bytes };
     let files = [
         file("foot.stl", export::stl(name, &print)?),

@@ -13,8 +13,8 @@ use std::f64::consts::PI;
 use fabkit_application::designs::{builtin_names, builtin_yaml};
 use fabkit_application::fixtures::load;
 use fabkit_elastic::{
-    Ball, Body, Division, FiniteStack, Hold, Layer, LiquidStack, Material, Outcome, Press,
-    SoftStack, Stack,
+    BallIndenter, LayeredBody, MeshDensity, FiniteStack, BoundaryCondition, ElasticLayer, LiquidStack, ElasticMaterial, PressOutcome, Press,
+    SoftStack, ElasticStack,
 };
 use fabkit_geometry::{LiquidSkin, Point3, Sensor, TouchSurface, Vector3};
 
@@ -50,8 +50,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             .collect();
         let what = if round { "tip" } else { "middle" };
         println!("{}, {what}: {}", sensor.name, layers.join(", "));
-        let deepest_mm = touch.soft_mm().min(0.45 * diameter_mm);
-        rows(deepest_mm, |depths| Ok(soft.levels(0.5 * diameter_mm, depths)?));
+        let deepest_mm = touch.max_indentation_mm().min(0.45 * diameter_mm);
+        rows(deepest_mm, |depths| Ok(soft.press_tip_both(0.5 * diameter_mm, depths)?));
     }
     Ok(())
 }
@@ -59,30 +59,30 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Presses a round plate in place of a skin with liquid channels: the plate has the window's area and the skin's
 /// thickness, is held at its rim, and has no channels, because the large-strain model is axisymmetric.
 fn plate(sensor: &Sensor, skin: &LiquidSkin, diameter_mm: f64) -> Result<(), Box<dyn Error>> {
-    let layers = LiquidStack::of(sensor, 3.0)?.layers;
+    let layers = LiquidStack::from_sensor(sensor, 3.0)?.layers;
     let top = layers.first().ok_or("no layers")?;
     let [x, y] = skin.window_mm;
     let (radius_mm, levels) = ((x * y / PI).sqrt(), &skin.levels_mm);
     let thickness_mm = levels.last().unwrap_or(&0.0) - levels.first().unwrap_or(&0.0);
-    let material = Material::new(top.elasticity.young_mpa, top.elasticity.poissons_ratio)?;
+    let material = ElasticMaterial::new(top.elasticity.young_mpa, top.elasticity.poissons_ratio)?;
     println!(
         "{}, a round plate instead of its skin: {thickness_mm:.2} mm of {}, {radius_mm:.1} mm in radius",
         sensor.name, top.material
     );
-    let layer = Layer { name: "plate".to_owned(), material };
-    let body = Body {
-        inner: Hold::Free,
+    let layer = ElasticLayer { name: "plate".to_owned(), material };
+    let body = LayeredBody {
+        inner: BoundaryCondition::Free,
         is_rim_bonded: true,
-        ..Body::pad(radius_mm, vec![(layer, thickness_mm)])
+        ..LayeredBody::pad(radius_mm, vec![(layer, thickness_mm)])
     };
     let radius_mm = 0.5 * diameter_mm;
-    let ball = Ball::new(Point3::new(0.0, 0.0, thickness_mm + radius_mm + 1.0), radius_mm)?;
+    let ball = BallIndenter::new(Point3::new(0.0, 0.0, thickness_mm + radius_mm + 1.0), radius_mm)?;
     rows(thickness_mm.min(0.9 * diameter_mm), |depths| {
         let deepest_mm = depths.iter().copied().fold(0.0, f64::max);
         let cut_mm =
             (deepest_mm.min(radius_mm) * (2.0 * radius_mm - deepest_mm.min(radius_mm))).sqrt();
-        let division = Division::around_pole(cut_mm / 16.0, 2.5 * cut_mm, 0);
-        let stack = Stack::new(&body, &division, 1)?;
+        let division = MeshDensity::around_pole(cut_mm / 16.0, 2.5 * cut_mm, 0);
+        let stack = ElasticStack::new(&body, &division, 1)?;
         let finite = FiniteStack::new(&body, &division)?.press(&ball, depths)?;
         let both = depths.iter().zip(finite).map(|(depth_mm, finite)| {
             let press = Press::along(-Vector3::z(), *depth_mm)?;
@@ -94,7 +94,7 @@ fn plate(sensor: &Sensor, skin: &LiquidSkin, diameter_mm: f64) -> Result<(), Box
 }
 
 /// Prints a row for each indentation.
-fn rows(deepest_mm: f64, levels: impl Fn(&[f64]) -> Result<Vec<[Outcome; 2]>, Box<dyn Error>>) {
+fn rows(deepest_mm: f64, levels: impl Fn(&[f64]) -> Result<Vec<[PressOutcome; 2]>, Box<dyn Error>>) {
     // Each row solves all indentations up to its own. If one does not converge, the table ends there, not the program.
     let mut before: Option<(f64, f64)> = None;
     let mut is_off = false;

@@ -3,15 +3,15 @@
 use std::path::Path;
 
 use fabkit_checks::{self as checks, Batch, CheckReport, Finding, Rule};
-use fabkit_designs::fixing::{Change, Feasible, Range};
+use fabkit_designs::fixing::{ValueChange, FeasibleRange, ValueRange};
 use fabkit_designs::{Design, design_hash};
-use fabkit_files::{amount, limit};
+use fabkit_files::{split_amount, limit_json};
 use fabkit_geometry::{Action, Body, Step};
 use fabkit_sweep::Status;
-use fabkit_text::{Kind, Setting};
+use fabkit_text::{ValueKind, Setting};
 use serde_json::{Map, Value, json};
 
-use crate::sweeping::Finished;
+use crate::sweep_runs::SweepResult;
 
 /// Returns a design's parameters, derived values, bodies and materials (`fabkit-show` version 2).
 pub fn show(design: &Design) -> Value {
@@ -21,7 +21,7 @@ pub fn show(design: &Design) -> Value {
         .derived
         .iter()
         .map(|(name, written)| {
-            let (value, unit) = amount(written);
+            let (value, unit) = split_amount(written);
             json!({ "name": name, "value": value, "unit": unit, "written": written })
         })
         .collect();
@@ -36,7 +36,7 @@ pub fn show(design: &Design) -> Value {
         "parameters": parameters,
         "derived": derived,
         "bodies": bodies,
-        "materials": crate::materials::json(&design.materials),
+        "materials": crate::materials::materials_json(&design.materials),
     })
 }
 
@@ -55,7 +55,7 @@ fn parameter_json(setting: &Setting) -> Value {
         "value": value,
         "unit": unit,
         "written": setting.value,
-        "limit": limit([min, max], &setting.choices),
+        "limit": limit_json([min, max], &setting.choices),
         "limits": setting.limits,
         "summary": setting.summary,
         "source": setting.source.kind.to_string(),
@@ -69,13 +69,13 @@ fn parameter_json(setting: &Setting) -> Value {
 fn value_of(setting: &Setting) -> (Value, Option<String>) {
     let text = setting.value.as_str();
     match setting.kind {
-        Kind::Length | Kind::Angle | Kind::Number => amount(text),
-        Kind::Count => (text.parse::<u64>().map_or_else(|_| json!(text), Value::from), None),
-        Kind::Switch => (json!(text == "true"), None),
-        Kind::Text => (json!(text), None),
-        Kind::List => {
+        ValueKind::Length | ValueKind::Angle | ValueKind::Number => split_amount(text),
+        ValueKind::Count => (text.parse::<u64>().map_or_else(|_| json!(text), Value::from), None),
+        ValueKind::Switch => (json!(text == "true"), None),
+        ValueKind::Text => (json!(text), None),
+        ValueKind::List => {
             let inner = text.trim_start_matches('[').trim_end_matches(']');
-            let items = inner.split(", ").filter(|item| !item.is_empty()).map(amount);
+            let items = inner.split(", ").filter(|item| !item.is_empty()).map(split_amount);
             let (values, units): (Vec<Value>, Vec<Option<String>>) = items.unzip();
             // All items of a list have the same unit.
             (json!(values), units.into_iter().next().flatten())
@@ -84,14 +84,14 @@ fn value_of(setting: &Setting) -> (Value, Option<String>) {
 }
 
 /// Lists the automatic changes that made a design buildable, as they stand under `changes` in other documents.
-pub fn changes(changes: &[Change]) -> Value {
-    let change = |Change { path, from, to, because }: &Change| json!({ "path": path, "from": from, "to": to, "because": because });
+pub fn changes(changes: &[ValueChange]) -> Value {
+    let change = |ValueChange { path, from, to, because }: &ValueChange| json!({ "path": path, "from": from, "to": to, "because": because });
     changes.iter().map(change).collect()
 }
 
 /// Returns the feasible ranges of parameters (`fabkit-limits` version 1).
-pub fn limits(name: &str, limits: &[Feasible]) -> Value {
-    let range = |range: &Range| {
+pub fn limits(name: &str, limits: &[FeasibleRange]) -> Value {
+    let range = |range: &ValueRange| {
         json!({
             "low": range.low,
             "high": range.high,
@@ -99,13 +99,13 @@ pub fn limits(name: &str, limits: &[Feasible]) -> Value {
             "high_is_largest_allowed": range.is_end[1],
         })
     };
-    let one = |feasible: &Feasible| {
+    let one = |feasible: &FeasibleRange| {
         json!({
             "path": feasible.path,
             "value": feasible.value,
             "unit": feasible.unit,
-            "held": range(&feasible.held),
-            "followed": feasible.followed.as_ref().map(range),
+            "held": range(&feasible.alone),
+            "followed": feasible.following.as_ref().map(range),
         })
     };
     json!({
@@ -145,7 +145,7 @@ pub fn check(design: &Design, report: &CheckReport) -> Value {
 }
 
 fn rules_json(report: &CheckReport) -> Vec<Value> {
-    let rule = |rule: Rule| report.of(rule).count();
+    let rule = |rule: Rule| report.for_rule(rule).count();
     let entries = report.examined.iter().map(|examined| {
         json!({
             "rule": examined.rule.word(),
@@ -202,7 +202,7 @@ pub fn chain(design: &Design) -> Value {
             "assembly": step.assembly.as_ref().map(|a| &a.0),
             "bodies": step.bodies,
             "batch": batch_of(&batches, step).map(batch),
-            "during": step.during,
+            "during": step.during_cure_of,
             "adjust": step.adjustments.iter().map(|one| &one.body).collect::<Vec<_>>(),
             "cure": step.cure().map(|c| json!({ "hours": c.hours, "celsius": c.celsius })),
             "remove": removed(&step.action),
@@ -232,8 +232,8 @@ pub fn removed(action: &Action) -> Vec<&str> {
 }
 
 /// Returns the result of a sweep (`fabkit-sweep-report` version 1).
-pub fn sweep(folder: &Path, finished: &Finished) -> Value {
-    let Finished { variants, found, counts, panicked, on_front, none_left, empty_metrics } =
+pub fn sweep(folder: &Path, finished: &SweepResult) -> Value {
+    let SweepResult { variants, found, counts, panicked, on_front, none_left, empty_metrics } =
         finished;
     let status: Map<String, Value> =
         Status::ALL.iter().zip(counts).map(|(s, n)| (s.word().to_owned(), json!(n))).collect();

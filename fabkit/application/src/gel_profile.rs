@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use fabkit_designs::profile::{GelCoupon, GelReading};
 pub use fabkit_elastic::BallModulus;
-use fabkit_elastic::{BallReading, BallTest, BallTestError};
+use fabkit_elastic::{IndentationReading, BallIndentationTest, BallIndentationError};
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 
 /// Standard gravity, m/s2, as used by scales (CGPM, 1901).
@@ -14,12 +14,12 @@ const GRAVITY: f64 = 9.806_65;
 ///
 /// # Errors
 /// Loads that differ too little, or readings that no modulus, or almost any, explains.
-pub fn modulus(coupon: &GelCoupon) -> Result<BallModulus, GelError> {
-    let reading = |reading: &GelReading| BallReading {
+pub fn fit_modulus(coupon: &GelCoupon) -> Result<BallModulus, GelError> {
+    let reading = |reading: &GelReading| IndentationReading {
         force_n: 1e-3 * reading.load_g * GRAVITY,
         gap_mm: reading.gap_mm,
     };
-    let test = BallTest {
+    let test = BallIndentationTest {
         ball_radius_mm: coupon.ball_mm / 2.0,
         thickness_mm: coupon.thickness_mm,
         radius_mm: coupon.diameter_mm / 2.0,
@@ -63,36 +63,36 @@ pub fn to_yaml(coupon: &GelCoupon, modulus: &BallModulus) -> String {
 /// Error of a modulus fit.
 #[derive(Debug, thiserror::Error)]
 #[error(transparent)]
-pub struct GelError(#[from] BallTestError);
+pub struct GelError(#[from] BallIndentationError);
 
 impl Explained for GelError {
     fn kind(&self) -> ErrorKind {
         match &self.0 {
-            BallTestError::Few { .. }
-            | BallTestError::Outside { .. }
-            | BallTestError::Vague { .. } => ErrorKind::BadInput,
-            BallTestError::Elastic(_) => ErrorKind::Limit,
+            BallIndentationError::TooFewLoads { .. }
+            | BallIndentationError::OutsideLaw { .. }
+            | BallIndentationError::TooMuchScatter { .. } => ErrorKind::BadInput,
+            BallIndentationError::Elastic(_) => ErrorKind::Limit,
         }
     }
 
     fn hint(&self) -> Option<String> {
         Some(match &self.0 {
-            BallTestError::Few { .. } => "read gaps under more weights".to_owned(),
-            BallTestError::Outside { .. } => {
+            BallIndentationError::TooFewLoads { .. } => "read gaps under more weights".to_owned(),
+            BallIndentationError::OutsideLaw { .. } => {
                 "is the load in g all that rests on the gel, and does the gap shrink with it? else take \
                  lighter or heavier weights"
                     .to_owned()
             }
-            BallTestError::Vague { .. } => {
+            BallIndentationError::TooMuchScatter { .. } => {
                 "read the gaps again, and under more weights that differ more".to_owned()
             }
-            BallTestError::Elastic(_) => return None,
+            BallIndentationError::Elastic(_) => return None,
         })
     }
 
     fn subject(&self) -> ErrorSubject {
         ErrorSubject::new(match &self.0 {
-            BallTestError::Elastic(_) => "no_contact_solution",
+            BallIndentationError::Elastic(_) => "no_contact_solution",
             _ => "no_modulus",
         })
     }

@@ -41,7 +41,7 @@ pub use fabkit_sweep as sweep;
 pub use fabkit_text as text;
 
 pub use fabkit_capture as capturing;
-pub use fabkit_capture::{fitting_light, live};
+pub use fabkit_capture::{light_fit, live};
 pub use fabkit_dataset as dataset;
 pub use fabkit_files::{
     Error, ErrorKind, ErrorSubject, Explained, UnknownName, diagnostics, memory, problem_json,
@@ -50,24 +50,24 @@ pub use fabkit_files::{
 pub use fabkit_reconstruct as reconstructing;
 pub use fabkit_robots as robots;
 pub use fabkit_scene as scene;
-pub use fabkit_scene::{ground_truth, pressing};
+pub use fabkit_scene::{ground_truth, press_simulation};
 
-pub mod authored;
-pub mod benching;
+pub mod edited_files;
+pub mod benchmark;
 pub mod bodies;
-pub mod calibrating;
-pub mod comparing;
+pub mod calibration_runs;
+pub mod design_difference;
 pub mod documents;
-pub mod exporting;
+pub mod exports;
 pub mod gel_profile;
-pub mod guiding;
+pub mod guides;
 pub mod materials;
 pub mod packaging;
-pub mod pictures;
-pub mod rereading;
-pub mod seeing;
+pub mod images;
+pub mod verify_folder;
+pub mod camera_view;
 pub mod slicing;
 pub mod source;
-pub mod sweeping;
+pub mod sweep_runs;
 pub mod verifier;
-pub mod viewing;
+pub mod model_view;

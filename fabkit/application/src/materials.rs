@@ -1,14 +1,14 @@
 //! Materials of a design as JSON.
 
-use fabkit_designs::materials::{Bond, Castable, Hold, Material, Origin};
+use fabkit_designs::materials::{Bond, Castable, BondMethod, Material, MaterialOrigin};
 use serde_json::{Value, json};
 
 /// Lists every material of a design with its properties; unknown ones are null.
-pub fn json(materials: &[Castable]) -> Value {
-    materials.iter().map(of).collect()
+pub fn materials_json(materials: &[Castable]) -> Value {
+    materials.iter().map(material_json).collect()
 }
 
-fn of(castable: &Castable) -> Value {
+fn material_json(castable: &Castable) -> Value {
     let Material { name, figures, by_mass, bonds, settings, .. } = castable.material();
     let (origin, file) = origin(castable.material());
     let cure = castable.cure();
@@ -48,17 +48,17 @@ fn of(castable: &Castable) -> Value {
 
 fn bond(Bond { to, hold }: &Bond) -> Value {
     let primer = match hold {
-        Hold::Primer(primer) => Some(primer),
-        Hold::Itself | Hold::Not => None,
+        BondMethod::Primer(primer) => Some(primer),
+        BondMethod::SelfBonding | BondMethod::NoBond => None,
     };
-    json!({ "to": to, "sticks": *hold != Hold::Not, "primer": primer })
+    json!({ "to": to, "sticks": *hold != BondMethod::NoBond, "primer": primer })
 }
 
 /// Returns the origin of a material as one word, and the file it comes from.
 pub fn origin(material: &Material) -> (&'static str, Option<&str>) {
     match &material.origin {
-        Origin::BuiltIn => ("built-in", None),
-        Origin::Own(file) => ("own", Some(file)),
-        Origin::Changed(file) => ("changed", Some(file)),
+        MaterialOrigin::BuiltIn => ("built-in", None),
+        MaterialOrigin::UserDefined(file) => ("own", Some(file)),
+        MaterialOrigin::Changed(file) => ("changed", Some(file)),
     }
 }

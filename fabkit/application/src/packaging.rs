@@ -8,13 +8,13 @@ use fabkit_camera::CameraEstimate;
 use fabkit_camera::files::{self, CameraFormat};
 use fabkit_designs::{Design, design_hash};
 use fabkit_export::Manifest;
-use fabkit_files::progress::OnProgress;
+use fabkit_files::progress::ProgressCallback;
 use fabkit_files::staging::OutputFile;
 use fabkit_guide::Calibration;
 use fabkit_scene::ground_truth::Viewpoint;
 
-use crate::exporting::{ExportFailure, Exported, ForeignFile};
-use crate::guiding;
+use crate::exports::{ExportRunError, Exported, ForeignFile};
+use crate::guides;
 use crate::source::NamedDesigns;
 
 pub use citation::{DEFAULT_LICENSE, LICENSES, License};
@@ -37,12 +37,12 @@ pub struct Terms {
 ///
 /// # Errors
 /// [`ExportFailure`] for an invalid camera, and for file names that exist already.
-pub fn complete(
+pub fn add_package_files(
     exported: &mut Exported,
     design: &Design,
     fixtures: &NamedDesigns,
     terms: &Terms,
-) -> Result<bool, ExportFailure> {
+) -> Result<bool, ExportRunError> {
     let camera = Viewpoint::new(&design.sensor.camera, None, None)?;
     let camera = files::write(&CameraEstimate::from(*camera.camera()), CameraFormat::Fabkit);
     let name = &design.sensor.name;
@@ -68,17 +68,17 @@ pub fn complete(
 ///
 /// # Errors
 /// Bodies that cannot be drawn or measured, as [`ExportFailure::Guide`].
-pub fn guide(
+pub fn make_guide(
     design: &Design,
     calibration: Option<&Calibration>,
-    progress: OnProgress,
-) -> Result<Exported, ExportFailure> {
-    fn failed(source: impl std::error::Error) -> ExportFailure {
-        ExportFailure::Guide { reason: source.to_string() }
+    progress: ProgressCallback,
+) -> Result<Exported, ExportRunError> {
+    fn failed(source: impl std::error::Error) -> ExportRunError {
+        ExportRunError::Guide { reason: source.to_string() }
     }
-    let stages = guiding::stages(design).map_err(failed)?;
-    let facts = guiding::facts(design, &stages, calibration, 1).map_err(failed)?;
-    let files = guiding::files(design, &stages, &facts, progress).map_err(failed)?;
+    let stages = guides::find_stages(design).map_err(failed)?;
+    let facts = guides::collect_facts(design, &stages, calibration, 1).map_err(failed)?;
+    let files = guides::files(design, &stages, &facts, progress).map_err(failed)?;
     let sensor = &design.sensor;
     let manifest = Manifest {
         sensor: sensor.name.clone(),
@@ -111,7 +111,7 @@ pub fn guide(
 ///
 /// # Errors
 /// [`ExportFailure::Write`] beyond 4 GiB or 65,535 files.
-pub fn archive(name: &str, exports: &[(String, &Exported)]) -> Result<Vec<u8>, ExportFailure> {
+pub fn archive(name: &str, exports: &[(String, &Exported)]) -> Result<Vec<u8>, ExportRunError> {
     let named = exports.iter().flat_map(|(folder, exported)| {
         exported.files.iter().map(move |file| (format!("{folder}/{}", file.name), &file.bytes[..]))
     });
@@ -119,15 +119,15 @@ pub fn archive(name: &str, exports: &[(String, &Exported)]) -> Result<Vec<u8>, E
     named.sort();
     let parts: Vec<(&str, &[u8])> = named.iter().map(|(name, bytes)| (&**name, *bytes)).collect();
     fabkit_export::zip(&parts)
-        .map_err(|source| ExportFailure::Write { file: name.to_owned(), source })
+        .map_err(|source| ExportRunError::Write { file: name.to_owned(), source })
 }
 
 /// Returns whether a key of a sensor file belongs to its fixtures.
-fn is_of_fixtures(path: &str) -> bool {
+fn is_fixture_key(path: &str) -> bool {
     path.strip_prefix(fabkit_fixtures::KEY).is_some_and(|rest| rest.starts_with('.'))
 }
 
 /// Returns the BLAKE3 hash of a file's content, in hex.
-pub fn hash(bytes: &[u8]) -> String {
+pub fn hash_hex(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }

@@ -8,25 +8,25 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use fabkit_designs::Design;
-use fabkit_files::progress::{OnProgress, Step};
-use fabkit_files::scratch::Scratch;
+use fabkit_files::progress::{ProgressCallback, ProgressStep};
+use fabkit_files::scratch_folder::ScratchFolder;
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
-use fabkit_guide::{Guide, Sliced};
+use fabkit_guide::{Guide, SlicerEstimate};
 use rayon::prelude::*;
 
-use crate::exporting::{self, ExportFailure, ExportOptions, Format};
+use crate::exports::{self, ExportRunError, ExportOptions, Format};
 
 /// Environment variable with the slicer's absolute path, instead of a search in `PATH`.
 pub const SLICER_VARIABLE: &str = "FABKIT_SLICER";
 
 /// Name of the program in Debian and in the slicer's own Linux builds.
-const PROGRAM: &str = "prusa-slicer";
+const SLICER_PROGRAM: &str = "prusa-slicer";
 
 /// Time limit for one part.
-const LIMIT: Duration = Duration::from_secs(300);
+const TIME_LIMIT: Duration = Duration::from_secs(300);
 
 /// Polling interval of a running slicer.
-const LOOK: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 const MM3_PER_CM3: f64 = 1e3;
 
@@ -34,14 +34,14 @@ const MM3_PER_CM3: f64 = 1e3;
 #[derive(Debug, thiserror::Error)]
 pub enum SlicingError {
     /// The slicer is not in `PATH`, and none was named.
-    #[error("{PROGRAM} is not installed")]
+    #[error("{SLICER_PROGRAM} is not installed")]
     NotFound,
     /// The named path is not absolute or not a file.
     #[error("{SLICER_VARIABLE} is {}, which is no absolute path of a file", .0.display())]
     NoSuchSlicer(PathBuf),
     /// The 3MF files could not be made.
     #[error(transparent)]
-    Export(#[from] ExportFailure),
+    Export(#[from] ExportRunError),
     /// Operating system error.
     #[error("cannot slice {part}: {source}")]
     Io {
@@ -51,7 +51,7 @@ pub enum SlicingError {
         source: std::io::Error,
     },
     /// The slicer exceeded its time limit.
-    #[error("slicing {part} took more than {} s", LIMIT.as_secs())]
+    #[error("slicing {part} took more than {} s", TIME_LIMIT.as_secs())]
     TooSlow {
         /// Name of the part.
         part: String,
@@ -107,7 +107,7 @@ impl Explained for SlicingError {
 ///
 /// # Errors
 /// [`SlicingError::NotFound`] and [`SlicingError::NoSuchSlicer`].
-pub fn find() -> Result<PathBuf, SlicingError> {
+pub fn find_slicer() -> Result<PathBuf, SlicingError> {
     if let Some(named) = env::var_os(SLICER_VARIABLE).filter(|name| !name.is_empty()) {
         let path = PathBuf::from(named);
         let is_there = path.is_absolute() && path.is_file();
@@ -116,7 +116,7 @@ pub fn find() -> Result<PathBuf, SlicingError> {
     let path = env::var_os("PATH").unwrap_or_default();
     // Relative entries are skipped: programs in the working folder are never run.
     let folders = env::split_paths(&path).filter(|folder| folder.is_absolute());
-    let mut places = folders.map(|folder| folder.join(PROGRAM));
+    let mut places = folders.map(|folder| folder.join(SLICER_PROGRAM));
     places.find(|place| place.is_file()).ok_or(SlicingError::NotFound)
 }
 
@@ -125,12 +125,12 @@ pub fn find() -> Result<PathBuf, SlicingError> {
 ///
 /// # Errors
 /// [`SlicingError`] of the first part in the order of the guide.
-pub fn slice(
+pub fn slice_parts(
     design: &Design,
     guide: &mut Guide,
     slicer: &Path,
     cancelled: &(dyn Fn() -> bool + Sync),
-    progress: OnProgress,
+    progress: ProgressCallback,
 ) -> Result<(), SlicingError> {
     let printed: Vec<String> = guide
         .made
@@ -145,43 +145,43 @@ pub fn slice(
     };
     let exported = match printed.is_empty() {
         true => return Ok(()),
-        false => exporting::export(design, &options, &|_| {})?,
+        false => exports::export(design, &options, &|_| {})?,
     };
     let stem = |name: &str| name.strip_suffix(".3mf").map(str::to_owned);
     let named = exported.files.iter().filter_map(|file| Some((stem(&file.name)?, &file.bytes[..])));
     let files: Vec<(String, &[u8])> = named.filter(|(part, _)| printed.contains(part)).collect();
-    let sliced: Vec<Result<Sliced, SlicingError>> =
-        files.par_iter().map(|(part, bytes)| one(slicer, part, bytes, cancelled)).collect();
+    let sliced: Vec<Result<SlicerEstimate, SlicingError>> =
+        files.par_iter().map(|(part, bytes)| slice_part(slicer, part, bytes, cancelled)).collect();
     let all = files.len();
     for (done, ((part, _), sliced)) in files.into_iter().zip(sliced).enumerate() {
-        guide.take_sliced(&part, sliced?);
-        progress(Step { done: done + 1, all, ..Step::default() });
+        guide.set_slicer_estimate(&part, sliced?);
+        progress(ProgressStep { done: done + 1, total: all, ..ProgressStep::default() });
     }
     Ok(())
 }
 
-fn one(
+fn slice_part(
     slicer: &Path,
     part: &str,
     bytes: &[u8],
     cancelled: &(dyn Fn() -> bool + Sync),
-) -> Result<Sliced, SlicingError> {
+) -> Result<SlicerEstimate, SlicingError> {
     let failed = |source| SlicingError::Io { part: part.to_owned(), source };
     // Checked before the temporary folder exists; afterwards `wait` checks regularly.
     if cancelled() {
         return Err(SlicingError::Cancelled);
     }
-    let folder = Scratch::new().map_err(failed)?;
+    let folder = ScratchFolder::new().map_err(failed)?;
     folder.write("part.3mf", bytes).map_err(failed)?;
     folder.make_folder("settings").map_err(failed)?;
     let log = folder.create("log").map_err(failed)?;
     let arguments: [OsString; 6] = [
         "--datadir".into(),
-        folder.place("settings").into(),
+        folder.path_of_file("settings").into(),
         "--export-gcode".into(),
         "--output".into(),
-        folder.place("part.gcode").into(),
-        folder.place("part.3mf").into(),
+        folder.path_of_file("part.gcode").into(),
+        folder.path_of_file("part.3mf").into(),
     ];
     let child = Command::new(slicer)
         .args(arguments)
@@ -191,9 +191,9 @@ fn one(
         .stderr(log)
         .spawn()
         .map_err(failed)?;
-    wait(child, part, cancelled)?;
+    wait_for_slicer(child, part, cancelled)?;
     let text = folder.read("part.gcode");
-    read(&String::from_utf8_lossy(&text)).ok_or_else(|| {
+    parse_gcode(&String::from_utf8_lossy(&text)).ok_or_else(|| {
         let log = folder.read("log");
         let log = String::from_utf8_lossy(&log);
         let said = log.lines().last().unwrap_or("it ended without a word").trim().to_owned();
@@ -201,7 +201,7 @@ fn one(
     })
 }
 
-fn wait(
+fn wait_for_slicer(
     mut child: Child,
     part: &str,
     cancelled: &(dyn Fn() -> bool + Sync),
@@ -213,12 +213,12 @@ fn wait(
             if !status.success() {
                 // Ctrl-C in a terminal reaches the slicer as well, perhaps slightly earlier; `cancelled` needs a moment
                 // to report it.
-                std::thread::sleep(LOOK);
+                std::thread::sleep(POLL_INTERVAL);
             }
             return if cancelled() { Err(SlicingError::Cancelled) } else { Ok(()) };
         }
         let is_cancelled = cancelled();
-        if is_cancelled || begun.elapsed() > LIMIT {
+        if is_cancelled || begun.elapsed() > TIME_LIMIT {
             // Errors of `kill` are ignored: the process may have ended just now.
             let _ = child.kill();
             let _ = child.wait();
@@ -227,27 +227,27 @@ fn wait(
                 false => SlicingError::TooSlow { part: part.to_owned() },
             });
         }
-        std::thread::sleep(LOOK);
+        std::thread::sleep(POLL_INTERVAL);
     }
 }
 
 /// Reads the estimates from the comments of a G-code file.
-fn read(gcode: &str) -> Option<Sliced> {
+fn parse_gcode(gcode: &str) -> Option<SlicerEstimate> {
     let said = |key: &str| {
         let line = gcode.lines().find(|line| line.starts_with(key))?;
         line.split_once(" = ").map(|(_, value)| value.trim())
     };
     let cm3: f64 = said("; filament used [cm3]")?.parse().ok()?;
-    let minutes = minutes(said("; estimated printing time (normal mode)")?)?;
+    let minutes = parse_minutes(said("; estimated printing time (normal mode)")?)?;
     let maker = gcode.lines().next()?.strip_prefix("; generated by ")?;
     let maker = maker.split(" on ").next().unwrap_or(maker);
     // Builds of distributions append to the version after a plus sign.
     let slicer = maker.split('+').next().unwrap_or(maker).trim().to_owned();
-    Some(Sliced { minutes, filament_mm3: cm3 * MM3_PER_CM3, slicer })
+    Some(SlicerEstimate { minutes, filament_mm3: cm3 * MM3_PER_CM3, slicer })
 }
 
 /// Converts a time such as `1d 2h 3m 4s` to minutes.
-fn minutes(text: &str) -> Option<f64> {
+fn parse_minutes(text: &str) -> Option<f64> {
     let piece = |piece: &str| {
         let (number, unit) = piece.split_at(piece.len().checked_sub(1)?);
         let each = match unit {
@@ -270,11 +270,11 @@ mod tests {
     fn comments_are_read() {
         let text = "; generated by PrusaSlicer 2.5.0+UNKNOWN on 2026-01-01\nG28\n; filament used [mm] = 100\n\
                     ; filament used [cm3] = 3.11\n; estimated printing time (normal mode) = 1h 33m 30s\n";
-        let sliced = read(text).unwrap();
+        let sliced = parse_gcode(text).unwrap();
         assert_eq!(sliced.slicer, "PrusaSlicer 2.5.0");
         assert_eq!((sliced.filament_mm3, sliced.minutes), (3110.0, 93.5));
-        assert_eq!(minutes("1d 1s"), Some(1440.0 + 1.0 / 60.0));
-        assert_eq!(minutes("soon"), None);
-        assert_eq!(read("G28\n"), None);
+        assert_eq!(parse_minutes("1d 1s"), Some(1440.0 + 1.0 / 60.0));
+        assert_eq!(parse_minutes("soon"), None);
+        assert_eq!(parse_gcode("G28\n"), None);
     }
 }

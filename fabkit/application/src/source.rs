@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 
 use fabkit_capture::Unit;
 use fabkit_checks::{self as checks, CheckReport, InvalidBody, Severity};
-use fabkit_designs::fixing::{self, Change, Feasible};
-use fabkit_designs::{self as designs, BaseFile, Design, Extends, SensorText, UserFile};
-use fabkit_files::diagnostics::{Diagnosed, SourceText};
-use fabkit_files::listing::real_path;
-use fabkit_files::progress::{OnProgress, counted};
-use fabkit_files::reading::{self, Expected, ReadError};
+use fabkit_designs::fixing::{self, ValueChange, FeasibleRange};
+use fabkit_designs::{self as designs, BaseFile, Design, BaseReference, SensorText, UserFile};
+use fabkit_files::diagnostics::{DiagnosedDesign, SourceText};
+use fabkit_files::directory_listing::canonical_path;
+use fabkit_files::progress::{ProgressCallback, report_counts};
+use fabkit_files::reading::{self, ExpectedFile, ReadError};
 use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained, UnknownName};
 use fabkit_fixtures::{self as fixtures, FixtureError, PressError, Project};
 use fabkit_scene::SceneError;
@@ -169,7 +169,7 @@ impl<'a> Target<'a> {
         let project = source.load(overrides)?;
         match self.fixture {
             None => Ok(project.design),
-            Some(name) => project.fixture(name).map_err(|error| source.error(error)),
+            Some(name) => project.fixture(name).map_err(|error| source.convert_fixture_error(error)),
         }
     }
 
@@ -177,7 +177,7 @@ impl<'a> Target<'a> {
     ///
     /// # Errors
     /// See [`Source::fix`].
-    pub fn fix(&self, overrides: &[String]) -> Result<Vec<Change>, Error> {
+    pub fn fix(&self, overrides: &[String]) -> Result<Vec<ValueChange>, Error> {
         self.source()?.fix(overrides)
     }
 
@@ -189,8 +189,8 @@ impl<'a> Target<'a> {
         &self,
         overrides: &[String],
         follow: bool,
-        progress: OnProgress,
-    ) -> Result<Vec<Feasible>, Error> {
+        progress: ProgressCallback,
+    ) -> Result<Vec<FeasibleRange>, Error> {
         self.source()?.limits(overrides, follow, progress)
     }
 
@@ -198,10 +198,10 @@ impl<'a> Target<'a> {
     ///
     /// # Errors
     /// See [`Target::design`].
-    pub fn pins(&self, overrides: &[String]) -> Result<Design, Error> {
+    pub fn pin_fixture(&self, overrides: &[String]) -> Result<Design, Error> {
         let source = self.source()?;
         let project = source.load(overrides)?;
-        project.fixture(project.pin_fixture_name()).map_err(|error| source.error(error))
+        project.fixture(project.pin_fixture_name()).map_err(|error| source.convert_fixture_error(error))
     }
 
     /// Reads and builds the sensor and all its fixtures, with their names.
@@ -216,7 +216,7 @@ impl<'a> Target<'a> {
         let project = source.load(overrides)?;
         let fixture = |name| match project.fixture(name) {
             Ok(design) => Ok((name, design)),
-            Err(error) => Err(source.error(error)),
+            Err(error) => Err(source.convert_fixture_error(error)),
         };
         let fixtures =
             project.fixture_names().into_iter().map(fixture).collect::<Result<_, _>>()?;
@@ -230,15 +230,15 @@ impl<'a> Target<'a> {
     pub fn check(
         &self,
         overrides: &[String],
-        progress: OnProgress,
+        progress: ProgressCallback,
     ) -> Result<Result<CheckReport, InvalidBody>, Error> {
-        let progress = &counted(progress);
+        let progress = &report_counts(progress);
         let source = self.source()?;
         let project = source.load(overrides)?;
         match self.fixture {
-            None => Ok(checks::check_watched(&project.design.sensor, progress)),
+            None => Ok(checks::check_with_progress(&project.design.sensor, progress)),
             Some(name) => {
-                project.check_fixture(name, progress).map_err(|error| source.error(error))
+                project.check_fixture(name, progress).map_err(|error| source.convert_fixture_error(error))
             }
         }
     }
@@ -246,7 +246,7 @@ impl<'a> Target<'a> {
 
 /// Findings of severity error, summarised.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Faults {
+pub struct CheckErrors {
     /// Number of errors.
     pub errors: usize,
     /// Each design with errors, and its first error message.
@@ -259,11 +259,11 @@ impl Target<'_> {
     ///
     /// # Errors
     /// See [`Target::design`].
-    pub fn faults(
+    pub fn find_errors(
         &self,
         overrides: &[String],
         with_fixtures: bool,
-    ) -> Result<Result<Faults, InvalidBody>, Error> {
+    ) -> Result<Result<CheckErrors, InvalidBody>, Error> {
         let source = self.source()?;
         let project = source.load(overrides)?;
         let fixtures = match self.fixture {
@@ -278,10 +278,10 @@ impl Target<'_> {
             reports.push((project.design.sensor.name.clone(), report));
         }
         for name in fixtures {
-            let report = project.check_fixture(name, &|_, _| {}).map_err(|e| source.error(e))?;
+            let report = project.check_fixture(name, &|_, _| {}).map_err(|e| source.convert_fixture_error(e))?;
             reports.push((format!("{}/{name}", project.design.sensor.name), report));
         }
-        let mut faults = Faults::default();
+        let mut faults = CheckErrors::default();
         for (name, report) in reports {
             let report = match report {
                 Ok(report) => report,
@@ -332,29 +332,29 @@ impl Source {
         let main = if is_path(sensor) {
             let main = SourceText { file: sensor.into(), text: read_yaml(Path::new(sensor))? };
             let bases = extended_files(&main)?;
-            return Ok(Self::of_texts(main, bases).with_user(user_file()?));
-        } else if let Some(text) = builtin(sensor) {
+            return Ok(Self::from_texts(main, bases).with_user(user_file()?));
+        } else if let Some(text) = builtin_text(sensor) {
             text
         } else {
             let unknown = UnknownName::new("sensor", sensor, designs::builtin_names());
             return Err(SourceError::Sensor(unknown).into());
         };
-        Ok(Self::of_text(main).with_user(user_file()?))
+        Ok(Self::from_text(main).with_user(user_file()?))
     }
 
     /// Makes a source from text. `main.file` names it in messages.
-    pub fn of_text(main: SourceText) -> Self {
-        Self::of_texts(main, Vec::new())
+    pub fn from_text(main: SourceText) -> Self {
+        Self::from_texts(main, Vec::new())
     }
 
     /// Makes a source from text that extends other files.
-    pub fn of_texts(main: SourceText, bases: Vec<BaseFile>) -> Self {
+    pub fn from_texts(main: SourceText, bases: Vec<BaseFile>) -> Self {
         let own = bases.iter().map(|BaseFile { file, text, .. }| (file.clone(), text.clone()));
         let own: Vec<_> = own.map(|(file, text)| SourceText { file, text }).collect();
         let defaults = fixtures::default_files()
             .chain(designs::REGISTRY.default_files())
             .map(|(file, text)| SourceText { file: file.into(), text: text.into() });
-        let builtin = designs::builtin_names().into_iter().filter_map(builtin);
+        let builtin = designs::builtin_names().into_iter().filter_map(builtin_text);
         let others = own.into_iter().chain(builtin).chain(defaults);
         let others = others.filter(|other| other.file != main.file).collect();
         Self { main, bases, others, user: None }
@@ -381,7 +381,7 @@ impl Source {
     /// A sensor or a preset that is not built in.
     pub fn preset(sensor: &str, preset: &str) -> Result<Self, Error> {
         let base = Self::find(sensor)?;
-        let Some(main) = builtin(&format!("{sensor}-{preset}")) else {
+        let Some(main) = builtin_text(&format!("{sensor}-{preset}")) else {
             let of_sensor = |name: &'static str| name.strip_prefix(sensor)?.strip_prefix('-');
             let known: Vec<&str> =
                 designs::builtin_names().into_iter().filter_map(of_sensor).collect();
@@ -430,13 +430,13 @@ impl Source {
     ///
     /// # Errors
     /// All problems of the design.
-    pub fn unit(&self, unit: Unit, overrides: &[String]) -> Result<Project, Error> {
+    pub fn load_unit(&self, unit: Unit, overrides: &[String]) -> Result<Project, Error> {
         let drawn = self.load(overrides)?;
-        let off = |path: &str| unit.off(path);
-        let built = designs::built::as_built(self.sensor_text(), overrides, &[fixtures::KEY], &off);
+        let off = |path: &str| unit.dimension_deviation(path);
+        let built = designs::unit_dimensions::build_unit(self.sensor_text(), overrides, &[fixtures::KEY], &off);
         let (built, dimensions) = built.map_err(|invalid| self.invalid(invalid))?;
         let mut sensor = built.sensor;
-        unit.build(&mut sensor);
+        unit.apply_to_sensor(&mut sensor);
         Ok(drawn.into_unit(unit.0, sensor, dimensions))
     }
 
@@ -444,7 +444,7 @@ impl Source {
     ///
     /// # Errors
     /// Texts that cannot be read, and rules that contradict each other.
-    pub fn fix(&self, overrides: &[String]) -> Result<Vec<Change>, Error> {
+    pub fn fix(&self, overrides: &[String]) -> Result<Vec<ValueChange>, Error> {
         fixing::fix(self.sensor_text(), overrides, &[fixtures::KEY])
             .map_err(|invalid| self.invalid(invalid))
     }
@@ -458,18 +458,18 @@ impl Source {
         &self,
         overrides: &[String],
         follow: bool,
-        progress: OnProgress,
-    ) -> Result<Vec<Feasible>, Error> {
-        let progress = counted(progress);
+        progress: ProgressCallback,
+    ) -> Result<Vec<FeasibleRange>, Error> {
+        let progress = report_counts(progress);
         let others = [fixtures::KEY];
-        fixing::limits(self.sensor_text(), overrides, &others, follow, &|done, all| {
+        fixing::find_feasible_ranges(self.sensor_text(), overrides, &others, follow, &|done, all| {
             progress(done, all);
         })
         .map_err(|invalid| self.invalid(invalid))
     }
 
     /// Converts a fixture's error, attaching the texts that cause it.
-    pub fn error(&self, error: FixtureError) -> Error {
+    pub fn convert_fixture_error(&self, error: FixtureError) -> Error {
         match error {
             FixtureError::Invalid(invalid) => self.invalid(invalid),
             other => SourceError::Fixture(other).into(),
@@ -477,7 +477,7 @@ impl Source {
     }
 
     fn invalid(&self, invalid: InvalidDesign) -> Error {
-        Diagnosed::new(invalid, self.texts().cloned()).into()
+        DiagnosedDesign::new(invalid, self.texts().cloned()).into()
     }
 }
 
@@ -487,11 +487,11 @@ fn extended_files(main: &SourceText) -> Result<Vec<BaseFile>, Error> {
     /// One more than allowed, so that the excess is noticed later.
     const MOST: usize = 17;
     let mut bases: Vec<BaseFile> = Vec::new();
-    let real = |file: &str| real_path(Path::new(file));
+    let real = |file: &str| canonical_path(Path::new(file));
     let mut known = vec![(real(&main.file), main.file.clone())];
     let mut last = main.clone();
     while bases.len() < MOST
-        && let Some(Extends { word, line }) = designs::extended_file(&last.text)
+        && let Some(BaseReference { word, line }) = designs::extended_file(&last.text)
     {
         let folder = Path::new(&last.file).parent().unwrap_or(Path::new(""));
         let file = folder.join(&word).display().to_string();
@@ -499,7 +499,7 @@ fn extended_files(main: &SourceText) -> Result<Vec<BaseFile>, Error> {
         // A known file is listed under its first name, however it is spelled here. The repetition marks a cycle.
         let place = real(&file);
         if let Some((_, file)) = known.iter().find(|(known, _)| *known == place) {
-            bases.push(BaseFile { by, word, file: file.clone(), text: String::new() });
+            bases.push(BaseFile { extending_file: by, word, file: file.clone(), text: String::new() });
             break;
         }
         let text = reading::read_text(Path::new(&file), EXPECTED).map_err(|why| {
@@ -507,17 +507,17 @@ fn extended_files(main: &SourceText) -> Result<Vec<BaseFile>, Error> {
             SourceError::Extended { file, line, word, why }
         })?;
         known.push((place, file.clone()));
-        bases.push(BaseFile { by, word, file: file.clone(), text: text.clone() });
+        bases.push(BaseFile { extending_file: by, word, file: file.clone(), text: text.clone() });
         last = SourceText { file, text };
     }
     Ok(bases)
 }
 
 /// Converts the error of a press; `sensor` is a name or a path, whose texts may be the cause.
-pub fn press_error(sensor: &str, error: PressError) -> Error {
+pub fn convert_press_error(sensor: &str, error: PressError) -> Error {
     match error {
         PressError::Fixture(error) => match Source::find(sensor) {
-            Ok(source) => source.error(error),
+            Ok(source) => source.convert_fixture_error(error),
             Err(error) => error,
         },
         PressError::Surface(_) => Error::bug(error),
@@ -526,12 +526,12 @@ pub fn press_error(sensor: &str, error: PressError) -> Error {
 }
 
 /// Returns the text of a built-in sensor, named as the designs crate names it in messages.
-fn builtin(name: &str) -> Option<SourceText> {
+fn builtin_text(name: &str) -> Option<SourceText> {
     let text = designs::builtin_yaml(name)?;
     Some(SourceText { file: format!("{name}.yaml (built-in)"), text: text.into() })
 }
 
-const EXPECTED: Expected = Expected {
+const EXPECTED: ExpectedFile = ExpectedFile {
     what: "a sensor's file",
     max_bytes: MAX_YAML_BYTES,
     hint: "is it the right file? `fabkit show rtac0` shows what one holds",
@@ -567,7 +567,7 @@ mod tests {
     #[test]
     fn fixtures_press_where_the_drawing_puts_them_and_places_are_the_units_own() {
         let source = Source::find("rtac0").unwrap();
-        let (drawn, unit) = (source.load(&[]).unwrap(), source.unit(Unit(3), &[]).unwrap());
+        let (drawn, unit) = (source.load(&[]).unwrap(), source.load_unit(Unit(3), &[]).unwrap());
         assert!(drawn.design.sensor.touch != unit.design.sensor.touch);
         let placed = |project: &Project, id: &str| -> Vec<Pose> {
             project.press(id).unwrap().bodies.iter().map(|body| body.sensor_from_body).collect()

@@ -19,18 +19,18 @@ use tempfile::TempDir;
 
 use self::interpreter::Interpreter;
 pub use self::interpreter::PYTHON_VARIABLE;
-use fabkit_files::progress::{OnProgress, Step};
-use fabkit_files::reading::{self, Expected, ReadError};
+use fabkit_files::progress::{ProgressCallback, ProgressStep};
+use fabkit_files::reading::{self, ExpectedFile, ReadError};
 use fabkit_files::staging::OutputFile;
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 
-use crate::exporting::{
-    self, ExportFailure, ExportOptions, FolderError, ForeignFile, Format, Overwriting,
+use crate::exports::{
+    self, ExportRunError, ExportOptions, FolderError, ForeignFile, Format, Overwriting,
 };
 
 /// Limits for reading a kernel's STEP file.
-const STEP: Expected =
-    Expected { what: "a STEP file", max_bytes: 1 << 29, hint: "export fewer parts at once" };
+const STEP_LIMITS: ExpectedFile =
+    ExpectedFile { what: "a STEP file", max_bytes: 1 << 29, hint: "export fewer parts at once" };
 
 /// Error of a verification.
 #[derive(Debug, thiserror::Error)]
@@ -58,7 +58,7 @@ pub enum VerifierError {
     RelativePython(PathBuf),
     /// The design could not be exported.
     #[error(transparent)]
-    Export(#[from] ExportFailure),
+    Export(#[from] ExportRunError),
     /// The files for the verifier could not be written, or would replace files that fabkit did not write.
     #[error(transparent)]
     Folder(#[from] FolderError),
@@ -109,12 +109,12 @@ impl Explained for VerifierError {
         match self {
             Self::NoEnvironment => ErrorSubject::new("no_verifier"),
             Self::NoPackage(path) | Self::RelativePython(path) => {
-                ErrorSubject::at("no_verifier", path)
+                ErrorSubject::from_path("no_verifier", path)
             }
             Self::Export(error) => error.subject(),
             Self::Folder(error) => error.subject(),
             Self::Read(error) => error.subject(),
-            other => ErrorSubject::of_kind(other.kind()),
+            other => ErrorSubject::from_kind(other.kind()),
         }
     }
 }
@@ -160,7 +160,7 @@ impl Verifier {
         &self,
         design: &Design,
         options: &VerifyOptions,
-        progress: OnProgress,
+        progress: ProgressCallback,
     ) -> Result<Value, VerifierError> {
         let formats = vec![Format::Stl, Format::Tree, Format::Samples];
         let temporary = temporary_folder()?;
@@ -178,7 +178,7 @@ impl Verifier {
         }
         let threads = rayon::current_num_threads().min(2);
         arguments.extend(["--processes".into(), threads.to_string().into()]);
-        self.answer(&arguments, progress)
+        self.run_package(&arguments, progress)
     }
 
     /// Makes STEP files of the parts with OpenCascade. An empty `parts` means all parts and, in addition, the whole
@@ -190,7 +190,7 @@ impl Verifier {
         &self,
         design: &Design,
         parts: &[String],
-        progress: OnProgress,
+        progress: ProgressCallback,
     ) -> Result<Vec<ForeignFile>, VerifierError> {
         let sensor = &design.sensor;
         let wanted: Vec<&str> = sensor
@@ -213,7 +213,7 @@ impl Verifier {
         if parts.is_empty() {
             arguments.extend(["--assembly".into(), sensor.name.clone().into()]);
         }
-        let answer = self.answer(&arguments, progress)?;
+        let answer = self.run_package(&arguments, progress)?;
         let files = answer["files"].as_array().cloned().unwrap_or_default();
         let failed: Vec<String> = files
             .iter()
@@ -226,7 +226,7 @@ impl Verifier {
         let read = |file: &Value| {
             let name = text(&file["name"]);
             let path = output.path().join(&name);
-            let bytes = reading::read(&path, STEP)?;
+            let bytes = reading::read(&path, STEP_LIMITS)?;
             let parts = file["parts"].as_array().cloned().unwrap_or_default();
             let parts = parts.iter().map(text).collect();
             Ok(ForeignFile { file: OutputFile { name, bytes }, format: "step", parts })
@@ -235,7 +235,7 @@ impl Verifier {
     }
 
     /// Runs the package in an empty folder and reads the document it prints.
-    fn answer(&self, arguments: &[OsString], progress: OnProgress) -> Result<Value, VerifierError> {
+    fn run_package(&self, arguments: &[OsString], progress: ProgressCallback) -> Result<Value, VerifierError> {
         let folder = temporary_folder()?;
         let failed = |source| VerifierError::Io {
             action: format!("run {}", self.python.path().display()),
@@ -257,27 +257,27 @@ impl Verifier {
                 let mut bytes = Vec::new();
                 // An incomplete answer fails to parse below.
                 let _ = answer.read_to_end(&mut bytes);
-                sender.send(Said::Answer(bytes))
+                sender.send(PackageMessage::Answer(bytes))
             });
         }
         if let Some(stderr) = child.stderr.take() {
-            thread::spawn(move || follow(stderr, &sender));
+            thread::spawn(move || forward_messages(stderr, &sender));
         }
         let mut answer = Vec::new();
         let mut tell = |said| match said {
-            Said::Step { done, all, last } => progress(Step { done, found: 0, all, last: &last }),
-            Said::Answer(bytes) => answer = bytes,
+            PackageMessage::Step { done, all, last } => progress(ProgressStep { done, resumed: 0, total: all, last_name: &last }),
+            PackageMessage::Answer(bytes) => answer = bytes,
         };
         // If the package is killed, processes of its kernels may survive and hold the error pipe open. Reading
         // therefore ends with the answer instead of the pipe.
-        let until_answer = said.iter().map(|said| (matches!(said, Said::Answer(_)), said));
+        let until_answer = said.iter().map(|said| (matches!(said, PackageMessage::Answer(_)), said));
         for (is_last, said) in until_answer {
             tell(said);
             if is_last {
                 break;
             }
         }
-        while let Ok(said) = said.recv_timeout(LAST_WORDS) {
+        while let Ok(said) = said.recv_timeout(MESSAGE_TIMEOUT) {
             tell(said);
         }
         let status = child.wait().map_err(failed)?;
@@ -286,10 +286,10 @@ impl Verifier {
 }
 
 /// Time that the package has for further messages after its answer.
-const LAST_WORDS: Duration = Duration::from_secs(1);
+const MESSAGE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Message from the package.
-enum Said {
+enum PackageMessage {
     /// Progress.
     Step { done: usize, all: usize, last: String },
     /// Complete standard output.
@@ -297,17 +297,17 @@ enum Said {
 }
 
 /// Prefix of a progress line; `DONE ALL NAME` follows.
-const PROGRESS: &[u8] = b"fabkit-progress ";
+const PROGRESS_PREFIX: &[u8] = b"fabkit-progress ";
 
 /// Sends progress to `sender`, and passes all other lines on to standard error.
-fn follow(stderr: impl Read, sender: &Sender<Said>) {
+fn forward_messages(stderr: impl Read, sender: &Sender<PackageMessage>) {
     let mut stderr = BufReader::new(stderr);
     let mut line = Vec::new();
     // Failures to read or pass on a message must not stop the verification.
     while stderr.read_until(b'\n', &mut line).is_ok_and(|count| count > 0) {
-        match step_of(&line) {
+        match parse_progress(&line) {
             Some((done, all, last)) => {
-                let _ = sender.send(Said::Step { done, all, last: last.to_owned() });
+                let _ = sender.send(PackageMessage::Step { done, all, last: last.to_owned() });
             }
             None => drop(io::stderr().write_all(&line)),
         }
@@ -315,8 +315,8 @@ fn follow(stderr: impl Read, sender: &Sender<Said>) {
     }
 }
 
-fn step_of(line: &[u8]) -> Option<(usize, usize, &str)> {
-    let text = str::from_utf8(line.strip_prefix(PROGRESS)?).ok()?.trim_end();
+fn parse_progress(line: &[u8]) -> Option<(usize, usize, &str)> {
+    let text = str::from_utf8(line.strip_prefix(PROGRESS_PREFIX)?).ok()?.trim_end();
     let (done, rest) = text.split_once(' ')?;
     let (all, last) = rest.split_once(' ')?;
     Some((done.parse().ok()?, all.parse().ok()?, last))
@@ -351,8 +351,8 @@ fn write_exports(
         nominal: true,
         ..ExportOptions::default()
     };
-    let exported = exporting::export(design, &options, &|_| {})?;
-    exporting::write(&[(folder.to_owned(), &exported)], Overwriting::default(), &|| false)?;
+    let exported = exports::export(design, &options, &|_| {})?;
+    exports::write(&[(folder.to_owned(), &exported)], Overwriting::default(), &|| false)?;
     Ok(())
 }
 
@@ -363,13 +363,13 @@ mod tests {
     #[test]
     fn lines_of_progress_are_told_apart_from_what_kernels_say() {
         assert_eq!(
-            step_of(b"fabkit-progress 3 12 shell in cadquery\n"),
+            parse_progress(b"fabkit-progress 3 12 shell in cadquery\n"),
             Some((3, 12, "shell in cadquery"))
         );
         for other in
             ["fabkit-progress 3", "fabkit-progress x 12 y", "Warning: fabkit-progress 1 2 a"]
         {
-            assert_eq!(step_of(other.as_bytes()), None, "{other}");
+            assert_eq!(parse_progress(other.as_bytes()), None, "{other}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use fabkit_application::designs::Design;
 use fabkit_application::export::ExportError;
-use fabkit_application::exporting::{ExportFailure, ExportOptions, Exported, Format, export};
+use fabkit_application::exports::{ExportRunError, ExportOptions, Exported, Format, export};
 use fabkit_application::geometry::{
     Angle, Assembly, Body, NominalCamera, Placement, Point3, Pose, PrintGroup, Process, Sensor,
     Shells, Solid,
@@ -10,7 +10,7 @@ use fabkit_application::geometry::{
 
 fn part(name: &str, solid: Solid) -> Body {
     Body::made(name, "for tests", Process::Fdm, solid)
-        .from("PLA")
+        .with_material("PLA")
         .placed([Placement::in_place(Assembly::sensor())])
         .colored([200, 100, 50])
 }
@@ -35,7 +35,7 @@ fn design(parts: Vec<Body>) -> Design {
     }
 }
 
-fn run(parts: Vec<Body>) -> Result<Exported, ExportFailure> {
+fn run(parts: Vec<Body>) -> Result<Exported, ExportRunError> {
     export(&design(parts), &ExportOptions::default(), &|_| ())
 }
 
@@ -91,7 +91,7 @@ fn plates_follow_process_material_and_quantity() {
     let mut clips = part("clip", Solid::cuboid(10.0, 10.0, 2.0));
     clips.quantity = 3;
     let resin = |name: &str, material: &str| {
-        part(name, Solid::sphere(4.0)).made_by(Process::Sla).from(material)
+        part(name, Solid::sphere(4.0)).made_by(Process::Sla).with_material(material)
     };
     let sheet = part("sheet", Solid::cuboid(10.0, 10.0, 2.0)).made_by(Process::Laser);
     // One printer, three resins: two of them differ only in a comma, and "PLA" is also the name of a resin.
@@ -145,7 +145,7 @@ fn only_what_is_asked_for_is_made() {
     assert_eq!(names(&exported), ["b.3mf", "manifest.json"]);
     let exported = run(options(&[], &[Format::Stl])).unwrap();
     assert_eq!(names(&exported), ["a.stl", "b.stl", "manifest.json"]);
-    assert!(matches!(run(options(&["c"], &[])), Err(ExportFailure::Unknown(_))));
+    assert!(matches!(run(options(&["c"], &[])), Err(ExportRunError::Unknown(_))));
 }
 
 /// The light file describes the whole sensor, whichever parts are requested.
@@ -193,7 +193,7 @@ fn a_mesh_that_fails_names_its_part() {
     let empty = Solid::sphere(1.0).minus(Solid::sphere(2.0));
     for (solid, text) in [(empty, "empty"), (Solid::below(1.0), "unbounded")] {
         let error = run(vec![part("good", Solid::sphere(1.0)), part("bad", solid)]).unwrap_err();
-        assert!(matches!(&error, ExportFailure::Mesh { part, .. } if part == "bad"), "{error}");
+        assert!(matches!(&error, ExportRunError::Mesh { part, .. } if part == "bad"), "{error}");
         assert!(error.to_string().contains(text), "{error}");
     }
 }
@@ -202,7 +202,7 @@ fn a_mesh_that_fails_names_its_part() {
 fn a_hole_that_the_design_did_not_count_is_refused() {
     let washer = Solid::cylinder(5.0, 1.0).minus(Solid::cylinder(2.0, 3.0).at(0.0, 0.0, -1.0));
     let error = run(vec![part("washer", washer)]).unwrap_err();
-    assert!(matches!(error, ExportFailure::Genus { found: 1, counted: 0, .. }), "{error}");
+    assert!(matches!(error, ExportRunError::Genus { found: 1, counted: 0, .. }), "{error}");
 }
 
 #[test]
@@ -215,11 +215,11 @@ fn loose_pieces_and_closed_cavities_are_refused_with_place_and_volume() {
 
     let hollow = Solid::cuboid(9.0, 9.0, 9.0).minus(Solid::sphere(2.0).at(0.0, 0.0, 4.5));
     let error = run(vec![part("hollow", hollow.clone())]).unwrap_err();
-    let ExportFailure::Shells { unexpected, .. } = &error else { panic!("{error}") };
+    let ExportRunError::Shells { unexpected, .. } = &error else { panic!("{error}") };
     assert!((unexpected[0].volume_mm3 + 33.5).abs() < 0.3, "{error}");
 
     let counted = Shells { pieces: 1, voids: 1 };
-    run(vec![part("hollow", hollow).in_shells(counted)]).unwrap();
+    run(vec![part("hollow", hollow).with_shells(counted)]).unwrap();
 }
 
 #[test]
@@ -238,7 +238,7 @@ fn a_wall_thinner_than_the_tolerance_is_meshed_finer() {
 fn two_files_of_one_name_are_refused() {
     let twice = || part("a", Solid::sphere(2.0));
     let error = run(vec![twice(), twice()]).unwrap_err();
-    assert!(matches!(&error, ExportFailure::DuplicateFile(name) if name == "a.stl"), "{error}");
+    assert!(matches!(&error, ExportRunError::DuplicateFile(name) if name == "a.stl"), "{error}");
 }
 
 #[test]
@@ -246,12 +246,12 @@ fn more_triangles_than_allowed_are_refused_before_they_are_written() {
     let mut many = part("many", Solid::sphere(10.0));
     many.quantity = 10_000;
     let error = run(vec![many]).unwrap_err();
-    assert!(matches!(error, ExportFailure::TooManyTriangles { most: 5_000_000 }), "{error}");
+    assert!(matches!(error, ExportRunError::TooManyTriangles { most: 5_000_000 }), "{error}");
 }
 
 #[test]
 fn what_is_larger_than_the_bed_is_refused_by_name() {
     let error = run(vec![part("slab", Solid::cuboid(300.0, 10.0, 1.0))]).unwrap_err();
-    assert!(matches!(&error, ExportFailure::Plate(ExportError::LargerThanBed { .. })), "{error}");
+    assert!(matches!(&error, ExportRunError::Plate(ExportError::LargerThanBed { .. })), "{error}");
     assert!(error.to_string().starts_with("slab needs 300.0 x 10.0 mm"), "{error}");
 }

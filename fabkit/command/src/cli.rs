@@ -22,11 +22,11 @@ use std::sync::LazyLock;
 
 use clap::builder::PossibleValue;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use fabkit_application::exporting::Format;
+use fabkit_application::exports::Format;
 use fabkit_application::geometry::Length;
 use fabkit_application::memory;
 use fabkit_application::packaging::{LICENSES, License};
-use fabkit_application::pictures::Viewer;
+use fabkit_application::images::ViewDirection;
 
 pub use bench::Bench;
 pub use calibrate::{
@@ -420,7 +420,7 @@ pub struct Render {
     pub exploded: bool,
     /// View: front, back, left, right, top, bottom, or azimuth from +x and elevation, degrees
     #[arg(long, value_name = "SIDE|AZ,EL", allow_hyphen_values = true)]
-    pub view: Option<Viewer>,
+    pub view: Option<ViewDirection>,
     /// Cut the assembly open by a vertical plane through its axis; removes the half nearer to the viewer (without --view:
     /// the front half)
     #[arg(long)]
@@ -487,7 +487,7 @@ impl FormatArg {
 }
 
 pub(crate) fn license(text: &str) -> Result<License, String> {
-    License::of(text).ok_or_else(|| {
+    License::from_id(text).ok_or_else(|| {
         let known = LICENSES.map(|license| license.id);
         format!("known licences are {}", known.join(", "))
     })
@@ -516,11 +516,11 @@ fn length_within(text: &str, [min, max]: [f64; 2]) -> Result<f64, String> {
 
 /// Parses a bed: a printer's name, `250x210mm`, or a unit on both lengths.
 pub(crate) fn bed(text: &str) -> Result<[f64; 2], String> {
-    if let Some(size_mm) = beds::of(text) {
+    if let Some(size_mm) = beds::find_bed(text) {
         return Ok(size_mm);
     }
     if !text.starts_with(|c: char| c.is_ascii_digit()) {
-        return Err(beds::unknown(text));
+        return Err(beds::unknown_bed(text));
     }
     let (width, depth) = split_size(text)?;
     let unit = depth.trim_start_matches(|c: char| !c.is_alphabetic());

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use fabkit_application::diagnostics::{Diagnosed, SourceText};
-use fabkit_application::reading::{self, Expected};
+use fabkit_application::diagnostics::{DiagnosedDesign, SourceText};
+use fabkit_application::reading::{self, ExpectedFile};
 use fabkit_application::source::MAX_YAML_BYTES;
 use fabkit_application::text::{
-    Dialect, Entry, Place, Reading, TextLayer, check_format, mapping_of, shown, suggestion,
+    Dialect, YamlEntry, TextPlace, NodeReader, TextLayer, take_format, read_mapping, to_printable, suggestion,
 };
 
 use crate::cli;
@@ -16,7 +16,7 @@ use crate::failure::Failure;
 pub(crate) const FILE: &str = "fabkit.yaml";
 
 /// Keys of the file, with the option that each stands for, and an example.
-const KEYS: [(&str, &str, &str); 6] = [
+const DEFAULT_KEYS: [(&str, &str, &str); 6] = [
     ("bed", "--bed", "prusa-mk4"),
     ("stock", "--stock", "600x300mm"),
     ("profile", "--process", "my-printer.yaml"),
@@ -55,30 +55,30 @@ impl Defaults {
             return Ok(Self::default());
         }
         let hint = "it holds what options of `fabkit export` are by default, and nothing else";
-        let expected = Expected { what: "a file of defaults", max_bytes: MAX_YAML_BYTES, hint };
+        let expected = ExpectedFile { what: "a file of defaults", max_bytes: MAX_YAML_BYTES, hint };
         Self::from_yaml(&reading::read_text(path, expected)?)
     }
 
     fn from_yaml(text: &str) -> Result<Self, Failure> {
-        let mut reading = Reading::new(Place::new(TextLayer::File, FILE, &DEFAULTS));
+        let mut reading = NodeReader::new(TextPlace::new(TextLayer::File, FILE, &DEFAULTS));
         let mut defaults = Self::default();
-        let Reading { place, found } = &mut reading;
-        if let Some(mut entries) = mapping_of(text, place, found) {
-            check_format(&mut entries, place, found);
-            entries.iter().for_each(|entry| defaults.entry(&mut reading, entry));
+        let NodeReader { place, found } = &mut reading;
+        if let Some(mut entries) = read_mapping(text, place, found) {
+            take_format(&mut entries, place, found);
+            entries.iter().for_each(|entry| defaults.read_entry(&mut reading, entry));
         }
         reading.finish(Some(defaults)).map_err(|invalid| {
-            Diagnosed::new(invalid, [SourceText { file: FILE.into(), text: text.into() }]).into()
+            DiagnosedDesign::new(invalid, [SourceText { file: FILE.into(), text: text.into() }]).into()
         })
     }
 
-    fn entry(&mut self, reading: &mut Reading, Entry { key, key_position, value }: &Entry) {
-        let Some((_, option, example)) = KEYS.iter().find(|(known, ..)| known == key) else {
-            let message = format!("`{}` is not a key of a file of defaults", shown(key));
-            let hint = suggestion(key, KEYS.map(|(known, ..)| known), "the keys are");
-            return reading.problem(*key_position, key, key, message, hint);
+    fn read_entry(&mut self, reading: &mut NodeReader, YamlEntry { key, key_position, value }: &YamlEntry) {
+        let Some((_, option, example)) = DEFAULT_KEYS.iter().find(|(known, ..)| known == key) else {
+            let message = format!("`{}` is not a key of a file of defaults", to_printable(key));
+            let hint = suggestion(key, DEFAULT_KEYS.map(|(known, ..)| known), "the keys are");
+            return reading.report_problem(*key_position, key, key, message, hint);
         };
-        let Some(text) = reading.scalar(key, value) else { return };
+        let Some(text) = reading.read_scalar(key, value) else { return };
         let read = match key.as_str() {
             "bed" => cli::bed(text).map(|size| self.bed_mm = Some(size)),
             "stock" => cli::bed(text).map(|size| self.stock_mm = Some(size)),
@@ -95,9 +95,9 @@ impl Defaults {
             }
         };
         if let Err(why) = read {
-            let message = format!("{key} is `{}`: {why}", shown(text));
+            let message = format!("{key} is `{}`: {why}", to_printable(text));
             let hint = format!("write it as behind {option}, for example `{key}: {example}`");
-            reading.problem(value.position, key, text, message, hint);
+            reading.report_problem(value.position, key, text, message, hint);
         }
     }
 }
@@ -108,7 +108,7 @@ mod tests {
 
     #[test]
     fn every_key_is_read_and_its_example_is_one() {
-        let lines = KEYS.map(|(key, _, example)| format!("{key}: {example}\n")).concat();
+        let lines = DEFAULT_KEYS.map(|(key, _, example)| format!("{key}: {example}\n")).concat();
         let read = Defaults::from_yaml(&format!("format: 1\n{lines}")).unwrap();
         let expected = Defaults {
             bed_mm: Some([250.0, 210.0]),

@@ -6,9 +6,9 @@ use std::panic;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) use fabkit_application::ErrorKind;
-use fabkit_application::calibrating::CalibratingError;
-use fabkit_application::diagnostics::{self, Diagnosed, SourceText};
-use fabkit_application::sweep::panics::becomes_a_row;
+use fabkit_application::calibration_runs::CalibrationRunError;
+use fabkit_application::diagnostics::{self, DiagnosedDesign, SourceText};
+use fabkit_application::sweep::panics::is_caught;
 use fabkit_application::text::InvalidDesign;
 use fabkit_application::{Error, ErrorSubject, problem_json};
 use serde_json::{Value, json};
@@ -17,7 +17,7 @@ use crate::hints::{self, REPORT};
 
 /// Exit codes on which scripts can rely; see `fabkit --help`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Exit {
+pub(crate) enum FailureCode {
     /// Unknown names, values out of range, designs that cannot be built.
     BadInput = 2,
     /// Input or output beyond fabkit's limits.
@@ -30,7 +30,7 @@ pub(crate) enum Exit {
     Interrupted = 130,
 }
 
-impl From<ErrorKind> for Exit {
+impl From<ErrorKind> for FailureCode {
     fn from(kind: ErrorKind) -> Self {
         match kind {
             ErrorKind::BadInput => Self::BadInput,
@@ -74,7 +74,7 @@ impl Failure {
 
     /// Adds a subject for programs.
     #[must_use]
-    pub(crate) fn about(mut self, known: ErrorSubject) -> Self {
+    pub(crate) fn with_subject(mut self, known: ErrorSubject) -> Self {
         if let Self::Command { about, .. } = &mut self {
             *about = Some(Box::new(known));
         }
@@ -88,7 +88,7 @@ impl Failure {
 
     /// Makes the failure of an invalid text.
     pub(crate) fn invalid(invalid: InvalidDesign, file: String, text: String) -> Self {
-        Diagnosed::new(invalid, [SourceText { file, text }]).into()
+        DiagnosedDesign::new(invalid, [SourceText { file, text }]).into()
     }
 
     /// Makes the failure of a violated invariant.
@@ -104,14 +104,14 @@ impl Failure {
     }
 
     /// Returns the exit code.
-    pub(crate) fn exit(&self) -> Exit {
+    pub(crate) fn exit_code(&self) -> FailureCode {
         self.kind().into()
     }
 
     fn message(&self) -> String {
         match self {
             Self::Application(error) => match error.downcast_ref() {
-                Some(CalibratingError::Charuco) => {
+                Some(CalibrationRunError::Charuco) => {
                     "--detector opencv finds checkerboards, and this is a ChArUco board".into()
                 }
                 _ => error.to_string(),
@@ -130,9 +130,9 @@ impl Failure {
     /// Formats the failure for people, with a final newline.
     pub(crate) fn to_text(&self) -> String {
         if let Self::Application(error) = self
-            && let Some(found) = error.downcast_ref::<Diagnosed>()
+            && let Some(found) = error.downcast_ref::<DiagnosedDesign>()
         {
-            return diagnostics::list(&found.invalid.problems, &found.texts);
+            return diagnostics::format_problems(&found.invalid.problems, &found.texts);
         }
         let hint = self.hint().map(|hint| format!("  = help: {hint}\n")).unwrap_or_default();
         format!("error: {}\n{hint}", self.message())
@@ -143,7 +143,7 @@ impl Failure {
         let problems = match self {
             // A single failure is reported in the words of the command line.
             Self::Application(error)
-                if error.parts().is_empty() && error.downcast_ref::<Diagnosed>().is_none() =>
+                if error.parts().is_empty() && error.downcast_ref::<DiagnosedDesign>().is_none() =>
             {
                 let hint = self.hint();
                 vec![error.subject().to_json(&self.message(), hint.as_deref())]
@@ -151,7 +151,7 @@ impl Failure {
             Self::Application(error) => problems_of(error),
             Self::Command { kind, message, hint, about } => {
                 let subject = about.as_deref().cloned();
-                let subject = subject.unwrap_or_else(|| ErrorSubject::of_kind(*kind));
+                let subject = subject.unwrap_or_else(|| ErrorSubject::from_kind(*kind));
                 vec![subject.to_json(message, hint.as_deref())]
             }
         };
@@ -163,7 +163,7 @@ fn document(kind: ErrorKind, problems: Vec<Value>) -> Value {
     json!({
         "format": "fabkit-error",
         "version": 2,
-        "exit_code": Exit::from(kind) as u8,
+        "exit_code": FailureCode::from(kind) as u8,
         "kind": kind.word(),
         "problems": problems,
     })
@@ -174,7 +174,7 @@ fn problems_of(error: &Error) -> Vec<Value> {
     if !error.parts().is_empty() {
         return error.parts().iter().flat_map(problems_of).collect();
     }
-    match error.downcast_ref::<Diagnosed>() {
+    match error.downcast_ref::<DiagnosedDesign>() {
         Some(found) => found.invalid.problems.iter().map(problem_json).collect(),
         None => {
             let hint = hints::hint(error);
@@ -186,34 +186,34 @@ fn problems_of(error: &Error) -> Vec<Value> {
 /// Runs the command. A panic becomes a message (with `json`, also a document on standard output) and [`Exit::Bug`].
 ///
 /// Panics of sweep variants become rows and are not reported here.
-pub(crate) fn guard(json: bool, command: impl FnOnce() -> u8 + panic::UnwindSafe) -> u8 {
+pub(crate) fn catch_panics(json: bool, command: impl FnOnce() -> u8 + panic::UnwindSafe) -> u8 {
     static TOLD: AtomicBool = AtomicBool::new(false);
     panic::set_hook(Box::new(|info| {
-        if becomes_a_row(info) {
+        if is_caught(info) {
             return;
         }
         TOLD.store(true, Ordering::Relaxed);
         let place = info.location().map(|l| format!(" at {l}")).unwrap_or_default();
-        let text = text_of(info.payload());
+        let text = panic_text(info.payload());
         // If standard error is closed, the exit code still tells.
         let _ = write!(io::stderr(), "error: {text}{place}\n  = help: {REPORT}\n");
     }));
     panic::catch_unwind(command).unwrap_or_else(|payload| {
         // A panic that did not call the hook, such as a resumed one, is reported here.
         if !TOLD.load(Ordering::Relaxed) {
-            let text = text_of(&*payload);
+            let text = panic_text(&*payload);
             let _ = write!(io::stderr(), "error: {text}\n  = help: {REPORT}\n");
         }
         if json {
-            let about = ErrorSubject::of_kind(ErrorKind::Bug);
-            let problem = about.to_json(text_of(&*payload), Some(REPORT));
+            let about = ErrorSubject::from_kind(ErrorKind::Bug);
+            let problem = about.to_json(panic_text(&*payload), Some(REPORT));
             let _ = writeln!(io::stdout(), "{:#}", document(ErrorKind::Bug, vec![problem]));
         }
-        Exit::Bug as u8
+        FailureCode::Bug as u8
     })
 }
 
-fn text_of(payload: &dyn Any) -> &str {
+fn panic_text(payload: &dyn Any) -> &str {
     payload
         .downcast_ref::<&str>()
         .copied()
@@ -231,7 +231,7 @@ mod tests {
             let (_, code): ((), _) = rayon::join(|| panic!("on purpose"), || 0);
             code
         }
-        assert_eq!(guard(false, command), 70);
-        assert_eq!(guard(false, || 0), 0);
+        assert_eq!(catch_panics(false, command), 70);
+        assert_eq!(catch_panics(false, || 0), 0);
     }
 }

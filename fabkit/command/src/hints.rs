@@ -2,27 +2,27 @@
 
 use std::io;
 
-use fabkit_application::authored::NotReplaced;
-use fabkit_application::calibrating::{CalibratingError, PinCaptureError};
-use fabkit_application::calibration::intrinsics::CalibrateError;
+use fabkit_application::edited_files::NotReplaced;
+use fabkit_application::calibration_runs::{CalibrationRunError, PinCaptureError};
+use fabkit_application::calibration::intrinsics::LensCalibrationError;
 use fabkit_application::dataset::{DatasetError, DatasetRequestError, SampleError};
 use fabkit_application::export::ExportError;
-use fabkit_application::exporting::{self, ExportFailure};
-use fabkit_application::memory::{Less, MemoryError};
+use fabkit_application::exports::{self, ExportRunError};
+use fabkit_application::memory::{MemoryHint, MemoryError};
 use fabkit_application::mesh::MeshError;
 use fabkit_application::reading::ReadError;
-use fabkit_application::rereading::RereadError;
-use fabkit_application::resumable::FolderError;
+use fabkit_application::verify_folder::FolderVerificationError;
+use fabkit_application::resumable::ResumableFolderError;
 use fabkit_application::scene::SceneError;
 use fabkit_application::staging::StagingError;
-use fabkit_application::sweeping::SweepError;
+use fabkit_application::sweep_runs::SweepError;
 use fabkit_application::verifier::VerifierError;
 use fabkit_application::{Error, ErrorKind, Explained};
 
 /// Hint of a violated invariant.
 pub(crate) const REPORT: &str = "this is a bug in fabkit; please report it with the command line and, if \
                                  there is one, the sensor's file";
-const GOES_ON: &str = "--resume goes on from here";
+const RESUME_HINT: &str = "--resume goes on from here";
 
 /// Returns the hint of an error, if there is one.
 pub(crate) fn hint(error: &Error) -> Option<String> {
@@ -85,7 +85,7 @@ fn dataset(error: &DatasetError) -> Option<String> {
     match error {
         DatasetError::Read(error) => sample(error),
         DatasetError::Folder(error) => folder(error),
-        DatasetError::Cancelled => Some(GOES_ON.into()),
+        DatasetError::Cancelled => Some(RESUME_HINT.into()),
         other => other.hint(),
     }
 }
@@ -95,34 +95,34 @@ fn sweep(error: &SweepError) -> Option<String> {
         SweepError::Folder(error) => folder(error),
         SweepError::Memory(error) => memory(error),
         SweepError::Staging(error) => staging(error),
-        SweepError::Cancelled => Some(GOES_ON.into()),
+        SweepError::Cancelled => Some(RESUME_HINT.into()),
         other => other.hint(),
     }
 }
 
-fn reread(error: &RereadError) -> Option<String> {
+fn reread(error: &FolderVerificationError) -> Option<String> {
     match error {
-        RereadError::NoList { is_begun: true, .. } => {
+        FolderVerificationError::NoList { is_begun: true, .. } => {
             Some("it is not finished: run the command that began it with --resume".into())
         }
-        RereadError::List(error) => folder(error),
+        FolderVerificationError::List(error) => folder(error),
         other => other.hint(),
     }
 }
 
 fn memory(error: &MemoryError) -> Option<String> {
     let less = match error {
-        MemoryError::TooMuch { less: Less::Rays, .. } => "ask for fewer --samples or files".into(),
-        MemoryError::TooMuch { less: Less::Pixels, .. } => "ask for a smaller --size".into(),
+        MemoryError::TooMuch { less: MemoryHint::Rays, .. } => "ask for fewer --samples or files".into(),
+        MemoryError::TooMuch { less: MemoryHint::Pixels, .. } => "ask for a smaller --size".into(),
         other => other.hint()?,
     };
-    Some(format!("{less}, or allow it with --memory {}", error.enough()?))
+    Some(format!("{less}, or allow it with --memory {}", error.sufficient_limit()?))
 }
 
 fn staging(error: &StagingError) -> Option<String> {
     let hint = error.hint()?;
     Some(match error {
-        StagingError::Io { source, .. } => with_output(hint, source),
+        StagingError::Io { source, .. } => add_output_option(hint, source),
         StagingError::Occupied { .. } | StagingError::Locked { .. } => format!("{hint} with -o"),
         _ => hint,
     })
@@ -130,80 +130,80 @@ fn staging(error: &StagingError) -> Option<String> {
 
 /// Adds `-o` to the hint: most refusals of the system concern the place of the output. A file that is too large would
 /// be so anywhere.
-fn with_output(hint: String, error: &io::Error) -> String {
+fn add_output_option(hint: String, error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::FileTooLarge => hint,
         _ => format!("{hint} with -o"),
     }
 }
 
-fn folder(error: &FolderError) -> Option<String> {
+fn folder(error: &ResumableFolderError) -> Option<String> {
     let hint = match error {
-        FolderError::NotEmpty { .. } => {
+        ResumableFolderError::NotEmpty { .. } => {
             "choose another folder with -o; --resume goes on with what the same command began"
         }
-        FolderError::OtherPlan { .. } => {
+        ResumableFolderError::OtherPlan { .. } => {
             "resume with the arguments it was begun with, or choose another folder with -o"
         }
-        FolderError::OtherVersion { .. } => "make it again in another folder, with -o",
-        FolderError::Damaged { .. } => "delete that file, and --resume makes it again",
-        FolderError::Changed { .. } => {
+        ResumableFolderError::OtherVersion { .. } => "make it again in another folder, with -o",
+        ResumableFolderError::Damaged { .. } => "delete that file, and --resume makes it again",
+        ResumableFolderError::Changed { .. } => {
             "if nobody edited them, the disk did: delete them, and --resume makes them again"
         }
-        FolderError::Staging(StagingError::Io { source, .. }) | FolderError::Io { source, .. } => {
-            let hint = with_output(fabkit_application::staging::io_hint(source)?.into(), source);
-            return Some(format!("{hint}; then {GOES_ON}"));
+        ResumableFolderError::Staging(StagingError::Io { source, .. }) | ResumableFolderError::Io { source, .. } => {
+            let hint = add_output_option(fabkit_application::staging::io_hint(source)?.into(), source);
+            return Some(format!("{hint}; then {RESUME_HINT}"));
         }
-        FolderError::Staging(error) => return staging(error),
+        ResumableFolderError::Staging(error) => return staging(error),
         other => return other.hint(),
     };
     Some(hint.into())
 }
 
-fn export(error: &ExportFailure) -> Option<String> {
+fn export(error: &ExportRunError) -> Option<String> {
     let hint = match error {
-        ExportFailure::TooManyTriangles { .. }
-        | ExportFailure::Mesh { source: MeshError::TooFine { .. }, .. } => {
+        ExportRunError::TooManyTriangles { .. }
+        | ExportRunError::Mesh { source: MeshError::TooFine { .. }, .. } => {
             "allow a larger --tolerance, or export fewer parts with --part"
         }
-        ExportFailure::Plate(_) => {
+        ExportRunError::Plate(_) => {
             "name your printer's bed with --bed, or leave plates out with --format stl"
         }
-        ExportFailure::Stock(_) => {
+        ExportRunError::Stock(_) => {
             "name your stock with --stock, or leave drawings out with --format stl,3mf"
         }
-        ExportFailure::Outline { source: ExportError::KerfTooWide { .. }, .. } => {
+        ExportRunError::Outline { source: ExportError::KerfTooWide { .. }, .. } => {
             "name your laser's width with --kerf, or leave it out with --nominal"
         }
-        ExportFailure::HolesBreakOut { .. } => {
+        ExportRunError::HolesBreakOut { .. } => {
             "export this part without --process, and let the slicer make up for the printer"
         }
-        ExportFailure::ProfileWithoutFiles { .. } => {
+        ExportRunError::ProfileWithoutFiles { .. } => {
             "ask for --format stl or 3mf too, or leave --process out"
         }
-        ExportFailure::ProfileUnused { has_process: true, .. } => {
+        ExportRunError::ProfileUnused { has_process: true, .. } => {
             "measure a coupon of that material (`--set fixtures.coupon.material=NAME`), or apply this \
              profile all the same with --process-for-any-material"
         }
-        ExportFailure::ProfileUnused { .. } => {
+        ExportRunError::ProfileUnused { .. } => {
             "leave --process out, or name the profile of the printer that makes these parts"
         }
-        ExportFailure::NoOutlines { .. } => "printed parts have --format stl,3mf",
+        ExportRunError::NoOutlines { .. } => "printed parts have --format stl,3mf",
         other => return other.hint(),
     };
     Some(hint.into())
 }
 
-fn export_folder(error: &exporting::FolderError) -> Option<String> {
+fn export_folder(error: &exports::FolderError) -> Option<String> {
     let hint = match error {
-        exporting::FolderError::Refused(_) if error.is_of_another_design() => {
+        exports::FolderError::Refused(_) if error.holds_other_design() => {
             "choose another folder with -o, or let --clean remove what that export wrote"
         }
-        exporting::FolderError::Refused(_) => {
+        exports::FolderError::Refused(_) => {
             "choose another folder with -o, or let --force replace it"
         }
-        exporting::FolderError::Export(error) => return export(error),
-        exporting::FolderError::Staging(error) => return staging(error),
+        exports::FolderError::Export(error) => return export(error),
+        exports::FolderError::Staging(error) => return staging(error),
     };
     Some(hint.into())
 }
@@ -211,7 +211,7 @@ fn export_folder(error: &exporting::FolderError) -> Option<String> {
 fn verifier(error: &VerifierError) -> Option<String> {
     let hint = match error {
         VerifierError::Export(error) => return export(error),
-        VerifierError::Folder(exporting::FolderError::Refused(_)) => {
+        VerifierError::Folder(exports::FolderError::Refused(_)) => {
             "choose another folder with --keep"
         }
         VerifierError::Folder(error) => return export_folder(error),
@@ -224,7 +224,7 @@ fn verifier(error: &VerifierError) -> Option<String> {
 fn scene(error: &SceneError) -> Option<String> {
     let hint = match error {
         SceneError::TooManyRays { .. } => "ask for fewer --samples",
-        SceneError::NoContact { .. } | SceneError::NothingSeen(_) => {
+        SceneError::NoContact { .. } | SceneError::PressNotVisible(_) => {
             return Some(format!("{} with --allow-no-contact", error.hint()?));
         }
         other => return other.hint(),
@@ -235,28 +235,28 @@ fn scene(error: &SceneError) -> Option<String> {
 fn sample(error: &SampleError) -> Option<String> {
     let hint = match error {
         SampleError::Folder(error) => return folder(error),
-        SampleError::Absent { is_begun: true, .. } => {
+        SampleError::NoDataset { is_begun: true, .. } => {
             "it is not finished: run the same `fabkit dataset` with --resume"
         }
-        SampleError::Absent { .. } => "`fabkit dataset SENSOR -o DIR` writes one",
+        SampleError::NoDataset { .. } => "`fabkit dataset SENSOR -o DIR` writes one",
         SampleError::Damaged { .. } => "delete that file and run `fabkit dataset --resume`",
         other => return other.hint(),
     };
     Some(hint.into())
 }
 
-fn calibrating(error: &CalibratingError) -> Option<String> {
+fn calibrating(error: &CalibrationRunError) -> Option<String> {
     let hint = match error {
-        CalibratingError::OtherSize { .. } => {
+        CalibrationRunError::OtherSize { .. } => {
             "take all pictures with the sensor's camera at its own size, or change the sensor's with \
              --set camera.width_px=... --set camera.height_px=..."
         }
-        CalibratingError::Charuco => "leave --detector out, or give what OpenCV found by --corners",
-        CalibratingError::NoOpencv => {
+        CalibrationRunError::Charuco => "leave --detector out, or give what OpenCV found by --corners",
+        CalibrationRunError::NoOpencv => {
             "build it with `cargo build --release --features opencv`, or give what OpenCV found by \
              --corners"
         }
-        CalibratingError::Lens { source: CalibrateError::NoModel { .. }, .. } => {
+        CalibrationRunError::Lens { source: LensCalibrationError::NoModel { .. }, .. } => {
             "try all lens models, without --model"
         }
         other => return other.hint(),

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use crate::failure::{ErrorKind, Exit, Failure};
+use crate::failure::{ErrorKind, FailureCode, Failure};
 
 const COMPUTING: u8 = 0;
 const WRITING: u8 = 1;
@@ -20,14 +20,14 @@ const STOPPING: u8 = 2;
 static STATE: AtomicU8 = AtomicU8::new(COMPUTING);
 
 /// Installs the handler for interrupts. Without it they end the process with the system's own code.
-pub fn listen() {
+pub fn install_handler() {
     fail_beyond_file_limits();
     // Fails only if a handler is installed already.
     let _ = ctrlc::set_handler(|| {
         if STATE.swap(STOPPING, Ordering::SeqCst) != WRITING {
             // If standard error is closed, the exit code still tells.
             let _ = writeln!(io::stderr(), "error: interrupted");
-            std::process::exit(Exit::Interrupted as i32);
+            std::process::exit(FailureCode::Interrupted as i32);
         }
     });
 }
@@ -57,9 +57,9 @@ pub fn begin_writing() -> Result<(), Failure> {
 
 /// Returns [`requested`], and delays interrupts from the first call on until the caller polls again: for work with its
 /// own processes and temporary files. Ends with [`finish_watching`].
-pub fn watched() -> bool {
+pub fn poll_interrupt() -> bool {
     let _ = STATE.compare_exchange(COMPUTING, WRITING, Ordering::SeqCst, Ordering::SeqCst);
-    requested()
+    is_requested()
 }
 
 /// Ends the delay: an interrupt ends the process at once again.
@@ -75,6 +75,6 @@ pub fn finish_watching() -> Result<(), Failure> {
 }
 
 /// Returns whether an interrupt requested a stop.
-pub fn requested() -> bool {
+pub fn is_requested() -> bool {
     STATE.load(Ordering::SeqCst) == STOPPING
 }

@@ -14,32 +14,32 @@ use crate::failure::{ErrorKind, Failure};
 
 /// Input and output files of one run of a command.
 #[derive(Debug, Default)]
-pub(crate) struct Roles {
-    inputs: Vec<Role>,
-    outputs: Vec<Role>,
+pub(crate) struct FileRoles {
+    inputs: Vec<FileRole>,
+    outputs: Vec<FileRole>,
 }
 
 #[derive(Debug)]
-struct Role {
+struct FileRole {
     /// Option, for example `--camera` or `SENSOR`.
     option: String,
     path: PathBuf,
-    identity: Identity,
+    identity: FileIdentity,
     /// True if the command cannot begin without it.
     is_needed: bool,
 }
 
-impl Role {
+impl FileRole {
     fn new(option: &str, path: &Path, is_needed: bool) -> Self {
-        Self { option: option.into(), path: path.into(), identity: Identity::of(path), is_needed }
+        Self { option: option.into(), path: path.into(), identity: FileIdentity::from_path(path), is_needed }
     }
 
     fn is_missing(&self) -> bool {
-        matches!(self.identity, Identity::Missing(..))
+        matches!(self.identity, FileIdentity::Missing(..))
     }
 }
 
-impl Roles {
+impl FileRoles {
     /// Adds input files; an option that was not given adds none.
     pub(crate) fn reads<P: AsRef<Path>>(
         self,
@@ -56,7 +56,7 @@ impl Roles {
         is_needed: bool,
     ) -> Self {
         let path = path.into_iter();
-        self.inputs.extend(path.map(|path| Role::new(option, path.as_ref(), is_needed)));
+        self.inputs.extend(path.map(|path| FileRole::new(option, path.as_ref(), is_needed)));
         self
     }
 
@@ -91,7 +91,7 @@ impl Roles {
         option: &str,
         path: impl IntoIterator<Item = P>,
     ) -> Self {
-        self.outputs.extend(path.into_iter().map(|path| Role::new(option, path.as_ref(), false)));
+        self.outputs.extend(path.into_iter().map(|path| FileRole::new(option, path.as_ref(), false)));
         self
     }
 
@@ -103,13 +103,13 @@ impl Roles {
     pub(crate) fn check(&self) -> Result<(), Failure> {
         let missing = self.inputs.iter().filter(|input| input.is_needed && input.is_missing());
         let unreadable = missing.filter_map(|input| reading::open(&input.path).err());
-        if let Some(error) = Error::all(unreadable.map(Error::from).collect()) {
+        if let Some(error) = Error::join(unreadable.map(Error::from).collect()) {
             return Err(error.into());
         }
         let mut wrong = Vec::new();
         for (i, output) in self.outputs.iter().enumerate() {
             let shown = format!("{} {}", output.option, output.path.display());
-            let is_same = |other: &&Role| other.identity.may_be(&output.identity);
+            let is_same = |other: &&FileRole| other.identity.may_equal(&output.identity);
             if let Some(input) = self.inputs.iter().find(is_same) {
                 let (option, path) = (&input.option, input.path.display());
                 wrong.push(format!("{shown} would replace what {option} reads ({path})"));
@@ -124,29 +124,29 @@ impl Roles {
             Ok(())
         } else {
             Err(Failure::new(ErrorKind::BadInput, wrong.join("\nerror: "), hint)
-                .about(ErrorSubject::new("replaces_input")))
+                .with_subject(ErrorSubject::new("replaces_input")))
         }
     }
 }
 
 /// Identity of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Identity {
+enum FileIdentity {
     /// Existing file: device and inode or, on other systems, the canonical path.
-    There(u64, u64, Option<PathBuf>),
+    Existing(u64, u64, Option<PathBuf>),
     /// Missing file: canonical folder and name. Names that differ only in case count as the same, because some systems
     /// do not distinguish them.
     Missing(PathBuf, OsString),
 }
 
-impl Identity {
-    fn of(path: &Path) -> Self {
+impl FileIdentity {
+    fn from_path(path: &Path) -> Self {
         match fs::metadata(path) {
             Ok(found) => Self::there(path, &found),
             Err(_) => {
                 // A missing file has no identity of its own, but its folder has.
                 let (folder, name) = split(path);
-                Self::Missing(real(&folder), name)
+                Self::Missing(resolve_path(&folder), name)
             }
         }
     }
@@ -154,15 +154,15 @@ impl Identity {
     #[cfg(unix)]
     fn there(_: &Path, found: &fs::Metadata) -> Self {
         use std::os::unix::fs::MetadataExt;
-        Self::There(found.dev(), found.ino(), None)
+        Self::Existing(found.dev(), found.ino(), None)
     }
 
     #[cfg(not(unix))]
     fn there(path: &Path, _: &fs::Metadata) -> Self {
-        Self::There(0, 0, Some(real(path)))
+        Self::There(0, 0, Some(resolve_path(path)))
     }
 
-    fn may_be(&self, other: &Self) -> bool {
+    fn may_equal(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Missing(folder, name), Self::Missing(there, other)) => {
                 let lower = |name: &OsString| name.to_string_lossy().to_lowercase();
@@ -182,17 +182,17 @@ fn split(path: &Path) -> (PathBuf, OsString) {
 }
 
 /// Resolves links and `..` as far as the path exists; the rest stays as written.
-fn real(path: &Path) -> PathBuf {
+fn resolve_path(path: &Path) -> PathBuf {
     if let Ok(real) = fs::canonicalize(path) {
         return real;
     }
     match path.components().next_back() {
         Some(Component::Normal(name)) => {
             let (folder, _) = split(path);
-            real(&folder).join(name)
+            resolve_path(&folder).join(name)
         }
         Some(Component::ParentDir) => {
-            let above = real(path.parent().unwrap_or(Path::new(".")));
+            let above = resolve_path(path.parent().unwrap_or(Path::new(".")));
             above.parent().map_or(above.clone(), Path::to_path_buf)
         }
         _ => path.to_owned(),
@@ -204,7 +204,7 @@ mod tests {
     use super::*;
 
     fn clash(input: &Path, output: &Path) -> bool {
-        Roles::default().reads("IN", [input]).writes("-o", [output]).check().is_err()
+        FileRoles::default().reads("IN", [input]).writes("-o", [output]).check().is_err()
     }
 
     #[test]
@@ -230,7 +230,7 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let path = |name: &str| root.path().join(name);
         let both = |a: &str, b: &str| {
-            Roles::default().writes("--png", [path(a)]).writes("--grey", [path(b)]).check()
+            FileRoles::default().writes("--png", [path(a)]).writes("--grey", [path(b)]).check()
         };
         for (a, b) in [("x.png", "./x.png"), ("x.png", "X.png"), ("n/x.png", "n/m/../x.png")] {
             let text = both(a, b).unwrap_err().to_text();

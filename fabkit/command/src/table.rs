@@ -16,21 +16,21 @@ pub const WIDTH: u16 = 100;
 
 /// Formats rows in columns two spaces apart; the first row is the heading. Lines have no trailing blanks.
 pub fn table(columns: &[Align], rows: &[Vec<String>]) -> String {
-    laid_out(Table::new(), columns, rows)
+    format_table(Table::new(), columns, rows)
 }
 
 /// Formats a table within [`WIDTH`]: long cells are wrapped, except in the first column, by which rows are found.
-pub fn fitted(columns: &[Align], rows: &[Vec<String>]) -> String {
+pub fn wrapped_table(columns: &[Align], rows: &[Vec<String>]) -> String {
     let mut table = Table::new();
     table.set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
     table.add_rows(rows);
     if let Some(first) = table.column_mut(0) {
         first.set_constraint(ColumnConstraint::ContentWidth);
     }
-    laid_out(table, columns, &[])
+    format_table(table, columns, &[])
 }
 
-fn laid_out(mut table: Table, columns: &[Align], rows: &[Vec<String>]) -> String {
+fn format_table(mut table: Table, columns: &[Align], rows: &[Vec<String>]) -> String {
     table.load_preset(presets::NOTHING).add_rows(rows);
     for (column, align) in table.column_iter_mut().zip(columns) {
         column.set_padding((0, 2));
@@ -43,7 +43,7 @@ fn laid_out(mut table: Table, columns: &[Align], rows: &[Vec<String>]) -> String
 }
 
 /// Wraps a paragraph at [`WIDTH`]; all lines but the first are indented by `indent` blanks.
-pub fn wrapped(text: &str, indent: usize) -> String {
+pub fn wrap_text(text: &str, indent: usize) -> String {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
         let line = lines.last().map_or(0, |line| line.chars().count());
@@ -62,7 +62,7 @@ pub fn wrapped(text: &str, indent: usize) -> String {
 }
 
 /// Formats a number with blanks between groups of three digits.
-pub fn grouped(number: u64) -> String {
+pub fn group_digits(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {
@@ -75,7 +75,7 @@ pub fn grouped(number: u64) -> String {
 }
 
 /// Formats a file size for people.
-pub fn size(bytes: u64) -> String {
+pub fn format_size(bytes: u64) -> String {
     match bytes {
         0..1_000 => format!("{bytes} B"),
         1_000..1_000_000 => format!("{:.0} kB", bytes as f64 / 1e3),
@@ -102,10 +102,10 @@ mod tests {
         let row = |a: &str, b: &str| vec![a.to_owned(), b.to_owned()];
         let (name, note) = ("fixtures.pin_dome.captures", "some words of a note ".repeat(9));
         let text =
-            fitted(&[Align::Left, Align::Left], &[row("parameter", "why"), row(name, &note)]);
+            wrapped_table(&[Align::Left, Align::Left], &[row("parameter", "why"), row(name, &note)]);
         assert!(text.lines().all(|line| line.len() <= WIDTH.into()), "{text}");
         assert!(text.lines().count() > 3 && text.contains(name), "{text}");
-        let text = wrapped(&format!("1. {note}"), 3);
+        let text = wrap_text(&format!("1. {note}"), 3);
         assert!(text.lines().all(|line| line.len() <= WIDTH.into()), "{text}");
         let is_below = |line: &str| line.len() > 3 && line.find(|c| c != ' ') == Some(3);
         assert!(text.lines().count() > 1 && text.lines().skip(1).all(is_below), "{text}");
@@ -113,9 +113,9 @@ mod tests {
 
     #[test]
     fn figures_are_readable() {
-        assert_eq!((grouped(7), grouped(1_234_567)), ("7".into(), "1 234 567".into()));
+        assert_eq!((group_digits(7), group_digits(1_234_567)), ("7".into(), "1 234 567".into()));
         assert_eq!(
-            (size(999), size(34_567), size(1_250_000)),
+            (format_size(999), format_size(34_567), format_size(1_250_000)),
             ("999 B".into(), "35 kB".into(), "1.2 MB".into())
         );
     }

@@ -1,6 +1,6 @@
 //! Conversion between numpy arrays and the libraries' types.
 
-use fabkit_application::export::{Array, Values};
+use fabkit_application::export::{NpyArray, NpyValues};
 use fabkit_application::geometry::Pose;
 use numpy::{Element, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 use crate::errors::{Failure, exception};
 
 /// Converts a pose to a (4, 4) array whose last row is 0 0 0 1.
-pub fn pose<'py>(py: Python<'py>, pose: &Pose) -> PyResult<Bound<'py, PyArray2<f64>>> {
+pub fn pose_array<'py>(py: Python<'py>, pose: &Pose) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let (rotation, translation) = (pose.rotation(), pose.translation_mm());
     let entry = |r: usize, c: usize| match (r, c) {
         (3, 3) => 1.0,
@@ -21,7 +21,7 @@ pub fn pose<'py>(py: Python<'py>, pose: &Pose) -> PyResult<Bound<'py, PyArray2<f
 }
 
 /// Moves values into an array of the given shape.
-pub fn shaped<'py, T: Element>(
+pub fn into_array<'py, T: Element>(
     py: Python<'py>,
     values: Vec<T>,
     shape: &[usize],
@@ -30,16 +30,16 @@ pub fn shaped<'py, T: Element>(
 }
 
 /// Moves arrays into a dictionary by name; texts become lists.
-pub fn dictionary<'py>(py: Python<'py>, arrays: Vec<Array>) -> PyResult<Bound<'py, PyDict>> {
+pub fn dictionary<'py>(py: Python<'py>, arrays: Vec<NpyArray>) -> PyResult<Bound<'py, PyDict>> {
     let dictionary = PyDict::new(py);
-    for Array { name, shape, values } in arrays {
+    for NpyArray { name, shape, values } in arrays {
         match values {
-            Values::F64(values) => dictionary.set_item(name, shaped(py, values, &shape)?)?,
-            Values::F32(values) => dictionary.set_item(name, shaped(py, values, &shape)?)?,
-            Values::U8(values) => dictionary.set_item(name, shaped(py, values, &shape)?)?,
-            Values::U16(values) => dictionary.set_item(name, shaped(py, values, &shape)?)?,
-            Values::Bool(values) => dictionary.set_item(name, shaped(py, values, &shape)?)?,
-            Values::Text(values) => dictionary.set_item(name, values)?,
+            NpyValues::F64(values) => dictionary.set_item(name, into_array(py, values, &shape)?)?,
+            NpyValues::F32(values) => dictionary.set_item(name, into_array(py, values, &shape)?)?,
+            NpyValues::U8(values) => dictionary.set_item(name, into_array(py, values, &shape)?)?,
+            NpyValues::U16(values) => dictionary.set_item(name, into_array(py, values, &shape)?)?,
+            NpyValues::Bool(values) => dictionary.set_item(name, into_array(py, values, &shape)?)?,
+            NpyValues::Text(values) => dictionary.set_item(name, values)?,
         }
     }
     Ok(dictionary)
@@ -49,7 +49,7 @@ pub fn dictionary<'py>(py: Python<'py>, arrays: Vec<Array>) -> PyResult<Bound<'p
 ///
 /// # Errors
 /// Another number of columns, or an array that is not in C order; the Python side ensures the order.
-pub fn rows<const N: usize>(
+pub fn array_rows<const N: usize>(
     py: Python<'_>,
     name: &str,
     array: &PyReadonlyArray2<'_, f64>,

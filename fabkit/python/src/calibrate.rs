@@ -4,21 +4,21 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fabkit_application::calibrating::boards::{self, Detector};
-use fabkit_application::calibrating::captures::{self, MeasuredCapture};
-use fabkit_application::calibrating::extrinsics::{self as from_pins, Inputs};
-use fabkit_application::calibrating::planning::{self, Wanted};
-use fabkit_application::calibrating::{
-    PinCaptureError, intrinsics as from_views, pictures, pose_file,
+use fabkit_application::calibration_runs::boards::{self, Detector};
+use fabkit_application::calibration_runs::captures::{self, MeasuredCapture};
+use fabkit_application::calibration_runs::extrinsics::{self as from_pins, PoseCalibrationInputs};
+use fabkit_application::calibration_runs::planning::{self, PlanRequest};
+use fabkit_application::calibration_runs::{
+    PinCaptureError, intrinsics as from_views, images, pose_file,
 };
 use fabkit_application::calibration::assignment::{Discrepancy, Mark};
-use fabkit_application::calibration::board::{self as on_board, FoundCorner};
+use fabkit_application::calibration::board::{self as on_board, DetectedCorner};
 use fabkit_application::calibration::image::GreyImage;
 use fabkit_application::calibration::intrinsics::LensModel;
 use fabkit_application::calibration::landmarks::PinLandmarks;
-use fabkit_application::calibration::pins::{DetectionOptions, Polarity};
+use fabkit_application::calibration::pin_detection::{DetectionOptions, Polarity};
 use fabkit_application::calibration::report::{
-    CaptureRecord, ExtrinsicsReport, IntrinsicsReport, PictureRecord,
+    CaptureRecord, ExtrinsicsReport, IntrinsicsReport, ImageRecord,
 };
 use fabkit_application::calibration::{extrinsics as pose, intrinsics as lens};
 use fabkit_application::camera::Point2;
@@ -30,7 +30,7 @@ use pyo3::prelude::*;
 use crate::camera::Camera;
 use crate::design::Project;
 use crate::errors::{Failure, OrRaise};
-use crate::running::{Interrupted, guarded, run, short};
+use crate::running::{InterruptPolicy, run_guarded, run_on_thread, run_short};
 
 /// Intensities row by row, 0 to 1.
 type Picture<'py> = PyReadonlyArray2<'py, f32>;
@@ -39,9 +39,9 @@ type Corners = (String, Vec<u32>, Vec<[f64; 2]>, Vec<f64>);
 /// Capture: name, holes with pins if known, then pixels and standard deviations of its marks.
 type Pins = (String, Option<Vec<u32>>, Vec<[f64; 2]>, Vec<f64>);
 /// Detected points: (n, 2) pixels and (n,) standard deviations.
-type Found<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
+type DetectedPoints<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
 
-fn grey(name: &str, picture: &Picture<'_>) -> Result<GreyImage, PinCaptureError> {
+fn grey_image(name: &str, picture: &Picture<'_>) -> Result<GreyImage, PinCaptureError> {
     let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
     let [height, width] = [picture.shape()[0], picture.shape()[1]].map(side);
     let values = picture.as_array().iter().copied().collect();
@@ -52,7 +52,7 @@ fn grey(name: &str, picture: &Picture<'_>) -> Result<GreyImage, PinCaptureError>
 /// Checks a board file. Returns it as JSON with everything that it leaves to be computed.
 #[pyfunction]
 pub fn board(py: Python<'_>, text: &str) -> PyResult<String> {
-    short(py, || Ok::<_, Error>(boards::board(text, None)?.to_json()))?.or_raise(py)
+    run_short(py, || Ok::<_, Error>(boards::parse_board(text, None)?.to_json()))?.or_raise(py)
 }
 
 /// Detects a board's corners: ids, pixels and standard deviations.
@@ -61,15 +61,15 @@ pub fn find_corners<'py>(
     py: Python<'py>,
     picture: Picture<'py>,
     board: &str,
-) -> PyResult<(Bound<'py, PyArray1<u32>>, Found<'py>)> {
-    let picture = grey("the picture", &picture).or_raise(py)?;
-    let board = short(py, || boards::board(board, None))?.or_raise(py)?;
-    let corners = run(py, Interrupted::Leave, None, move |_| {
+) -> PyResult<(Bound<'py, PyArray1<u32>>, DetectedPoints<'py>)> {
+    let picture = grey_image("the picture", &picture).or_raise(py)?;
+    let board = run_short(py, || boards::parse_board(board, None))?.or_raise(py)?;
+    let corners = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
         on_board::find_corners(&picture, &board).map_err(Failure::call)
     })?;
     let ids = PyArray1::from_iter(py, corners.iter().map(|corner| corner.id));
     let pixels = corners.iter().map(|corner| (corner.pixel, corner.sigma_px));
-    Ok((ids, found(py, pixels)?))
+    Ok((ids, into_arrays(py, pixels)?))
 }
 
 /// Detects pin marks: pixels and standard deviations, strongest first.
@@ -79,23 +79,23 @@ pub fn find_pins<'py>(
     reference: Picture<'py>,
     picture: Picture<'py>,
     brighter: bool,
-) -> PyResult<Found<'py>> {
-    let reference = grey("the reference", &reference).or_raise(py)?;
-    let picture = grey("the picture", &picture).or_raise(py)?;
+) -> PyResult<DetectedPoints<'py>> {
+    let reference = grey_image("the reference", &reference).or_raise(py)?;
+    let picture = grey_image("the picture", &picture).or_raise(py)?;
     let polarity = if brighter { Polarity::Brighter } else { Polarity::Darker };
     let options = DetectionOptions { polarity, ..DetectionOptions::default() };
-    let detections = run(py, Interrupted::Leave, None, move |_| {
+    let detections = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
         let read = |_| Ok(Cow::Borrowed(&picture));
-        Ok(pictures::detect_in(&reference, &["the picture".into()], &read, &options)?)
+        Ok(images::detect_in_images(&reference, &["the picture".into()], &read, &options)?)
     })?;
     let marks = detections.iter().flat_map(|detection| &detection.marks);
-    found(py, marks.map(|mark| (mark.pixel, mark.sigma_px)))
+    into_arrays(py, marks.map(|mark| (mark.pixel, mark.sigma_px)))
 }
 
-fn found<'py>(
+fn into_arrays<'py>(
     py: Python<'py>,
     marks: impl Iterator<Item = (Point2<f64>, f64)>,
-) -> PyResult<Found<'py>> {
+) -> PyResult<DetectedPoints<'py>> {
     let (pixels, sigmas): (Vec<[f64; 2]>, Vec<f64>) =
         marks.map(|(pixel, sigma)| (<[f64; 2]>::from(pixel), sigma)).unzip();
     let count = pixels.len();
@@ -108,7 +108,7 @@ fn found<'py>(
 pub struct Intrinsics {
     sensor: String,
     board: String,
-    pictures: Vec<PictureRecord>,
+    pictures: Vec<ImageRecord>,
     calibration: lens::LensCalibration,
 }
 
@@ -117,7 +117,7 @@ impl Intrinsics {
         IntrinsicsReport {
             sensor: &self.sensor,
             board: &self.board,
-            pictures: &self.pictures,
+            images: &self.pictures,
             calibration: &self.calibration,
         }
     }
@@ -130,11 +130,11 @@ impl Intrinsics {
     }
 
     fn document(&self, py: Python<'_>) -> PyResult<String> {
-        guarded(py, || Ok(self.of().to_json().to_string()))
+        run_guarded(py, || Ok(self.of().to_json().to_string()))
     }
 
     fn html(&self, py: Python<'_>) -> PyResult<String> {
-        guarded(py, || Ok(self.of().to_html()))
+        run_guarded(py, || Ok(self.of().to_html()))
     }
 }
 
@@ -157,23 +157,23 @@ pub fn intrinsics(
     corners: Vec<Corners>,
     models: Vec<String>,
 ) -> PyResult<Intrinsics> {
-    let board = short(py, || boards::board(board, None))?.or_raise(py)?;
+    let board = run_short(py, || boards::parse_board(board, None))?.or_raise(py)?;
     let models = models.iter().map(|name| {
         let known = || LensModel::ALL.iter().map(|model| model.name());
-        LensModel::named(name).ok_or_else(|| UnknownName::new("lens model", name, known()))
+        LensModel::from_name(name).ok_or_else(|| UnknownName::new("lens model", name, known()))
     });
     let models = models.collect::<Result<Vec<_>, _>>().or_raise(py)?;
     let views = if !files.is_empty() {
         BoardViews::Files(files)
     } else if !pictures.is_empty() {
-        let images = pictures.iter().map(|(name, picture)| grey(name, picture));
+        let images = pictures.iter().map(|(name, picture)| grey_image(name, picture));
         let images = images.collect::<Result<Vec<_>, _>>().or_raise(py)?;
         BoardViews::Pictures(pictures.into_iter().map(|(name, _)| name).collect(), images)
     } else {
         BoardViews::Corners(corners)
     };
     let project = Arc::clone(&project.project);
-    run(py, Interrupted::Leave, None, move |_| {
+    run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
         let sensor = &project.design.sensor;
         // In Python, OpenCV's detector is available from its own package.
         let detector = Detector::Fabkit;
@@ -195,11 +195,11 @@ pub fn intrinsics(
     })
 }
 
-fn found_corners((name, ids, pixels, sigmas): Corners) -> (String, Vec<FoundCorner>) {
+fn found_corners((name, ids, pixels, sigmas): Corners) -> (String, Vec<DetectedCorner>) {
     let corners = ids.into_iter().zip(pixels).zip(sigmas);
     let corner = |((id, [x, y]), sigma_px): ((u32, [f64; 2]), f64)| {
         let pixel = Point2::new(x, y);
-        FoundCorner { id, pixel, sigma_px }
+        DetectedCorner { id, pixel, sigma_px }
     };
     (name, corners.map(corner).collect())
 }
@@ -227,9 +227,9 @@ impl Extrinsics {
             captures: &self.captures,
             discrepancies: &self.discrepancies,
             calibration: &self.calibration,
-            not_drawn: self.not_drawn.as_deref(),
-            not_marked: self.not_marked.as_deref(),
-            saturated: self.saturated,
+            drawing_unused_reason: self.not_drawn.as_deref(),
+            mark_offsets_unknown_reason: self.not_marked.as_deref(),
+            saturated_fraction: self.saturated,
             crops: &[],
         }
     }
@@ -243,22 +243,22 @@ impl Extrinsics {
     }
 
     fn document(&self, py: Python<'_>) -> PyResult<String> {
-        guarded(py, || Ok(self.of().to_json().to_string()))
+        run_guarded(py, || Ok(self.of().to_json().to_string()))
     }
 
     fn html(&self, py: Python<'_>) -> PyResult<String> {
-        guarded(py, || Ok(self.of().to_html()))
+        run_guarded(py, || Ok(self.of().to_html()))
     }
 
     /// The content of a pose file, with an empty camera name: the caller stores the camera.
     fn pose_text(&self, py: Python<'_>) -> PyResult<String> {
-        guarded(py, || Ok(pose_file::text(&self.of(), "")))
+        run_guarded(py, || Ok(pose_file::format_pose(&self.of(), "")))
     }
 
     /// Writes the pose file and the camera file that belongs to it.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let files = guarded(py, || pose_file::files(&path, &self.of()).or_raise(py))?;
-        run(py, Interrupted::Wait, None, move |link| {
+        let files = run_guarded(py, || pose_file::pose_files(&path, &self.of()).or_raise(py))?;
+        run_on_thread(py, InterruptPolicy::Wait, None, move |link| {
             let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
             Ok(write_each(files, &|| link.is_cancelled())?)
         })
@@ -281,17 +281,17 @@ pub fn extrinsics(
     kind: Option<String>,
     gel_index: f64,
 ) -> PyResult<Extrinsics> {
-    let landmarks = short(py, || from_pins::landmarks(landmarks, None))?.or_raise(py)?;
+    let landmarks = run_short(py, || from_pins::parse_landmarks(landmarks, None))?.or_raise(py)?;
     let (project, camera) = (Arc::clone(&project.project), camera.estimate.clone());
-    run(py, Interrupted::Leave, None, move |_| {
+    run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
         let kind = kind.as_deref();
         let captures = match &folder {
             Some(folder) => captures::read(folder, reference.as_deref(), &landmarks, kind)?,
             None => {
-                captures::from_marks(pins.into_iter().map(measured).collect(), &landmarks, kind)?
+                captures::from_marks(pins.into_iter().map(measured_capture).collect(), &landmarks, kind)?
             }
         };
-        let inputs = Inputs {
+        let inputs = PoseCalibrationInputs {
             project: &project,
             camera: &camera,
             camera_file: &camera_file,
@@ -308,15 +308,15 @@ pub fn extrinsics(
                 captures: report.captures.to_vec(),
                 discrepancies: report.discrepancies.to_vec(),
                 calibration: report.calibration.clone(),
-                not_drawn: report.not_drawn.map(str::to_owned),
-                not_marked: report.not_marked.map(str::to_owned),
-                saturated: report.saturated,
+                not_drawn: report.drawing_unused_reason.map(str::to_owned),
+                not_marked: report.mark_offsets_unknown_reason.map(str::to_owned),
+                saturated: report.saturated_fraction,
             })
         })
     })
 }
 
-fn measured((name, holes, pixels, sigmas): Pins) -> MeasuredCapture {
+fn measured_capture((name, holes, pixels, sigmas): Pins) -> MeasuredCapture {
     let mark = |([x, y], sigma_px): ([f64; 2], f64)| Mark { pixel: Point2::new(x, y), sigma_px };
     MeasuredCapture { name, holes, marks: pixels.into_iter().zip(sigmas).map(mark).collect() }
 }
@@ -337,26 +337,26 @@ pub fn plan(
 ) -> PyResult<String> {
     let (source, project) = (Arc::clone(&project.source), Arc::clone(&project.project));
     let camera = camera.map(|(camera, file)| (camera.estimate.clone(), file));
-    run(py, Interrupted::Leave, None, move |_| {
-        let forecast = planning::forecast(&source, &project)?;
+    run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
+        let forecast = planning::build_forecast(&source, &project)?;
         let (landmarks, kind) = (&forecast.landmarks, kind.as_deref());
         let done = match &folder {
-            Some(folder) => captures::pressed(folder, landmarks, kind)?,
+            Some(folder) => captures::pressed_pins(folder, landmarks, kind)?,
             None => holes
                 .iter()
-                .map(|holes| holes.iter().map(|hole| place_of(*hole, landmarks, kind)).collect())
+                .map(|holes| holes.iter().map(|hole| find_landmark(*hole, landmarks, kind)).collect())
                 .collect::<Result<_, _>>()?,
         };
         let lens = camera.as_ref().map(|(estimate, _)| estimate);
-        let wanted = Wanted { lens, done: &done, captures, pins };
-        let plan = planning::plan(&project, &forecast, &wanted)?;
+        let wanted = PlanRequest { lens, done: &done, captures, pins };
+        let plan = planning::plan_captures(&project, &forecast, &wanted)?;
         let file = camera.as_ref().map(|(_, file)| file.as_str());
         Ok::<_, Failure>(plan.to_json(&project.design.sensor.name, file).to_string())
     })
 }
 
 /// Finds the landmark of a hole's pin.
-fn place_of(hole: u32, landmarks: &PinLandmarks, kind: Option<&str>) -> Result<usize, Failure> {
+fn find_landmark(hole: u32, landmarks: &PinLandmarks, kind: Option<&str>) -> Result<usize, Failure> {
     let kinds = landmarks.kinds();
     let known = kinds.join(", ");
     let kind = match (kind, &kinds[..]) {

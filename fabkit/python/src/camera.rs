@@ -6,9 +6,9 @@ use fabkit_application::geometry::NominalCamera;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use crate::arrays::rows;
+use crate::arrays::array_rows;
 use crate::errors::{Failure, OrRaise, exception};
-use crate::running::short;
+use crate::running::run_short;
 
 /// Camera with its covariance.
 #[pyclass(frozen, module = "fabkit._fabkit")]
@@ -23,10 +23,10 @@ impl Camera {
     pub fn nominal(py: Python<'_>, nominal: &NominalCamera) -> PyResult<Self> {
         let NominalCamera { width_px, height_px, field_of_view, lens, .. } = *nominal;
         let terms = lens.projection.terms();
-        let made = || camera::Camera::nominal(width_px, height_px, field_of_view.rad(), terms);
-        let camera = short(py, made)?.map_err(Failure::call).or_raise(py)?;
+        let made = || camera::Camera::from_data_sheet(width_px, height_px, field_of_view.rad(), terms);
+        let camera = run_short(py, made)?.map_err(Failure::call).or_raise(py)?;
         // Without an interface of its own: the drawn bodies refract its rays.
-        Ok(Self { estimate: CameraEstimate::from(camera).behind_drawing() })
+        Ok(Self { estimate: CameraEstimate::from(camera).with_drawn_interface() })
     }
 
     /// Formats the camera in fabkit's own format, which keeps everything.
@@ -46,7 +46,7 @@ impl Camera {
         field_of_view_rad: f64,
     ) -> PyResult<Self> {
         let made = || camera::Camera::equidistant(width_px, height_px, field_of_view_rad);
-        let camera = short(py, made)?;
+        let camera = run_short(py, made)?;
         let camera = camera.map_err(Failure::call).or_raise(py)?;
         Ok(Self { estimate: camera.into() })
     }
@@ -62,7 +62,7 @@ impl Camera {
             let faults: Vec<String> = faults.collect();
             Failure::call(faults.join("\nerror: "))
         };
-        Ok(Self { estimate: short(py, || files::read(text))?.map_err(wrong).or_raise(py)? })
+        Ok(Self { estimate: run_short(py, || files::read(text))?.map_err(wrong).or_raise(py)? })
     }
 
     /// Returns the content of a camera file in a format.
@@ -72,26 +72,26 @@ impl Camera {
             let unknown = fabkit_application::UnknownName::new("camera format", format, known());
             return Err(exception(py, unknown));
         };
-        let text = short(py, || files::write(&self.estimate, *format))?;
+        let text = run_short(py, || files::write(&self.estimate, *format))?;
         let hint = Some("`fabkit` keeps everything".into());
         text.map_err(|error| Failure::Call { message: error.to_string(), hint }).or_raise(py)
     }
 
     /// Returns the lens alone; the drawn bodies refract its rays.
     fn behind_drawing(&self) -> Self {
-        Self { estimate: self.estimate.clone().behind_drawing() }
+        Self { estimate: self.estimate.clone().with_drawn_interface() }
     }
 
     /// Resizes the camera, see [`camera::Camera::resized`]; the covariance is dropped.
     fn resized(&self, py: Python<'_>, width_px: u32, height_px: u32) -> PyResult<Self> {
         let made = || self.estimate.camera().resized([width_px, height_px]);
-        let camera = short(py, made)?.map_err(Failure::call).or_raise(py)?;
+        let camera = run_short(py, made)?.map_err(Failure::call).or_raise(py)?;
         Ok(Self { estimate: camera.into() })
     }
 
     /// Returns the same kind of camera with other parameters and no covariance.
     fn with_parameters(&self, py: Python<'_>, parameters: Vec<f64>) -> PyResult<Self> {
-        let camera = short(py, || self.estimate.camera().with_parameters(&parameters))?;
+        let camera = run_short(py, || self.estimate.camera().with_parameters(&parameters))?;
         let camera = camera.map_err(Failure::call).or_raise(py)?;
         Ok(Self { estimate: camera.into() })
     }
@@ -129,9 +129,9 @@ impl Camera {
         py: Python<'py>,
         points_in_camera: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Array2<'py>> {
-        let points: Vec<[f64; 3]> = rows(py, "points", &points_in_camera)?;
+        let points: Vec<[f64; 3]> = array_rows(py, "points", &points_in_camera)?;
         let camera = self.estimate.camera();
-        let pixels: Vec<[f64; 2]> = short(py, || {
+        let pixels: Vec<[f64; 2]> = run_short(py, || {
             let pixel = |point: &[f64; 3]| match camera.project(&Point3::from(*point)) {
                 Ok(pixel) => [pixel.x, pixel.y],
                 Err(_) => [f64::NAN; 2],
@@ -147,10 +147,10 @@ impl Camera {
         py: Python<'py>,
         points_in_camera: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<(Array2<'py>, Array3<'py>, Array3<'py>)> {
-        let points: Vec<[f64; 3]> = rows(py, "points", &points_in_camera)?;
+        let points: Vec<[f64; 3]> = array_rows(py, "points", &points_in_camera)?;
         let camera = self.estimate.camera();
         let (count, parameters) = (points.len(), camera.parameter_count());
-        let (pixels, by_point, by_parameters) = short(py, || {
+        let (pixels, by_point, by_parameters) = run_short(py, || {
             let mut pixels = Vec::with_capacity(2 * count);
             let mut by_point = Vec::with_capacity(6 * count);
             let mut by_parameters = Vec::with_capacity(2 * parameters * count);
@@ -183,9 +183,9 @@ impl Camera {
         py: Python<'py>,
         pixels: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<(Array2<'py>, Array2<'py>)> {
-        let pixels: Vec<[f64; 2]> = rows(py, "pixels", &pixels)?;
+        let pixels: Vec<[f64; 2]> = array_rows(py, "pixels", &pixels)?;
         let camera = self.estimate.camera();
-        let (origins, directions): (Vec<[f64; 3]>, Vec<[f64; 3]>) = short(py, || {
+        let (origins, directions): (Vec<[f64; 3]>, Vec<[f64; 3]>) = run_short(py, || {
             let ray = |pixel: &[f64; 2]| match camera.unproject(&Point2::from(*pixel)) {
                 Ok(ray) => (ray.origin_in_camera.into(), ray.direction.into()),
                 Err(_) => ([f64::NAN; 3], [f64::NAN; 3]),

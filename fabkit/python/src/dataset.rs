@@ -5,19 +5,19 @@ use std::sync::{Arc, Mutex};
 
 use fabkit::{ContactOptions, DatasetOptions};
 use fabkit_application::dataset::{
-    self, Begun, DatasetError, DatasetRequest, Job, SampleArray, WrittenDataset,
+    self, DatasetWriter, DatasetError, DatasetRequest, DatasetJob, SampleArray, WrittenDataset,
 };
-use fabkit_application::export::Element;
-use fabkit_application::progress::Step;
+use fabkit_application::export::ZarrType;
+use fabkit_application::progress::ProgressStep;
 use fabkit_application::scene;
-use fabkit_application::source::press_error;
+use fabkit_application::source::convert_press_error;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use crate::arrays::shaped;
+use crate::arrays::into_array;
 use crate::errors::{Failure, OrRaise};
 use crate::keywords::Keywords;
-use crate::running::{Interrupted, run, short};
+use crate::running::{InterruptPolicy, run_on_thread, run_short};
 use crate::scene::Scene;
 
 /// File: path relative to the folder, and content.
@@ -51,20 +51,20 @@ impl DatasetOrder {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Vec<String>> {
         let order = slf.clone().unbind();
-        let written: WrittenDataset = run(slf.py(), Interrupted::Wait, progress, move |link| {
+        let written: WrittenDataset = run_on_thread(slf.py(), InterruptPolicy::Wait, progress, move |link| {
             let order = order.get();
             order.prepare(order.options.resume, |job| {
-                let show = |step: Step| link.show(step.done, step.all);
+                let show = |step: ProgressStep| link.show(step.done, step.total);
                 dataset::write(&folder, job, &show, &|| link.is_cancelled())
             })
         })?;
-        Ok(written.untouched)
+        Ok(written.halves_without_contact)
     }
 
     /// Begins the data set, or resumes it.
     fn begin(slf: Bound<'_, Self>, folder: PathBuf) -> PyResult<BegunDataset> {
         let order = slf.clone().unbind();
-        let begun = run(slf.py(), Interrupted::Wait, None, move |_| {
+        let begun = run_on_thread(slf.py(), InterruptPolicy::Wait, None, move |_| {
             let order = order.get();
             order.prepare(order.options.resume, |job| dataset::begin(&folder, job))
         })?;
@@ -74,8 +74,8 @@ impl DatasetOrder {
     /// Computes a shard: the plan's hash, and the files as paths relative to the folder with their bytes.
     fn shard<'py>(slf: Bound<'py, Self>, number: u64) -> PyResult<(String, Vec<NamedBytes<'py>>)> {
         let (py, order) = (slf.py(), slf.clone().unbind());
-        let (plan, files) = run(py, Interrupted::Leave, None, move |_| {
-            order.get().prepare(true, |job| dataset::shard(job, number))
+        let (plan, files) = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
+            order.get().prepare(true, |job| dataset::compute_shard(job, number))
         })?;
         let files = files.into_iter().map(|(name, bytes)| (name, PyBytes::new(py, &bytes)));
         Ok((plan, files.collect()))
@@ -86,11 +86,11 @@ impl DatasetOrder {
     fn prepare<R>(
         &self,
         resume: bool,
-        work: impl FnOnce(&Job) -> Result<R, DatasetError>,
+        work: impl FnOnce(&DatasetJob) -> Result<R, DatasetError>,
     ) -> Result<R, Failure> {
         let order = DatasetRequest { resume, ..self.options.request(&self.contact)? };
-        let explain = |error| press_error(&self.sensor, error);
-        dataset::prepare(&self.scene, &explain, &order, |job, _| Ok(work(job)?))
+        let explain = |error| convert_press_error(&self.sensor, error);
+        dataset::prepare_job(&self.scene, &explain, &order, |job, _| Ok(work(job)?))
     }
 }
 
@@ -99,16 +99,16 @@ impl DatasetOrder {
 pub struct BegunDataset {
     order: Py<DatasetOrder>,
     /// `None` once it is closed.
-    begun: Mutex<Option<Begun>>,
+    begun: Mutex<Option<DatasetWriter>>,
 }
 
 impl BegunDataset {
     fn with<T: Send>(
         &self,
         py: Python<'_>,
-        work: impl FnOnce(&mut Option<Begun>) -> Result<T, Failure> + Send,
+        work: impl FnOnce(&mut Option<DatasetWriter>) -> Result<T, Failure> + Send,
     ) -> PyResult<T> {
-        let result = short(py, || match self.begun.lock() {
+        let result = run_short(py, || match self.begun.lock() {
             Ok(mut begun) => work(&mut begun),
             Err(error) => Err(Failure::bug(error)),
         });
@@ -126,13 +126,13 @@ impl BegunDataset {
     fn missing(&self, py: Python<'_>) -> PyResult<(String, Vec<u64>)> {
         self.with(py, |begun| {
             let begun = begun.as_ref().ok_or_else(closed)?;
-            Ok((begun.plan_hash(), begun.missing()))
+            Ok((begun.plan_hash(), begun.missing_shards()))
         })
     }
 
     /// Stores the files of a shard that another process computed.
     fn keep(&self, py: Python<'_>, files: Vec<(String, Vec<u8>)>) -> PyResult<()> {
-        self.with(py, |begun| Ok(begun.as_ref().ok_or_else(closed)?.keep(&files)?))
+        self.with(py, |begun| Ok(begun.as_ref().ok_or_else(closed)?.keep_shard(&files)?))
     }
 
     /// Computes and writes the missing shards.
@@ -141,14 +141,14 @@ impl BegunDataset {
         // Taken out of the lock: writing takes long, and closes the data set in the end.
         let begun = self.with(py, |begun| begun.take().ok_or_else(closed))?;
         let order = self.order.clone_ref(py);
-        let written: WrittenDataset = run(py, Interrupted::Wait, progress, move |link| {
+        let written: WrittenDataset = run_on_thread(py, InterruptPolicy::Wait, progress, move |link| {
             // The folder has been begun, so that writing resumes it in any case.
             order.get().prepare(true, |job| {
-                let show = |step: Step| link.show(step.done, step.all);
+                let show = |step: ProgressStep| link.show(step.done, step.total);
                 begun.write(job, &show, &|| link.is_cancelled())
             })
         })?;
-        Ok(written.untouched)
+        Ok(written.halves_without_contact)
     }
 
     /// Releases the folder's lock.
@@ -170,7 +170,7 @@ pub struct DatasetReader {
 impl DatasetReader {
     #[new]
     fn new(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
-        let reader = short(py, || dataset::DatasetReader::open(&folder))?.or_raise(py)?;
+        let reader = run_short(py, || dataset::DatasetReader::open(&folder))?.or_raise(py)?;
         Ok(Self { reader })
     }
 
@@ -180,13 +180,13 @@ impl DatasetReader {
     }
 
     fn content<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = short(py, || self.reader.bytes(name))?.or_raise(py)?;
+        let bytes = run_short(py, || self.reader.bytes(name))?.or_raise(py)?;
         Ok(PyBytes::new(py, &bytes))
     }
 
     /// Opens an array such as `halves/label`; `None` if it does not exist.
     fn array(&self, py: Python<'_>, name: &str) -> PyResult<Option<Samples>> {
-        let array = short(py, || self.reader.array(name))?.or_raise(py)?;
+        let array = run_short(py, || self.reader.array(name))?.or_raise(py)?;
         Ok(array.map(|array| Samples { array }))
     }
 }
@@ -205,24 +205,24 @@ impl Samples {
 
     fn dtype(&self) -> &'static str {
         match self.array.element() {
-            Element::F32 => "float32",
-            Element::U16 => "uint16",
-            Element::U8 => "uint8",
+            ZarrType::F32 => "float32",
+            ZarrType::U16 => "uint16",
+            ZarrType::U8 => "uint8",
         }
     }
 
     fn sample<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyAny>> {
-        let bytes = short(py, || self.array.sample(index))?.or_raise(py)?;
+        let bytes = run_short(py, || self.array.sample(index))?.or_raise(py)?;
         let shape = &self.array.shape()[1..];
         Ok(match self.array.element() {
-            Element::U8 => shaped(py, bytes, shape)?.into_any(),
-            Element::U16 => {
+            ZarrType::U8 => into_array(py, bytes, shape)?.into_any(),
+            ZarrType::U16 => {
                 let values = bytes.as_chunks().0.iter().map(|value| u16::from_le_bytes(*value));
-                shaped(py, values.collect(), shape)?.into_any()
+                into_array(py, values.collect(), shape)?.into_any()
             }
-            Element::F32 => {
+            ZarrType::F32 => {
                 let values = bytes.as_chunks().0.iter().map(|value| f32::from_le_bytes(*value));
-                shaped(py, values.collect(), shape)?.into_any()
+                into_array(py, values.collect(), shape)?.into_any()
             }
         })
     }

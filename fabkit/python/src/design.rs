@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use fabkit_application::calibration::board::Board;
 use fabkit_application::calibration::landmarks::PinLandmarks;
-use fabkit_application::designs::fixing::Change;
-use fabkit_application::exporting::ExportFailure;
-use fabkit_application::pictures::{self, PictureError, Shot};
-use fabkit_application::progress::unwatched;
+use fabkit_application::designs::fixing::ValueChange;
+use fabkit_application::exports::ExportRunError;
+use fabkit_application::images::{self, DrawingError, ImageView};
+use fabkit_application::progress::ignore_progress;
 use fabkit_application::source::Source;
-use fabkit_application::{Error, bodies, checks, designs, documents, fixtures, viewing};
+use fabkit_application::{Error, bodies, checks, designs, documents, fixtures, model_view};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -17,9 +17,9 @@ use pyo3::types::PyBytes;
 use crate::arrays;
 use crate::camera::Camera;
 use crate::errors::{Failure, OrRaise};
-use crate::export::{Exported, Wish, exported};
+use crate::export::{Exported, ExportRequest, exported};
 use crate::mesh::Mesh;
-use crate::running::{Interrupted, run, short};
+use crate::running::{InterruptPolicy, run_on_thread, run_short};
 
 /// Names of the built-in sensors.
 #[pyfunction]
@@ -36,14 +36,14 @@ pub fn load(
     mut overrides: Vec<String>,
     fix: bool,
 ) -> PyResult<Project> {
-    let loaded = short(py, || {
+    let loaded = run_short(py, || {
         let source = match preset {
             None => Source::find(sensor)?,
             Some(preset) => Source::preset(sensor, preset)?,
         };
         let changes = if fix { source.fix(&overrides)? } else { Vec::new() };
         // The changes become overrides, so that sensors derived from this one keep them.
-        overrides.extend(changes.iter().map(Change::as_override));
+        overrides.extend(changes.iter().map(ValueChange::as_override));
         let project = source.load(&overrides)?;
         Ok::<_, Error>((source, project, changes))
     })?;
@@ -59,7 +59,7 @@ pub struct Project {
     /// Overrides with which it was read, `path=value`.
     pub overrides: Vec<String>,
     /// Automatic changes that made it buildable.
-    pub changes: Vec<Change>,
+    pub changes: Vec<ValueChange>,
 }
 
 #[pymethods]
@@ -79,14 +79,14 @@ impl Project {
 
     /// Reads the same source with other overrides.
     fn replaced(&self, py: Python<'_>, overrides: Vec<String>) -> PyResult<Self> {
-        let project = short(py, || self.source.load(&overrides))?.or_raise(py)?;
+        let project = run_short(py, || self.source.load(&overrides))?.or_raise(py)?;
         let (source, project) = (Arc::clone(&self.source), Arc::new(project));
         Ok(Self { source, project, overrides, changes: Vec::new() })
     }
 
     /// Automatic changes that made the sensor buildable: path, from, to, because.
     fn changes(&self) -> Vec<(String, String, String, String)> {
-        let told = |change: Change| (change.path, change.from, change.to, change.because);
+        let told = |change: ValueChange| (change.path, change.from, change.to, change.because);
         self.changes.iter().cloned().map(told).collect()
     }
 
@@ -100,8 +100,8 @@ impl Project {
 
     fn fixture(&self, py: Python<'_>, name: String) -> PyResult<Design> {
         let (source, project) = (Arc::clone(&self.source), Arc::clone(&self.project));
-        let design = run(py, Interrupted::Leave, None, move |_| {
-            Ok(project.fixture(&name).map_err(|error| source.error(error))?)
+        let design = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
+            Ok(project.fixture(&name).map_err(|error| source.convert_fixture_error(error))?)
         })?;
         Ok(Design { design: Arc::new(design) })
     }
@@ -109,10 +109,10 @@ impl Project {
     /// IDs of the presses with known places, in order.
     fn presses(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let (source, project) = (Arc::clone(&self.source), Arc::clone(&self.project));
-        run(py, Interrupted::Leave, None, move |_| {
+        run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
             let mut ids = Vec::new();
             for presses in project.presses() {
-                let presses = presses.map_err(|error| source.error(error))?;
+                let presses = presses.map_err(|error| source.convert_fixture_error(error))?;
                 ids.extend(presses.into_iter().map(|press| press.id));
             }
             Ok(ids)
@@ -122,11 +122,11 @@ impl Project {
     /// Checks the sensor or a fixture: a `fabkit-check` document.
     fn check(&self, py: Python<'_>, fixture: Option<String>) -> PyResult<String> {
         let (source, project) = (Arc::clone(&self.source), Arc::clone(&self.project));
-        run(py, Interrupted::Leave, None, move |_| {
+        run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
             let (design, report) = match &fixture {
                 None => (project.design.clone(), checks::check(&project.design.sensor)),
                 Some(name) => {
-                    let failed = |error| source.error(error);
+                    let failed = |error| source.convert_fixture_error(error);
                     let report = project.check_fixture(name, &|_, _| {}).map_err(failed)?;
                     (project.fixture(name).map_err(failed)?, report)
                 }
@@ -143,7 +143,7 @@ impl Project {
 
     /// The pose from camera frame to sensor frame, (4, 4).
     fn sensor_from_camera<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        arrays::pose(py, &self.project.design.sensor.camera.sensor_from_camera)
+        arrays::pose_array(py, &self.project.design.sensor.camera.sensor_from_camera)
     }
 }
 
@@ -166,12 +166,12 @@ impl Design {
 impl Design {
     /// A `fabkit-show` document.
     fn about(&self, py: Python<'_>) -> PyResult<String> {
-        short(py, || documents::show(&self.design).to_string())
+        run_short(py, || documents::show(&self.design).to_string())
     }
 
     /// A `fabkit-chain` document.
     fn chain(&self, py: Python<'_>) -> PyResult<String> {
-        short(py, || documents::chain(&self.design).to_string())
+        run_short(py, || documents::chain(&self.design).to_string())
     }
 
     /// Files that come with the design: names and contents.
@@ -180,7 +180,7 @@ impl Design {
         // Some are computed only now.
         files
             .map(|file| {
-                let bytes = short(py, || file.bytes())?;
+                let bytes = run_short(py, || file.bytes())?;
                 Ok((file.name.clone(), PyBytes::new(py, bytes)))
             })
             .collect()
@@ -210,10 +210,10 @@ impl Design {
 
     fn mesh(&self, py: Python<'_>, body: String, tolerance_mm: f64) -> PyResult<Mesh> {
         let (design, name) = (Arc::clone(&self.design), body.clone());
-        let mesh = run(py, Interrupted::Leave, None, move |_| {
+        let mesh = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
             let body = bodies::find(&design.sensor, &name)?;
             fabkit_application::mesh::mesh(&body.solid, tolerance_mm)
-                .map_err(|source| ExportFailure::Mesh { part: name.clone(), source }.into())
+                .map_err(|source| ExportRunError::Mesh { part: name.clone(), source }.into())
         })?;
         Mesh::new(py, body, mesh)
     }
@@ -232,16 +232,16 @@ impl Design {
         size_px: [u32; 2],
     ) -> PyResult<Bound<'py, PyBytes>> {
         let design = Arc::clone(&self.design);
-        let bytes = run(py, Interrupted::Leave, None, move |_| {
-            let from = view.map(|view| view.parse().map_err(PictureError::Viewer)).transpose()?;
-            let (sensor, shot) = (&design.sensor, Shot { size_px, section, from });
+        let bytes = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
+            let from = view.map(|view| view.parse().map_err(DrawingError::Viewer)).transpose()?;
+            let (sensor, shot) = (&design.sensor, ImageView { size_px, is_section, from });
             Ok(match body {
                 Some(name) => {
-                    pictures::picture_of_body(bodies::find(sensor, &name)?, shot, &unwatched)?
+                    images::draw_body(bodies::find(sensor, &name)?, shot, &ignore_progress)?
                 }
                 None => {
-                    let assembly = assembly.unwrap_or_else(|| pictures::default_assembly(sensor));
-                    pictures::picture_of_assembly(sensor, &assembly, exploded, shot, &unwatched)?
+                    let assembly = assembly.unwrap_or_else(|| images::default_assembly(sensor));
+                    images::draw_assembly(sensor, &assembly, exploded, shot, &ignore_progress)?
                 }
             })
         })?;
@@ -251,7 +251,7 @@ impl Design {
     /// One HTML page with the interactive model.
     fn page(&self, py: Python<'_>) -> PyResult<String> {
         let design = Arc::clone(&self.design);
-        run(py, Interrupted::Leave, None, move |_| Ok(viewing::model(&design)?.to_html()))
+        run_on_thread(py, InterruptPolicy::Abandon, None, move |_| Ok(model_view::build_model(&design)?.to_html()))
     }
 
     /// Exports files in memory.
@@ -259,7 +259,7 @@ impl Design {
     fn exported(
         &self,
         py: Python<'_>,
-        wish: Wish,
+        wish: ExportRequest,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Exported> {
         exported(py, &self.design, wish, progress)

@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-use fabkit_application::diagnostics::{self, Diagnosed};
+use fabkit_application::diagnostics::{self, DiagnosedDesign};
 use fabkit_application::geometry::Length;
-use fabkit_application::text::{Json, OVERRIDES, Problem, Scalar, shown};
+use fabkit_application::text::{Json, OVERRIDE_FILE_NAME, Problem, Scalar, to_printable};
 use fabkit_application::{Error, ErrorKind, ErrorSubject, UnknownName, problem_json};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -49,10 +49,10 @@ impl Failure {
         }
     }
 
-    fn about(&self) -> ErrorSubject {
+    fn subject(&self) -> ErrorSubject {
         match self {
             Self::Application(error) => error.subject(),
-            Self::Call { .. } => ErrorSubject::of_kind(self.kind()),
+            Self::Call { .. } => ErrorSubject::from_kind(self.kind()),
         }
     }
 
@@ -73,19 +73,19 @@ pub fn hint(name: &str, known: Vec<String>) -> String {
 /// Makes the exception of a failure: the text that the command would print and the problems that `--json` would list,
 /// with hints that name Python arguments.
 pub fn exception(py: Python<'_>, failure: impl Into<Failure>) -> PyErr {
-    made(py, &failure.into()).unwrap_or_else(|error| error)
+    build_exception(py, &failure.into()).unwrap_or_else(|error| error)
 }
 
-fn made(py: Python<'_>, failure: &Failure) -> PyResult<PyErr> {
+fn build_exception(py: Python<'_>, failure: &Failure) -> PyResult<PyErr> {
     let found = match failure {
         Failure::Application(error) => error.downcast_ref(),
         Failure::Call { .. } => None,
     };
     let (text, problems) = match found {
-        Some(found) => invalid(found),
+        Some(found) => format_problems(found),
         None => {
             let (message, hint) = failure.message_and_hint();
-            let problem = failure.about().to_json(&message, hint.as_deref());
+            let problem = failure.subject().to_json(&message, hint.as_deref());
             let help = hint.map(|hint| format!("\n  = help: {hint}")).unwrap_or_default();
             (message + &help, vec![problem])
         }
@@ -99,17 +99,17 @@ fn made(py: Python<'_>, failure: &Failure) -> PyResult<PyErr> {
     Ok(PyErr::from_value(exception))
 }
 
-fn invalid(found: &Diagnosed) -> (String, Vec<Json>) {
-    let problems: Vec<Problem> = found.invalid.problems.iter().map(of_overrides).collect();
-    let listed = diagnostics::list(&problems, &found.texts);
+fn format_problems(found: &DiagnosedDesign) -> (String, Vec<Json>) {
+    let problems: Vec<Problem> = found.invalid.problems.iter().map(rename_overrides).collect();
+    let listed = diagnostics::format_problems(&problems, &found.texts);
     let problems = problems.iter().map(problem_json).collect();
     let text = listed.strip_prefix("error: ").unwrap_or(&listed).trim_end_matches('\n').to_owned();
     (text, problems)
 }
 
 /// Replaces the command's name of the overrides by Python's keyword.
-fn of_overrides(problem: &Problem) -> Problem {
-    let called = |text: &str| text.replace(OVERRIDES, "overrides");
+fn rename_overrides(problem: &Problem) -> Problem {
+    let called = |text: &str| text.replace(OVERRIDE_FILE_NAME, "overrides");
     Problem {
         file: called(&problem.file),
         message: called(&problem.message),
@@ -122,7 +122,7 @@ fn of_overrides(problem: &Problem) -> Problem {
 #[pyfunction]
 pub fn length_mm(py: Python<'_>, text: &str, name: &str) -> PyResult<f64> {
     <Length as Scalar>::parse(text).map(Length::mm).map_err(|refusal| {
-        let message = format!("{name} is `{}`, which {}", shown(text), refusal.says);
+        let message = format!("{name} is `{}`, which {}", to_printable(text), refusal.says);
         exception(py, Failure::Call { message, hint: refusal.hint.map(Cow::Owned) })
     })
 }

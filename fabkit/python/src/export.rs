@@ -6,8 +6,8 @@ use std::sync::Arc;
 use fabkit_application::UnknownName;
 use fabkit_application::designs::Design;
 use fabkit_application::export::Bed;
-use fabkit_application::exporting::{self, DEFAULT_STOCK, ExportOptions, Format, Overwriting};
-use fabkit_application::progress::unwatched;
+use fabkit_application::exports::{self, DEFAULT_STOCK, ExportOptions, Format, Overwriting};
+use fabkit_application::progress::ignore_progress;
 use fabkit_application::robots::{RobotFormat, robot_files};
 use fabkit_application::source::read_profile;
 use fabkit_application::staging::{OutputFile, write_all};
@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::errors::{Failure, exception};
-use crate::running::{Interrupted, run, short};
+use crate::running::{InterruptPolicy, run_on_thread, run_short};
 
 /// Format that is made by another kernel and is therefore not in [`Format`].
 const STEP: &str = "step";
@@ -24,7 +24,7 @@ const STEP: &str = "step";
 /// Export options by name. Options left out have the command's defaults.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub struct Wish {
+pub struct ExportRequest {
     parts: Vec<String>,
     formats: Vec<String>,
     tolerance_mm: f64,
@@ -43,7 +43,7 @@ pub struct Wish {
     kerf_mm: Option<f64>,
 }
 
-impl Wish {
+impl ExportRequest {
     /// Converts to export options. Also returns whether STEP is requested, and the requested robot formats.
     fn options(self) -> Result<(ExportOptions, bool, Vec<RobotFormat>), Failure> {
         let usual = ExportOptions::default();
@@ -86,24 +86,24 @@ impl Wish {
 /// Files of an export, in memory.
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Exported {
-    exported: Arc<exporting::Exported>,
+    exported: Arc<exports::Exported>,
 }
 
 pub fn exported(
     py: Python<'_>,
     design: &Arc<Design>,
-    wish: Wish,
+    wish: ExportRequest,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Exported> {
     let design = Arc::clone(design);
-    let exported = run(py, Interrupted::Leave, progress, move |link| {
+    let exported = run_on_thread(py, InterruptPolicy::Abandon, progress, move |link| {
         let (options, wants_step, robots) = wish.options()?;
-        exporting::require_profile_applies([&*design], &options)?;
+        exports::require_profile_applies([&*design], &options)?;
         let parts = design.sensor.parts().count();
         link.show(0, if options.parts.is_empty() { parts } else { options.parts.len() });
-        let mut exported = exporting::export(&design, &options, &|_| link.step())?;
+        let mut exported = exports::export(&design, &options, &|_| link.step())?;
         if wants_step {
-            exported.add(Verifier::find()?.step_files(&design, &options.parts, &unwatched)?)?;
+            exported.add(Verifier::find()?.step_files(&design, &options.parts, &ignore_progress)?)?;
         }
         if !robots.is_empty() {
             exported.add(robot_files(&design, &robots)?)?;
@@ -117,7 +117,7 @@ pub fn exported(
 impl Exported {
     /// The manifest, as JSON.
     fn manifest(&self, py: Python<'_>) -> PyResult<String> {
-        let bytes = short(py, || exporting::manifest_bytes(&self.exported.manifest))?;
+        let bytes = run_short(py, || exports::manifest_bytes(&self.exported.manifest))?;
         let bytes = bytes.map_err(|error| exception(py, Failure::bug(error)))?;
         Ok(String::from_utf8(bytes)?)
     }
@@ -131,12 +131,12 @@ impl Exported {
     /// Writes all files or none. Returns the manifest as merged with the folder's.
     fn write(&self, py: Python<'_>, folder: PathBuf, clean: bool, force: bool) -> PyResult<String> {
         let exported = Arc::clone(&self.exported);
-        run(py, Interrupted::Wait, None, move |link| {
+        run_on_thread(py, InterruptPolicy::Wait, None, move |link| {
             let how = Overwriting { clean, force };
             let exports = [(folder, &*exported)];
-            let written = exporting::write(&exports, how, &|| link.is_cancelled())?;
+            let written = exports::write(&exports, how, &|| link.is_cancelled())?;
             let manifest = written.first().map_or(&exported.manifest, |written| &written.manifest);
-            let bytes = exporting::manifest_bytes(manifest)?;
+            let bytes = exports::manifest_bytes(manifest)?;
             String::from_utf8(bytes).map_err(Failure::bug)
         })
     }
@@ -147,7 +147,7 @@ impl Exported {
 pub fn write_files(py: Python<'_>, folder: PathBuf, files: Vec<(String, Vec<u8>)>) -> PyResult<()> {
     let files: Vec<OutputFile> =
         files.into_iter().map(|(name, bytes)| OutputFile { name, bytes }).collect();
-    run(py, Interrupted::Wait, None, move |link| {
+    run_on_thread(py, InterruptPolicy::Wait, None, move |link| {
         Ok(write_all(&folder, &files, &|| link.is_cancelled())?)
     })
 }

@@ -1,14 +1,14 @@
 //! Hints of failures in Python, which name arguments instead of options. Errors without an entry here use their own
 //! hint.
 
-use fabkit_application::calibrating::PinCaptureError;
+use fabkit_application::calibration_runs::PinCaptureError;
 use fabkit_application::dataset::{DatasetError, DatasetRequestError, SampleError};
 use fabkit_application::export::ExportError;
-use fabkit_application::exporting::{self, ExportFailure};
+use fabkit_application::exports::{self, ExportRunError};
 use fabkit_application::mesh::MeshError;
-use fabkit_application::resumable::FolderError;
+use fabkit_application::resumable::ResumableFolderError;
 use fabkit_application::scene::SceneError;
-use fabkit_application::sweeping::SweepError;
+use fabkit_application::sweep_runs::SweepError;
 use fabkit_application::verifier::VerifierError;
 use fabkit_application::{Error, ErrorKind, Explained};
 
@@ -30,15 +30,15 @@ pub fn hint(error: &Error) -> Option<String> {
     if let Some(VerifierError::Export(error)) = error.downcast_ref() {
         return export(error);
     }
-    if let Some(refused @ exporting::FolderError::Refused(_)) = error.downcast_ref() {
-        let hint = if refused.is_of_another_design() {
+    if let Some(refused @ exports::FolderError::Refused(_)) = error.downcast_ref() {
+        let hint = if refused.holds_other_design() {
             "choose another folder; clean=True removes what that export wrote"
         } else {
             "choose another folder; force=True replaces it"
         };
         return Some(hint.into());
     }
-    if let Some(SceneError::NoContact { .. } | SceneError::NothingSeen(_)) = error.downcast_ref() {
+    if let Some(SceneError::NoContact { .. } | SceneError::PressNotVisible(_)) = error.downcast_ref() {
         return Some(format!("{} with allow_no_contact=True", error.hint()?));
     }
     if let Some(DatasetRequestError::NoPatterns(_)) = error.downcast_ref() {
@@ -48,7 +48,7 @@ pub fn hint(error: &Error) -> Option<String> {
         return match error {
             DatasetError::Folder(error) => folder(error),
             DatasetError::Read(error) => sample(error),
-            DatasetError::Cancelled => Some(GOES_ON.into()),
+            DatasetError::Cancelled => Some(RESUME_HINT.into()),
             other => other.hint(),
         };
     }
@@ -58,7 +58,7 @@ pub fn hint(error: &Error) -> Option<String> {
     if let Some(error) = error.downcast_ref() {
         return match error {
             SweepError::Folder(error) => folder(error),
-            SweepError::Cancelled => Some(GOES_ON.into()),
+            SweepError::Cancelled => Some(RESUME_HINT.into()),
             other => other.hint(),
         };
     }
@@ -70,15 +70,15 @@ pub fn hint(error: &Error) -> Option<String> {
 
 const REPORT: &str = "this is a bug in fabkit; please report it with the call and, if there is one, the \
                       sensor's file";
-const GOES_ON: &str = "resume=True goes on from here";
+const RESUME_HINT: &str = "resume=True goes on from here";
 
 fn sample(error: &SampleError) -> Option<String> {
     let hint = match error {
         SampleError::Folder(error) => return folder(error),
-        SampleError::Absent { is_begun: true, .. } => {
+        SampleError::NoDataset { is_begun: true, .. } => {
             "it is not finished: call `fabkit.dataset.write` again with resume=True"
         }
-        SampleError::Absent { .. } => "`fabkit.dataset.write` writes one",
+        SampleError::NoDataset { .. } => "`fabkit.dataset.write` writes one",
         SampleError::Damaged { .. } => {
             "delete that file, and `fabkit.dataset.write` with resume=True makes it again"
         }
@@ -100,16 +100,16 @@ fn pin_captures(error: &PinCaptureError) -> Option<String> {
     Some(hint.into())
 }
 
-fn folder(error: &FolderError) -> Option<String> {
+fn folder(error: &ResumableFolderError) -> Option<String> {
     let hint = match error {
-        FolderError::NotEmpty { .. } => {
+        ResumableFolderError::NotEmpty { .. } => {
             "choose another folder; resume=True goes on with what the same call began"
         }
-        FolderError::OtherPlan { .. } => {
+        ResumableFolderError::OtherPlan { .. } => {
             "resume with the arguments it was begun with, or choose another folder"
         }
-        FolderError::Damaged { .. } => "delete that file, and resume=True makes it again",
-        FolderError::Changed { .. } => {
+        ResumableFolderError::Damaged { .. } => "delete that file, and resume=True makes it again",
+        ResumableFolderError::Changed { .. } => {
             "if nobody edited them, the disk did: delete them, and resume=True makes them again"
         }
         other => return other.hint(),
@@ -117,32 +117,32 @@ fn folder(error: &FolderError) -> Option<String> {
     Some(hint.into())
 }
 
-fn export(error: &ExportFailure) -> Option<String> {
+fn export(error: &ExportRunError) -> Option<String> {
     let hint = match error {
-        ExportFailure::TooManyTriangles { .. }
-        | ExportFailure::Mesh { source: MeshError::TooFine { .. }, .. } => {
+        ExportRunError::TooManyTriangles { .. }
+        | ExportRunError::Mesh { source: MeshError::TooFine { .. }, .. } => {
             "allow a larger tolerance_mm, or export fewer parts"
         }
-        ExportFailure::Plate(_) => {
+        ExportRunError::Plate(_) => {
             "pass your printer's bed as bed_mm, or leave plates out with formats=[\"stl\"]"
         }
-        ExportFailure::Stock(_) => {
+        ExportRunError::Stock(_) => {
             "pass your stock as stock_mm, or leave drawings out with formats=[\"stl\", \"3mf\"]"
         }
-        ExportFailure::Outline { source: ExportError::KerfTooWide { .. }, .. } => {
+        ExportRunError::Outline { source: ExportError::KerfTooWide { .. }, .. } => {
             "pass your laser's width as kerf_mm, or leave it out with nominal=True"
         }
-        ExportFailure::HolesBreakOut { .. } => {
+        ExportRunError::HolesBreakOut { .. } => {
             "export this part without `process`, and let the slicer make up for the printer"
         }
-        ExportFailure::ProfileWithoutFiles { .. } => {
+        ExportRunError::ProfileWithoutFiles { .. } => {
             "ask for \"stl\" or \"3mf\" in `formats` too, or leave `process` out"
         }
-        ExportFailure::ProfileUnused { has_process: true, .. } => {
+        ExportRunError::ProfileUnused { has_process: true, .. } => {
             "measure a coupon of that material (`fixtures.coupon.material`), or apply this profile all \
              the same with process_for_any_material=True"
         }
-        ExportFailure::ProfileUnused { .. } => {
+        ExportRunError::ProfileUnused { .. } => {
             "leave `process` out, or pass the profile of the printer that makes these parts"
         }
         other => return other.hint(),

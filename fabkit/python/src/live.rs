@@ -4,33 +4,33 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use fabkit_application::Error;
-use fabkit_application::export::{Array, Values};
+use fabkit_application::export::{NpyArray, NpyValues};
 use fabkit_application::fixtures::{Press, PressBody};
 use fabkit_application::geometry::{Matrix3, Point3, Pose, Solid, Vector3};
 use fabkit_application::live::{
-    self, LiveOptions, LivePress, LiveShown, SkinPicture, SkinPictures, SkinShown,
+    self, LiveOptions, LivePress, LiveResult, SkinImages, SkinImageRequest, SkinResult,
 };
-use fabkit_application::source::press_error;
+use fabkit_application::source::convert_press_error;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays;
 use crate::design::Project;
 use crate::errors::Failure;
-use crate::running::{Interrupted, run};
+use crate::running::{InterruptPolicy, run_on_thread};
 use crate::scene::Scene;
 
 /// Indenter: kind, sizes in mm, and `sensor_from_body`, (4, 4).
 type Body = (String, Vec<f64>, [[f64; 4]; 4]);
 /// Press request: names of presses, further bodies, shear along the surface in mm, friction, and seed of the noise.
-type Asked = (Vec<String>, Vec<Body>, [f64; 2], Option<f64>, Option<u64>);
+type LivePressRequest = (Vec<String>, Vec<Body>, [f64; 2], Option<f64>, Option<u64>);
 
 /// Sensor ready for presses, see [`live::Live`].
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Live {
     sensor: String,
     scene: Arc<fabkit_application::scene::SensorView>,
-    live: Arc<live::Live>,
+    live: Arc<live::LiveSensor>,
 }
 
 #[pymethods]
@@ -45,9 +45,9 @@ impl Live {
         spacing_mm: Option<f64>,
     ) -> PyResult<Self> {
         let (view, sensor) = (Arc::clone(&scene.scene), scene.sensor.clone());
-        let live = run(py, Interrupted::Leave, None, move |_| {
+        let live = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
             let options = LiveOptions { light, constants, samples, spacing_mm };
-            Ok::<_, Failure>(live::Live::new(Arc::clone(&view), options)?)
+            Ok::<_, Failure>(live::LiveSensor::new(Arc::clone(&view), options)?)
         })?;
         Ok(Self { sensor, scene: Arc::clone(&scene.scene), live: Arc::new(live) })
     }
@@ -67,21 +67,21 @@ impl Live {
 
     /// Names of the markers, and their positions at rest, mm.
     fn marks(&self) -> Vec<(String, [f64; 3])> {
-        marks_of(&self.scene.project)
+        list_markers(&self.scene.project)
     }
 
     /// Computes presses, each on a surface at rest: arrays by name, whose first axis is the press.
-    fn press<'py>(&self, py: Python<'py>, asked: Vec<Asked>) -> PyResult<Bound<'py, PyDict>> {
+    fn press<'py>(&self, py: Python<'py>, asked: Vec<LivePressRequest>) -> PyResult<Bound<'py, PyDict>> {
         let (live, scene) = (Arc::clone(&self.live), Arc::clone(&self.scene));
         let sensor = self.sensor.clone();
-        let shown = run(py, Interrupted::Leave, None, move |_| {
+        let shown = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
             let finder = scene.project.press_finder();
-            let find = |id: &String| finder.press(id).map_err(|error| press_error(&sensor, error));
-            let press = |(ids, bodies, shear_mm, friction, seed): Asked| {
+            let find = |id: &String| finder.press(id).map_err(|error| convert_press_error(&sensor, error));
+            let press = |(ids, bodies, shear_mm, friction, seed): LivePressRequest| {
                 let named = ids.iter().map(find).collect::<Result<Vec<Press>, Error>>()?;
                 let mut all: Vec<PressBody> = named.into_iter().flat_map(|p| p.bodies).collect();
                 for (i, body) in bodies.into_iter().enumerate() {
-                    all.push(placed(i, body)?);
+                    all.push(build_body(i, body)?);
                 }
                 let (id, summary) = (ids.join(" "), String::new());
                 let press = Press { id, summary, bodies: all, is_left_half: false };
@@ -91,14 +91,14 @@ impl Live {
                 asked.into_iter().map(press).collect::<Result<_, Failure>>()?;
             let shown = live.press(presses)?;
             let about = live.about();
-            Ok::<_, Failure>(together(about.size_px, about.channels, &shown))
+            Ok::<_, Failure>(stack_results(about.size_px, about.channels, &shown))
         })?;
         arrays::dictionary(py, shown)
     }
 }
 
 /// Makes a body of a kind at a pose. Its centre is its origin.
-fn placed(i: usize, (kind, sizes, pose): Body) -> Result<PressBody, Failure> {
+fn build_body(i: usize, (kind, sizes, pose): Body) -> Result<PressBody, Failure> {
     let solid = match (kind.as_str(), &sizes[..]) {
         ("ball", &[radius_mm]) => Solid::sphere(radius_mm),
         ("cylinder", &[radius_mm, height_mm]) => {
@@ -134,9 +134,9 @@ fn placed(i: usize, (kind, sizes, pose): Body) -> Result<PressBody, Failure> {
 }
 
 /// Stacks the results of all presses in arrays.
-fn together([width, height]: [usize; 2], channels: usize, shown: &[LiveShown]) -> Vec<Array> {
+fn stack_results([width, height]: [usize; 2], channels: usize, shown: &[LiveResult]) -> Vec<NpyArray> {
     let count = shown.len();
-    let array = |name: &str, of_each: &[usize], values: Values| Array {
+    let array = |name: &str, of_each: &[usize], values: NpyValues| NpyArray {
         name: name.to_owned(),
         shape: [&[count], of_each].concat(),
         values,
@@ -145,9 +145,9 @@ fn together([width, height]: [usize; 2], channels: usize, shown: &[LiveShown]) -
     // Monochrome images have no axis of channels.
     let colors: &[usize] = if channels == 1 { &[] } else { &[channels] };
     let map = [height, width];
-    let step = |of: fn(&fabkit_application::pressing::Step) -> Vec<f64>, size: usize| {
-        let of_one = move |one: &LiveShown| one.step.as_ref().map_or_else(|| vec![0.0; size], of);
-        Values::F64(shown.iter().flat_map(of_one).collect())
+    let step = |of: fn(&fabkit_application::press_simulation::PressStep) -> Vec<f64>, size: usize| {
+        let of_one = move |one: &LiveResult| one.step.as_ref().map_or_else(|| vec![0.0; size], of);
+        NpyValues::F64(shown.iter().flat_map(of_one).collect())
     };
     let marks = shown.first().map_or(0, |one| one.marks.len());
     // Markers that the solution does not cover are NaN.
@@ -159,23 +159,23 @@ fn together([width, height]: [usize; 2], channels: usize, shown: &[LiveShown]) -
     let pixels = shown.iter().flat_map(|one| &one.mark_px);
     let pixels = pixels.flat_map(|px| px.unwrap_or([f64::NAN; 2]));
     vec![
-        array("image", &[&map[..], colors].concat(), Values::U8(grey.collect())),
+        array("image", &[&map[..], colors].concat(), NpyValues::U8(grey.collect())),
         array(
             "depth_mm",
             &map,
-            Values::F32(shown.iter().flat_map(|one| one.indentation_mm.iter().copied()).collect()),
+            NpyValues::F32(shown.iter().flat_map(|one| one.indentation_mm.iter().copied()).collect()),
         ),
         array(
             "contact",
             &map,
-            Values::Bool(shown.iter().flat_map(|one| one.contact.iter().copied()).collect()),
+            NpyValues::Bool(shown.iter().flat_map(|one| one.contact.iter().copied()).collect()),
         ),
         array("force_n", &[3], step(|step| step.force_n.iter().copied().collect(), 3)),
         array("moment_nmm", &[3], step(|step| step.moment_nmm.iter().copied().collect(), 3)),
         array("contact_area_mm2", &[], step(|step| vec![step.contact_area_mm2], 1)),
         array("deepest_mm", &[], step(|step| vec![step.max_indentation_mm], 1)),
-        array("mark_displacement_mm", &[marks, 3], Values::F64(moved.collect())),
-        array("mark_px", &[marks, 2], Values::F64(pixels.collect())),
+        array("mark_displacement_mm", &[marks, 3], NpyValues::F64(moved.collect())),
+        array("mark_px", &[marks, 2], NpyValues::F64(pixels.collect())),
     ]
 }
 
@@ -199,7 +199,7 @@ impl LiveSkin {
     ) -> PyResult<Self> {
         let project = Arc::clone(&project.project);
         let own = Arc::clone(&project);
-        let live = run(py, Interrupted::Leave, None, move |_| {
+        let live = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
             Ok::<_, Failure>(live::LiveSkin::new(own, spacing_mm, size_px)?)
         })?;
         Ok(Self { sensor, project, live: Arc::new(live) })
@@ -212,7 +212,7 @@ impl LiveSkin {
 
     /// Names of the markers, and their positions at rest, mm.
     fn marks(&self) -> Vec<(String, [f64; 3])> {
-        marks_of(&self.project)
+        list_markers(&self.project)
     }
 
     /// Computes presses, each on a skin at rest: arrays by name, whose first axis is the press. The name of an image is
@@ -226,46 +226,46 @@ impl LiveSkin {
     ) -> PyResult<Bound<'py, PyDict>> {
         let (live, project) = (Arc::clone(&self.live), Arc::clone(&self.project));
         let sensor = self.sensor.clone();
-        let shown = run(py, Interrupted::Leave, None, move |_| {
+        let shown = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
             let finder = project.skin_press_finder();
-            let find = |id: &String| finder.press(id).map_err(|error| press_error(&sensor, error));
+            let find = |id: &String| finder.press(id).map_err(|error| convert_press_error(&sensor, error));
             let presses = asked.iter().map(find).collect::<Result<Vec<Press>, Error>>()?;
             let shown = live.press(&presses)?;
-            let pictures = live.pictures(&shown, &SkinPictures { lights, seed })?;
-            let mut all = skins_together(&shown);
-            all.extend(pictures.iter().map(picture));
+            let pictures = live.pictures(&shown, &SkinImageRequest { lights, seed })?;
+            let mut all = stack_skin_results(&shown);
+            all.extend(pictures.iter().map(image_array));
             Ok::<_, Failure>(all)
         })?;
         arrays::dictionary(py, shown)
     }
 }
 
-fn marks_of(project: &fabkit_application::fixtures::Project) -> Vec<(String, [f64; 3])> {
+fn list_markers(project: &fabkit_application::fixtures::Project) -> Vec<(String, [f64; 3])> {
     let marks = &project.design.sensor.marks;
     marks.iter().map(|mark| (mark.name.clone(), mark.point.coords.into())).collect()
 }
 
-fn picture(of: &SkinPicture) -> Array {
-    let SkinPicture { light, size_px: [width, height], channels, grey } = of;
+fn image_array(of: &SkinImages) -> NpyArray {
+    let SkinImages { light, size_px: [width, height], channels, grey } = of;
     let colors: &[usize] = if *channels == 1 { &[] } else { &[*channels] };
     let values = grey.iter().flatten().map(|grey| grey.round() as u8).collect();
-    Array {
+    NpyArray {
         name: format!(" {light}"),
         shape: [&[grey.len(), *height, *width], colors].concat(),
-        values: Values::U8(values),
+        values: NpyValues::U8(values),
     }
 }
 
-fn skins_together(shown: &[SkinShown]) -> Vec<Array> {
-    let array = |name: &str, of_each: &[usize], values: Vec<f64>| Array {
+fn stack_skin_results(shown: &[SkinResult]) -> Vec<NpyArray> {
+    let array = |name: &str, of_each: &[usize], values: Vec<f64>| NpyArray {
         name: name.to_owned(),
         shape: [&[shown.len()], of_each].concat(),
-        values: Values::F64(values),
+        values: NpyValues::F64(values),
     };
     let first = shown.first();
     let columns = first.map_or(0, |one| one.column_mm.len());
     let marks = first.map_or(0, |one| one.mark_mm.len());
-    let pixels = |of: fn(&SkinShown) -> &Vec<Option<[f64; 2]>>| -> Vec<f64> {
+    let pixels = |of: fn(&SkinResult) -> &Vec<Option<[f64; 2]>>| -> Vec<f64> {
         let all = shown.iter().flat_map(of);
         all.flat_map(|px| px.unwrap_or([f64::NAN; 2])).collect()
     };

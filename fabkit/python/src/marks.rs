@@ -13,13 +13,13 @@ use pyo3::types::PyDict;
 use crate::arrays;
 use crate::design::Project;
 use crate::errors::{Failure, OrRaise};
-use crate::running::short;
-use crate::scene::{Scene, taken};
+use crate::running::run_short;
+use crate::scene::{Scene, array_image};
 
 /// Follower of markers, see [`reconstructing::MarkFollower`].
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct MarkFollower {
-    known: Arc<reconstructing::MarkFollower>,
+    known: Arc<reconstructing::MarkerTracker>,
 }
 
 #[pymethods]
@@ -38,10 +38,10 @@ impl MarkFollower {
         let given = scene.map(|scene| scene.scene.viewpoint.clone());
         let (height, width) = (reference.shape()[0], reference.shape()[1]);
         let size_px = [width, height].map(|px| u32::try_from(px).unwrap_or(u32::MAX));
-        let reference = taken(&reference);
-        let known = short(py, move || {
+        let reference = array_image(&reference);
+        let known = run_short(py, move || {
             let drawn = &project.design.sensor;
-            let lighting = capturing::lighting(drawn, light.as_deref())
+            let lighting = capturing::find_lighting(drawn, light.as_deref())
                 .map_err(fabkit_application::Error::from)?;
             let wrong = |error| SceneError::viewpoint(None, error);
             let viewpoint = match given {
@@ -53,7 +53,7 @@ impl MarkFollower {
             };
             let viewpoint = viewpoint.resized(size_px).map_err(wrong)?;
             let rest = (Path::new("reference"), &reference);
-            let known = reconstructing::MarkFollower::new(drawn, &viewpoint, lighting, rest)?;
+            let known = reconstructing::MarkerTracker::new(drawn, &viewpoint, lighting, rest)?;
             Ok::<_, Failure>(known)
         })?;
         Ok(Self { known: Arc::new(known.or_raise(py)?) })
@@ -69,9 +69,9 @@ impl MarkFollower {
         py: Python<'py>,
         picture: PyReadonlyArray3<'py, f32>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let picture = taken(&picture);
+        let picture = array_image(&picture);
         let known = Arc::clone(&self.known);
-        let found = short(py, move || {
+        let found = run_short(py, move || {
             let followed = known.follow(Path::new("picture"), &picture)?;
             Ok::<_, Failure>(known.arrays(&followed))
         })?;

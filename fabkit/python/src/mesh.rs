@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::errors::{Failure, OrRaise};
-use crate::running::short;
+use crate::running::run_short;
 
 /// Closed mesh in the frame of its part, mm. Its arrays belong to numpy: moved there, not copied.
 #[pyclass(frozen, module = "fabkit._fabkit")]
@@ -59,7 +59,7 @@ impl Mesh {
         let triangles = self.triangles.bind(py).readonly();
         let triangles = triangles.as_slice()?.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
         let mesh = TriMesh { vertices, triangles, faces: self.faces.clone() };
-        let bytes = short(py, || {
+        let bytes = run_short(py, || {
             let print = mesh.to_print().map_err(Failure::bug)?;
             export::stl(&self.name, &print).map_err(Failure::bug)
         })?;

@@ -19,13 +19,13 @@ const POLL: Duration = Duration::from_millis(25);
 
 /// State shared by the worker and the waiting thread.
 #[derive(Debug, Default)]
-pub struct Link {
+pub struct WorkerLink {
     cancelled: AtomicBool,
     done: AtomicUsize,
     all: AtomicUsize,
 }
 
-impl Link {
+impl WorkerLink {
     /// Returns whether the work should stop as soon as it can.
     pub fn is_cancelled(&self) -> bool {
         self.cancelled.load(Ordering::Relaxed)
@@ -47,7 +47,7 @@ impl Link {
 ///
 /// # Errors
 /// A panic, as an exception: it must not unwind into Python.
-pub fn short<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+pub fn run_short<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     let result = py.detach(|| panic::catch_unwind(AssertUnwindSafe(work)));
     result.map_err(|_| exception(py, Failure::bug("fabkit stopped")))
 }
@@ -55,23 +55,23 @@ pub fn short<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResu
 /// Panics on purpose, for tests of its conversion.
 #[pyfunction]
 pub fn fall(py: Python<'_>) -> PyResult<()> {
-    short(py, || panic!("on purpose"))
+    run_short(py, || panic!("on purpose"))
 }
 
 /// Runs short work that may use Python.
 ///
 /// # Errors
 /// Errors of the work, and panics as in [`short`].
-pub fn guarded<T>(py: Python<'_>, work: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
+pub fn run_guarded<T>(py: Python<'_>, work: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
     panic::catch_unwind(AssertUnwindSafe(work))
         .unwrap_or_else(|_| Err(exception(py, Failure::bug("fabkit stopped"))))
 }
 
 /// Treatment of interrupted work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Interrupted {
+pub enum InterruptPolicy {
     /// Abandon it: it stops where it checks the link, and its result is dropped.
-    Leave,
+    Abandon,
     /// Wait until it has stopped, because it writes files and cleans up after itself.
     Wait,
 }
@@ -81,13 +81,13 @@ pub enum Interrupted {
 /// # Errors
 /// The failure of the work as an exception; `KeyboardInterrupt`, or any exception raised by a signal handler or by
 /// `progress`.
-pub fn run<T: Send + 'static>(
+pub fn run_on_thread<T: Send + 'static>(
     py: Python<'_>,
-    interrupted: Interrupted,
+    interrupted: InterruptPolicy,
     progress: Option<&Bound<'_, PyAny>>,
-    work: impl FnOnce(&Link) -> Result<T, Failure> + Send + 'static,
+    work: impl FnOnce(&WorkerLink) -> Result<T, Failure> + Send + 'static,
 ) -> PyResult<T> {
-    let link = Arc::new(Link::default());
+    let link = Arc::new(WorkerLink::default());
     let (sender, mut receiver) = mpsc::channel();
     let shared = Arc::clone(&link);
     thread::spawn(move || {
@@ -120,7 +120,7 @@ pub fn run<T: Send + 'static>(
                 let fine = report(progress, &link, &mut shown).and_then(|()| py.check_signals());
                 if let Err(error) = fine {
                     link.cancelled.store(true, Ordering::Relaxed);
-                    if interrupted == Interrupted::Leave {
+                    if interrupted == InterruptPolicy::Abandon {
                         return Err(error);
                     }
                     raised = Some(error);
@@ -132,7 +132,7 @@ pub fn run<T: Send + 'static>(
 
 fn report(
     progress: Option<&Bound<'_, PyAny>>,
-    link: &Link,
+    link: &WorkerLink,
     shown: &mut (usize, usize),
 ) -> PyResult<()> {
     let now = (link.done.load(Ordering::Relaxed), link.all.load(Ordering::Relaxed));

@@ -6,14 +6,14 @@ use std::sync::Arc;
 use fabkit::{CaptureOptions, CastOptions, ContactOptions};
 use fabkit_application::Error;
 use fabkit_application::camera::files::{PoseFile, read_pose};
-use fabkit_application::capturing::{self, Unit, lit};
-use fabkit_application::export::{Array, Values, png};
+use fabkit_application::capturing::{self, Unit, select_lighting};
+use fabkit_application::export::{NpyArray, NpyValues, png};
 use fabkit_application::fixtures::Press;
-use fabkit_application::ground_truth::{Viewpoint, arrays, picture};
-use fabkit_application::pressing;
-use fabkit_application::reconstructing::{self, DepthNetwork, Taken};
+use fabkit_application::ground_truth::{Viewpoint, arrays, false_color_image};
+use fabkit_application::press_simulation;
+use fabkit_application::reconstructing::{self, DepthNetwork, CapturedImage};
 use fabkit_application::scene::{self, SceneError, ViewpointFiles};
-use fabkit_application::source::press_error;
+use fabkit_application::source::convert_press_error;
 use numpy::{PyArray2, PyArrayDyn, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -23,7 +23,7 @@ use crate::camera::Camera;
 use crate::design::Project;
 use crate::errors::{Failure, OrRaise, exception};
 use crate::keywords::Keywords;
-use crate::running::{Interrupted, run, short};
+use crate::running::{InterruptPolicy, run_on_thread, run_short};
 
 /// Draws a map as a PNG image with a colour for each value and a scale.
 #[pyfunction]
@@ -37,8 +37,8 @@ pub fn false_color<'py>(
         let failure = Failure::call("a map without pixels has no picture");
         return Err(exception(py, failure));
     }
-    let bytes = short(py, || {
-        let picture = picture(width_px, values);
+    let bytes = run_short(py, || {
+        let picture = false_color_image(width_px, values);
         png(picture.width_px, picture.height_px, &picture.rgb).map_err(Failure::bug)
     })?;
     Ok(PyBytes::new(py, &bytes.or_raise(py)?))
@@ -73,10 +73,10 @@ impl Scene {
         let drawn = Arc::clone(&project.project);
         let (source, overrides) = (Arc::clone(&project.source), &project.overrides);
         let text = camera.map(|camera| camera.text()).transpose().or_raise(py)?;
-        let scene = short(py, || {
+        let scene = run_short(py, || {
             let project = match unit.map(Unit) {
                 None => drawn,
-                Some(unit) => Arc::new(source.unit(unit, overrides)?),
+                Some(unit) => Arc::new(source.load_unit(unit, overrides)?),
             };
             let bad = |error| SceneError::viewpoint(None, error);
             let mut files =
@@ -113,7 +113,7 @@ impl Scene {
     /// Returns the same view at another resolution.
     fn resized(&self, py: Python<'_>, width_px: u32, height_px: u32) -> PyResult<Self> {
         let view = Arc::clone(&self.scene);
-        let scene = short(py, || {
+        let scene = run_short(py, || {
             let viewpoint = view.viewpoint.resized([width_px, height_px]);
             let viewpoint = viewpoint.map_err(|error| SceneError::viewpoint(None, error))?;
             scene::SensorView::new(Arc::clone(&view.project), viewpoint)
@@ -124,7 +124,7 @@ impl Scene {
 
     /// Description of the contributions to `sigma_mm`.
     fn sigma_of(&self) -> String {
-        self.scene.viewpoint.sigma_of()
+        self.scene.viewpoint.sigma_contributions()
     }
 
     /// Names of the parameters whose variances `sigma_mm` includes.
@@ -136,12 +136,12 @@ impl Scene {
         let viewpoint = &self.scene.viewpoint;
         let estimate = viewpoint.estimate.camera_estimate();
         // Passed to another scene, the camera must give the same view: the drawn bodies refract its rays.
-        let is_drawn = viewpoint.is_drawn();
-        Camera { estimate: if is_drawn { estimate.behind_drawing() } else { estimate } }
+        let is_drawn = viewpoint.is_bare_lens();
+        Camera { estimate: if is_drawn { estimate.with_drawn_interface() } else { estimate } }
     }
 
     fn sensor_from_camera<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        arrays::pose(py, &self.scene.viewpoint.sensor_from_camera)
+        arrays::pose_array(py, &self.scene.viewpoint.sensor_from_camera)
     }
 
     /// Share of the surface that the camera sees, and the area of the whole surface, mm2.
@@ -160,11 +160,11 @@ impl Scene {
         let contact = ContactOptions::from_named(&Keywords(&options))?;
         let options = CastOptions::from_named(&Keywords(&options))?;
         let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
-        let (seen, elastic) = run(py, Interrupted::Leave, None, move |_| {
-            let presses = found(&scene, &sensor, &presses)?;
+        let (seen, elastic) = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
+            let presses = find_presses(&scene, &sensor, &presses)?;
             scene.cast(&options.cast(&presses, &contact)?, |seen| {
                 let gap = seen.gap.as_ref();
-                let elastic = seen.answer.map(|answer| pressing::seen(answer, gap).to_string());
+                let elastic = seen.answer.map(|answer| press_simulation::visible_solution_document(answer, gap).to_string());
                 Ok((arrays(seen.map, seen.sigmas), elastic))
             })
         })?;
@@ -181,18 +181,18 @@ impl Scene {
     ) -> PyResult<(Bound<'py, PyDict>, String)> {
         let options = CaptureOptions::from_named(&Keywords(&options))?;
         let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
-        let (shown, document) = run(py, Interrupted::Leave, None, move |_| {
-            let presses = found(&scene, &sensor, &presses)?;
+        let (shown, document) = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
+            let presses = find_presses(&scene, &sensor, &presses)?;
             let (lighting, constants) =
-                lit(&scene.project, options.light.as_deref(), options.constants.as_deref())?;
+                select_lighting(&scene.project, options.light.as_deref(), options.constants.as_deref())?;
             let capturing = options.capturing(&presses, lighting, &constants)?;
             let mut shown = Vec::new();
-            let captured = capturing.take(&scene, |seen| {
+            let captured = capturing.render(&scene, |seen| {
                 shown = arrays(seen.map, seen.sigmas);
                 Ok(())
             })?;
             let document =
-                capturing::document(&scene.project, &scene.viewpoint, &capturing, &captured);
+                capturing::capture_document(&scene.project, &scene.viewpoint, &capturing, &captured);
             let document = document.to_string();
             let [width, height] = captured.size_px.map(|px| px as usize);
             let mut shape = vec![height, width];
@@ -200,7 +200,7 @@ impl Scene {
                 shape.push(captured.channels);
             }
             let name = "grey".to_owned();
-            shown.push(Array { name, shape, values: Values::F64(captured.grey) });
+            shown.push(NpyArray { name, shape, values: NpyValues::F64(captured.grey) });
             Ok::<_, Failure>((shown, document))
         })?;
         Ok((arrays::dictionary(py, shown)?, document))
@@ -208,9 +208,9 @@ impl Scene {
 }
 
 /// Finds presses by name.
-fn found(scene: &scene::SensorView, sensor: &str, presses: &[String]) -> Result<Vec<Press>, Error> {
+fn find_presses(scene: &scene::SensorView, sensor: &str, presses: &[String]) -> Result<Vec<Press>, Error> {
     let finder = scene.project.press_finder();
-    let press = |id: &String| finder.press(id).map_err(|error| press_error(sensor, error));
+    let press = |id: &String| finder.press(id).map_err(|error| convert_press_error(sensor, error));
     presses.iter().map(press).collect()
 }
 
@@ -234,15 +234,15 @@ impl Reconstructor {
         network: Option<PathBuf>,
     ) -> PyResult<Self> {
         let view = Arc::clone(&scene.scene);
-        let reference = taken(&reference);
-        let known = run(py, Interrupted::Leave, None, move |_| {
+        let reference = array_image(&reference);
+        let known = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
             let given = (Path::new("reference"), &reference);
             if let Some(file) = network {
                 let network = DepthNetwork::read(&file)?;
                 let known = reconstructing::Reconstructor::with_network(&view, &network, given);
                 return Ok::<_, Failure>(known?);
             }
-            let (lighting, constants) = lit(&view.project, light.as_deref(), constants.as_deref())?;
+            let (lighting, constants) = select_lighting(&view.project, light.as_deref(), constants.as_deref())?;
             let known = reconstructing::Reconstructor::new(&view, lighting, &constants, given);
             Ok::<_, Failure>(known?)
         })?;
@@ -255,22 +255,22 @@ impl Reconstructor {
         py: Python<'py>,
         picture: PyReadonlyArray3<'py, f32>,
     ) -> PyResult<(Map<'py, f32>, Map<'py, bool>, f32)> {
-        let picture = taken(&picture);
+        let picture = array_image(&picture);
         let known = Arc::clone(&self.known);
-        let shown = short(py, move || known.reconstruct(Path::new("picture"), picture))?;
+        let shown = run_short(py, move || known.reconstruct(Path::new("picture"), picture))?;
         let shown = shown.or_raise(py)?;
         let [width, height] = self.known.size_px();
         let shape = [height, width];
-        let depth_mm = arrays::shaped(py, shown.depth_mm, &shape)?;
-        Ok((depth_mm, arrays::shaped(py, shown.contact, &shape)?, shown.brighter))
+        let depth_mm = arrays::into_array(py, shown.depth_mm, &shape)?;
+        Ok((depth_mm, arrays::into_array(py, shown.contact, &shape)?, shown.relative_brightness))
     }
 }
 
 type Map<'py, T> = Bound<'py, PyArrayDyn<T>>;
 
 /// Converts an array to an image.
-pub fn taken(picture: &PyReadonlyArray3<'_, f32>) -> Taken {
+pub fn array_image(picture: &PyReadonlyArray3<'_, f32>) -> CapturedImage {
     let &[height, width, channels] = picture.shape() else { unreachable!("three axes") };
     let values = picture.as_array().iter().copied().collect();
-    Taken { size_px: [width, height], channels, values }
+    CapturedImage { size_px: [width, height], channels, values }
 }

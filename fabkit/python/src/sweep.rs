@@ -4,17 +4,17 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use fabkit_application::designs::UserFile;
-use fabkit_application::diagnostics::{Diagnosed, SourceText};
-use fabkit_application::progress::Step;
+use fabkit_application::diagnostics::{DiagnosedDesign, SourceText};
+use fabkit_application::progress::ProgressStep;
 use fabkit_application::source::Source;
-use fabkit_application::sweep::{More, Plan, PlanSource, Variant};
-use fabkit_application::sweeping::{self, Store, Sweep};
+use fabkit_application::sweep::{CustomMetrics, Plan, PlanSource, Variant};
+use fabkit_application::sweep_runs::{self, Store, Sweep};
 use fabkit_application::{documents, fixtures};
 use pyo3::prelude::*;
 
 use crate::design::Project;
 use crate::errors::{Failure, OrRaise, exception};
-use crate::running::{Interrupted, run, short};
+use crate::running::{InterruptPolicy, run_on_thread, run_short};
 
 /// Valid plan of a sweep.
 #[pyclass(frozen, module = "fabkit._fabkit")]
@@ -29,7 +29,7 @@ impl SweepPlan {
         let PlanSource { sensor_file, sensor_yaml, user, .. } = plan.source();
         let main = SourceText { file: sensor_file.clone(), text: sensor_yaml.clone() };
         let user = user.clone().map(|(file, text)| UserFile { file, text });
-        let source = Source::of_texts(main, plan.source().bases()).with_user(user);
+        let source = Source::from_texts(main, plan.source().bases()).with_user(user);
         Self { sensor: Arc::new(source), plan: Arc::new(plan) }
     }
 
@@ -46,7 +46,7 @@ impl SweepPlan {
 impl SweepPlan {
     #[staticmethod]
     fn read(py: Python<'_>, path: &str, custom: Vec<String>) -> PyResult<Self> {
-        let plan = short(py, || sweeping::read_plan(Path::new(path), &custom))?;
+        let plan = run_short(py, || sweep_runs::read_plan(Path::new(path), &custom))?;
         Ok(Self::new(plan.or_raise(py)?))
     }
 
@@ -59,16 +59,16 @@ impl SweepPlan {
         folder: &str,
         custom: Vec<String>,
     ) -> PyResult<Self> {
-        let plan = short(py, || sweeping::plan(file, text, Path::new(folder), &custom))?;
+        let plan = run_short(py, || sweep_runs::parse_plan(file, text, Path::new(folder), &custom))?;
         Ok(Self::new(plan.or_raise(py)?))
     }
 
     /// Restores the plan from [`SweepPlan::source`], on any machine.
     #[staticmethod]
     fn of_source(py: Python<'_>, source: &str) -> PyResult<Self> {
-        let plan = short(py, || {
+        let plan = run_short(py, || {
             let source = PlanSource::from_json(source).map_err(Failure::bug)?;
-            Plan::new(source).map_err(|invalid| Failure::from(Diagnosed::new(invalid, [])))
+            Plan::new(source).map_err(|invalid| Failure::from(DiagnosedDesign::new(invalid, [])))
         })?;
         Ok(Self::new(plan.or_raise(py)?))
     }
@@ -88,7 +88,7 @@ impl SweepPlan {
 
     /// The search space of each axis, as JSON.
     fn space(&self) -> Vec<String> {
-        self.plan.axes().iter().map(|axis| axis.space().to_string()).collect()
+        self.plan.axes().iter().map(|axis| axis.search_space().to_string()).collect()
     }
 
     /// The column name of each axis.
@@ -112,7 +112,7 @@ impl SweepPlan {
         for number in &numbers {
             self.variant(*number).or_raise(py)?;
         }
-        run(py, Interrupted::Leave, None, move |link| {
+        run_on_thread(py, InterruptPolicy::Abandon, None, move |link| {
             let mut lines = Vec::with_capacity(numbers.len());
             for number in numbers {
                 if link.is_cancelled() {
@@ -126,7 +126,7 @@ impl SweepPlan {
 
     /// Benchmark metrics that rows need; `custom` has to provide them.
     fn bench(&self) -> Vec<&'static str> {
-        self.plan.bench().collect()
+        self.plan.bench_metrics().collect()
     }
 
     /// The seed of the sampling and of the benchmark.
@@ -148,16 +148,16 @@ impl SweepPlan {
             Some(texts) => self.plan.variant_at(number, &texts),
         };
         let (plan, sensor) = (Arc::clone(&self.plan), Arc::clone(&self.sensor));
-        let row = short(py, move || {
+        let row = run_short(py, move || {
             let mut ask = |variant: &Variant, project: &fixtures::Project| {
                 // Called without the interpreter's lock, which is taken only for the caller's function.
-                let Some(custom) = &custom else { return Ok::<_, PyErr>(More::default()) };
+                let Some(custom) = &custom else { return Ok::<_, PyErr>(CustomMetrics::default()) };
                 Python::attach(|py| {
                     let project = Arc::new(project.clone());
                     let (source, overrides) = (Arc::clone(&sensor), variant.overrides.clone());
                     let project = Project { source, project, overrides, changes: Vec::new() };
                     let (values, notes) = custom.call1(py, (project,))?.extract(py)?;
-                    Ok(More { values, notes })
+                    Ok(CustomMetrics { values, notes })
                 })
             };
             plan.evaluate_with(&variant, &mut ask)
@@ -184,7 +184,7 @@ impl SweepStore {
     where
         T: Send,
     {
-        let result = short(py, || match self.store.lock() {
+        let result = run_short(py, || match self.store.lock() {
             Ok(mut store) => work(&mut store),
             Err(error) => Err(Failure::bug(error)),
         })?;
@@ -201,7 +201,7 @@ impl SweepStore {
     #[staticmethod]
     fn open(py: Python<'_>, folder: String, plan: &SweepPlan, resume: bool) -> PyResult<Self> {
         let plan = Arc::clone(&plan.plan);
-        let store = short(py, || Store::open(Path::new(&folder), &plan, resume))?.or_raise(py)?;
+        let store = run_short(py, || Store::open(Path::new(&folder), &plan, resume))?.or_raise(py)?;
         Ok(Self { plan, folder, store: Mutex::new(Some(store)) })
     }
 
@@ -212,8 +212,8 @@ impl SweepStore {
 
     fn put(&self, py: Python<'_>, lines: Vec<String>) -> PyResult<()> {
         self.with(py, |store| {
-            let rows = sweeping::rows_from(&lines)?;
-            Ok(store.as_ref().ok_or_else(finished)?.put(&self.plan, &rows)?)
+            let rows = sweep_runs::parse_rows(&lines)?;
+            Ok(store.as_ref().ok_or_else(finished)?.store_rows(&self.plan, &rows)?)
         })
     }
 
@@ -248,11 +248,11 @@ pub fn run_sweep(
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<String> {
     let plan = Arc::clone(&plan.plan);
-    run(py, Interrupted::Wait, progress.as_ref(), move |link| {
+    run_on_thread(py, InterruptPolicy::Wait, progress.as_ref(), move |link| {
         let folder = Path::new(&folder);
-        let show = |step: Step| link.show(step.done, step.all);
+        let show = |step: ProgressStep| link.show(step.done, step.total);
         let sweep = Sweep { plan: &plan, resume, python: Some(&python) };
-        let finished = sweeping::run(folder, sweep, &show, &|| link.is_cancelled())?;
+        let finished = sweep_runs::run(folder, sweep, &show, &|| link.is_cancelled())?;
         Ok(documents::sweep(folder, &finished).to_string())
     })
 }
@@ -266,8 +266,8 @@ pub fn save_sweep(
     lines: Vec<String>,
 ) -> PyResult<String> {
     let folder = Path::new(folder);
-    let saved = short(py, || {
-        let finished = sweeping::save(folder, &plan.plan, sweeping::rows_from(&lines)?)?;
+    let saved = run_short(py, || {
+        let finished = sweep_runs::write_rows(folder, &plan.plan, sweep_runs::parse_rows(&lines)?)?;
         Ok::<_, Failure>(documents::sweep(folder, &finished).to_string())
     })?;
     saved.or_raise(py)

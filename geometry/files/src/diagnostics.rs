@@ -23,21 +23,21 @@ pub struct SourceText {
 /// Problems together with the texts that they point into.
 #[derive(Debug, thiserror::Error)]
 #[error("{invalid}")]
-pub struct Diagnosed {
+pub struct DiagnosedDesign {
     /// The problems.
     pub invalid: InvalidDesign,
     /// Texts that the problems may point into.
     pub texts: Vec<SourceText>,
 }
 
-impl Diagnosed {
+impl DiagnosedDesign {
     /// Creates the error of one text, or of several that refer to each other.
     pub fn new(invalid: InvalidDesign, texts: impl IntoIterator<Item = SourceText>) -> Self {
         Self { invalid, texts: texts.into_iter().collect() }
     }
 }
 
-impl Explained for Diagnosed {
+impl Explained for DiagnosedDesign {
     fn kind(&self) -> ErrorKind {
         ErrorKind::BadInput
     }
@@ -48,10 +48,10 @@ impl Explained for Diagnosed {
 }
 
 /// Formats all problems and their count, with a final newline. `sources` are the files that they may be in.
-pub fn list(problems: &[Problem], sources: &[SourceText]) -> String {
+pub fn format_problems(problems: &[Problem], sources: &[SourceText]) -> String {
     let mut out = String::new();
     for problem in problems {
-        one(&mut out, problem, sources);
+        format_problem(&mut out, problem, sources);
         if problems.len() > 1 {
             out.push('\n');
         }
@@ -63,7 +63,7 @@ pub fn list(problems: &[Problem], sources: &[SourceText]) -> String {
 }
 
 /// Formats one problem. Writing to a `String` cannot fail, so results are dropped.
-fn one(out: &mut String, problem: &Problem, sources: &[SourceText]) {
+fn format_problem(out: &mut String, problem: &Problem, sources: &[SourceText]) {
     let message = printable(&problem.message);
     let hint = problem.hint.as_deref().map(printable);
     if let Some((text, place)) = excerpt(problem, sources) {
@@ -122,7 +122,7 @@ fn printable(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use fabkit_text::Facts;
+    use fabkit_text::ProblemFacts;
 
     use super::*;
 
@@ -135,7 +135,7 @@ mod tests {
             value: value.into(),
             message: "surface.radius is 900 mm; it must be between 4 mm and 60 mm".into(),
             hint: Some("60 mm is the largest".into()),
-            facts: Facts::default(),
+            facts: ProblemFacts::default(),
         }
     }
 
@@ -153,13 +153,13 @@ error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
   |           ^^^^^^
   = help: 60 mm is the largest
 ";
-        assert_eq!(list(&[problem(Some(2), Some(11), "900 mm")], &text), expected);
+        assert_eq!(format_problems(&[problem(Some(2), Some(11), "900 mm")], &text), expected);
     }
 
     #[test]
-    fn places_that_are_not_there_are_left_out() {
+    fn missing_positions_are_omitted() {
         let text = source("a: 1\n");
-        let shown = list(&[problem(None, None, ""), problem(Some(99), Some(99), "x")], &text);
+        let shown = format_problems(&[problem(None, None, ""), problem(Some(99), Some(99), "x")], &text);
         assert!(shown.contains("  --> my.yaml\n"));
         assert!(shown.contains("--> my.yaml:99:99\n"));
         assert!(shown.ends_with("\n2 problems\n"));
@@ -169,7 +169,7 @@ error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
     #[test]
     fn a_long_line_is_cut_and_control_characters_do_not_reach_the_terminal() {
         let long = format!("{}\u{1b}[31m900 mm{}", " ".repeat(1000), "x".repeat(100_000));
-        let shown = list(&[problem(Some(1), Some(1006), "900 mm")], &source(&long));
+        let shown = format_problems(&[problem(Some(1), Some(1006), "900 mm")], &source(&long));
         assert!(shown.len() < 600 && !shown.contains('\u{1b}'), "{shown}");
         let lines: Vec<&str> = shown.lines().collect();
         // `900 mm` stands right above its carets.
@@ -179,8 +179,8 @@ error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
     }
 
     #[test]
-    fn carets_stand_below_what_follows_characters_as_wide_as_two() {
-        let shown = list(&[problem(Some(1), Some(7), "900 mm")], &source("注意, x:900 mm\n"));
+    fn carets_account_for_wide_characters() {
+        let shown = format_problems(&[problem(Some(1), Some(7), "900 mm")], &source("注意, x:900 mm\n"));
         let lines: Vec<&str> = shown.lines().collect();
         // Behind the gutter of four columns come four for two characters, and four more.
         assert_eq!(lines[3].find('^'), Some(4 + 4 + 4), "{shown}");

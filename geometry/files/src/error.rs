@@ -60,7 +60,7 @@ pub trait Explained: StdError {
 
     /// Returns the code that programs can rely on, and the file, value or name at fault.
     fn subject(&self) -> ErrorSubject {
-        ErrorSubject::of_kind(self.kind())
+        ErrorSubject::from_kind(self.kind())
     }
 }
 
@@ -75,10 +75,10 @@ pub trait Explained: StdError {
 /// assert_eq!(error.subject().code, "unknown_part");
 /// assert!(error.downcast_ref::<UnknownName>().is_some());
 /// ```
-pub struct Error(Failures);
+pub struct Error(ErrorParts);
 
 /// One or several errors.
-enum Failures {
+enum ErrorParts {
     One(Box<dyn Explained + Send + Sync>),
     /// Several errors, at least two.
     Several(Vec<Error>),
@@ -102,35 +102,35 @@ impl Error {
     }
 
     /// Joins several errors into one; returns `None` if there are none.
-    pub fn all(mut errors: Vec<Self>) -> Option<Self> {
-        if errors.len() > 1 { Some(Self(Failures::Several(errors))) } else { errors.pop() }
+    pub fn join(mut errors: Vec<Self>) -> Option<Self> {
+        if errors.len() > 1 { Some(Self(ErrorParts::Several(errors))) } else { errors.pop() }
     }
 
     /// Returns the parts of a joined error, each of which may be joined again; empty for a single error.
     pub fn parts(&self) -> &[Self] {
         match &self.0 {
-            Failures::One(_) => &[],
-            Failures::Several(errors) => errors,
+            ErrorParts::One(_) => &[],
+            ErrorParts::Several(errors) => errors,
         }
     }
 
     /// Returns the first error, which decides kind and hint.
     fn first(&self) -> &(dyn Explained + Send + Sync + 'static) {
         match &self.0 {
-            Failures::One(error) => &**error,
+            ErrorParts::One(error) => &**error,
             // Never empty: see `all`.
-            Failures::Several(errors) => errors[0].first(),
+            ErrorParts::Several(errors) => errors[0].first(),
         }
     }
 
     /// Returns the topic's own error, if this is a single error of that type.
     pub fn downcast_ref<T: StdError + 'static>(&self) -> Option<&T> {
         match &self.0 {
-            Failures::One(error) => {
+            ErrorParts::One(error) => {
                 let error: &(dyn StdError + 'static) = &**error;
                 error.downcast_ref()
             }
-            Failures::Several(_) => None,
+            ErrorParts::Several(_) => None,
         }
     }
 
@@ -152,15 +152,15 @@ impl Error {
 
 impl<E: Explained + Send + Sync + 'static> From<E> for Error {
     fn from(error: E) -> Self {
-        Self(Failures::One(Box::new(error)))
+        Self(ErrorParts::One(Box::new(error)))
     }
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.0 {
-            Failures::One(error) => error.fmt(f),
-            Failures::Several(errors) => f.write_str(&joined(errors)),
+            ErrorParts::One(error) => error.fmt(f),
+            ErrorParts::Several(errors) => f.write_str(&join_messages(errors)),
         }
     }
 }
@@ -168,8 +168,8 @@ impl fmt::Display for Error {
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.0 {
-            Failures::One(error) => error.fmt(f),
-            Failures::Several(errors) => f.debug_list().entries(errors).finish(),
+            ErrorParts::One(error) => error.fmt(f),
+            ErrorParts::Several(errors) => f.debug_list().entries(errors).finish(),
         }
     }
 }
@@ -177,24 +177,24 @@ impl fmt::Debug for Error {
 impl StdError for Error {
     fn source(&self) -> Option<&(dyn StdError + 'static)> {
         match &self.0 {
-            Failures::One(error) => error.source(),
-            Failures::Several(_) => None,
+            ErrorParts::One(error) => error.source(),
+            ErrorParts::Several(_) => None,
         }
     }
 }
 
 /// Joins messages as lists are printed: each on a line that begins with `error: `, except the first.
-pub fn joined(messages: &[impl ToString]) -> String {
+pub fn join_messages(messages: &[impl ToString]) -> String {
     messages.iter().map(ToString::to_string).collect::<Vec<_>>().join("\nerror: ")
 }
 
 /// Maximum number of faults listed one by one, a screenful: a user with fifty of them will start with the first.
-const MOST_FAULTS: usize = 50;
+const MAX_LISTED_FAULTS: usize = 50;
 
 /// Joins the first faults and states the count of the others.
-pub fn listed(faults: &[String]) -> String {
-    let (count, shown) = (faults.len(), faults.len().min(MOST_FAULTS));
-    let message = joined(&faults[..shown]);
+pub fn join_first_messages(faults: &[String]) -> String {
+    let (count, shown) = (faults.len(), faults.len().min(MAX_LISTED_FAULTS));
+    let message = join_messages(&faults[..shown]);
     match count - shown {
         0 => message,
         more => format!("{message}\nerror: and {more} more"),
@@ -211,8 +211,8 @@ mod tests {
     }
 
     #[test]
-    fn several_say_all_and_count_as_their_first() {
-        let several = Error::all(vec![unknown("a"), Error::bug("b")]).expect("two are some");
+    fn joined_errors_print_all_and_take_the_kind_of_the_first() {
+        let several = Error::join(vec![unknown("a"), Error::bug("b")]).expect("two are some");
         assert_eq!(several.to_string(), "there is no part `a`\nerror: b");
         assert_eq!(several.kind(), ErrorKind::BadInput);
         assert_eq!(several.parts().len(), 2);
@@ -220,9 +220,9 @@ mod tests {
     }
 
     #[test]
-    fn one_of_one_is_itself_and_none_is_none() {
-        let one = Error::all(vec![unknown("a")]).expect("one is some");
+    fn joining_one_error_returns_it_and_joining_none_returns_none() {
+        let one = Error::join(vec![unknown("a")]).expect("one is some");
         assert_eq!(one.downcast_ref::<UnknownName>().map(|e| e.name.as_str()), Some("a"));
-        assert!(Error::all(Vec::new()).is_none());
+        assert!(Error::join(Vec::new()).is_none());
     }
 }

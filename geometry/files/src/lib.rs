@@ -9,16 +9,16 @@
 
 pub mod diagnostics;
 mod error;
-pub mod listing;
+pub mod directory_listing;
 pub mod memory;
-mod names;
+mod unknown_name;
 pub mod progress;
 pub mod reading;
 pub mod resumable;
-pub mod scratch;
+pub mod scratch_folder;
 pub mod staging;
-mod subject;
+mod error_subject;
 
-pub use error::{Error, ErrorKind, Explained, joined, listed};
-pub use names::UnknownName;
-pub use subject::{ErrorSubject, amount, limit, problem_json};
+pub use error::{Error, ErrorKind, Explained, join_messages, join_first_messages};
+pub use unknown_name::UnknownName;
+pub use error_subject::{ErrorSubject, split_amount, limit_json, problem_json};

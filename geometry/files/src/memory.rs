@@ -19,7 +19,7 @@ pub const MB: u64 = 1_000_000;
 pub const GB: u64 = 1000 * MB;
 
 /// Memory of the process itself, with a sensor and its fixtures loaded, bytes.
-const PROCESS: u64 = 50 * MB;
+const PROCESS_BYTES: u64 = 50 * MB;
 
 static LIMIT: AtomicU64 = AtomicU64::new(u64::MAX);
 
@@ -29,13 +29,13 @@ pub fn set_limit(bytes: u64) {
 }
 
 /// Returns the limit minus the memory of the process itself, bytes.
-pub fn room() -> u64 {
-    LIMIT.load(Ordering::Relaxed).saturating_sub(PROCESS)
+pub fn available_bytes() -> u64 {
+    LIMIT.load(Ordering::Relaxed).saturating_sub(PROCESS_BYTES)
 }
 
 /// Quantity to reduce when memory is short; selects the hint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Less {
+pub enum MemoryHint {
     /// Rays per pixel, and the files made of them.
     Rays,
     /// Pixels of a drawn image.
@@ -54,7 +54,7 @@ pub enum Less {
     Nothing,
 }
 
-impl Less {
+impl MemoryHint {
     /// Returns what to do.
     fn hint(self) -> &'static str {
         match self {
@@ -74,7 +74,7 @@ impl Less {
 #[derive(Debug, thiserror::Error)]
 pub enum MemoryError {
     /// Work that needs more memory than the limit.
-    #[error("{what} takes {} of memory; the limit is {}", rounded_up(*.bytes), shown(*.limit))]
+    #[error("{what} takes {} of memory; the limit is {}", format_size_rounded_up(*.bytes), format_size(*.limit))]
     TooMuch {
         /// Description of the work.
         what: String,
@@ -83,7 +83,7 @@ pub enum MemoryError {
         /// Present limit, bytes.
         limit: u64,
         /// Quantity to reduce.
-        less: Less,
+        less: MemoryHint,
     },
     /// Failure of the operating system to start threads.
     #[error("{count} threads: {source}")]
@@ -97,9 +97,9 @@ pub enum MemoryError {
 
 impl MemoryError {
     /// Returns a sufficient limit, in the form that [`parse`] reads.
-    pub fn enough(&self) -> Option<String> {
+    pub fn sufficient_limit(&self) -> Option<String> {
         match self {
-            Self::TooMuch { bytes, .. } => Some(rounded_up(*bytes)),
+            Self::TooMuch { bytes, .. } => Some(format_size_rounded_up(*bytes)),
             Self::Threads { .. } => None,
         }
     }
@@ -126,8 +126,8 @@ impl Explained for MemoryError {
 ///
 /// # Errors
 /// [`MemoryError::TooMuch`] with need and limit.
-pub fn admit(what: &str, bytes: u64, less: Less) -> Result<(), MemoryError> {
-    workers(what, bytes, 0, usize::MAX, less).map(drop)
+pub fn check_memory(what: &str, bytes: u64, less: MemoryHint) -> Result<(), MemoryError> {
+    count_workers(what, bytes, 0, usize::MAX, less).map(drop)
 }
 
 /// Returns how many of at most `most` workers may run in parallel, if they share `shared` bytes and each needs `each`
@@ -135,15 +135,15 @@ pub fn admit(what: &str, bytes: u64, less: Less) -> Result<(), MemoryError> {
 ///
 /// # Errors
 /// [`MemoryError::TooMuch`] if there is no room for one.
-pub fn workers(
+pub fn count_workers(
     what: &str,
     shared: u64,
     each: u64,
     most: usize,
-    less: Less,
+    less: MemoryHint,
 ) -> Result<usize, MemoryError> {
     let limit = LIMIT.load(Ordering::Relaxed);
-    let bytes = shared.saturating_add(each).saturating_add(PROCESS);
+    let bytes = shared.saturating_add(each).saturating_add(PROCESS_BYTES);
     let Some(room) = limit.checked_sub(bytes) else {
         return Err(MemoryError::TooMuch { what: what.into(), bytes, limit, less });
     };
@@ -156,15 +156,15 @@ pub fn workers(
 ///
 /// # Errors
 /// As [`workers`]; those of `work`; [`MemoryError::Threads`].
-pub fn on_workers<R: Send, E: From<MemoryError> + Send>(
+pub fn run_on_workers<R: Send, E: From<MemoryError> + Send>(
     what: &str,
     shared: u64,
     each: u64,
-    less: Less,
+    less: MemoryHint,
     work: impl FnOnce() -> Result<R, E> + Send,
 ) -> Result<R, E> {
     let most = rayon::current_num_threads();
-    let count = workers(what, shared, each, most, less)?;
+    let count = count_workers(what, shared, each, most, less)?;
     // The present thread pool has exactly that many threads.
     if count == most {
         return work();
@@ -196,11 +196,11 @@ pub fn parse(text: &str) -> Result<u64, String> {
     if (least as f64..=most as f64).contains(&bytes) {
         return Ok(bytes as u64);
     }
-    Err(format!("{text} is not between {} and {}", shown(least), shown(most)))
+    Err(format!("{text} is not between {} and {}", format_size(least), format_size(most)))
 }
 
 /// Formats a size, rounded down.
-fn shown(bytes: u64) -> String {
+fn format_size(bytes: u64) -> String {
     match bytes {
         0..GB => format!("{}MB", bytes / MB),
         _ => format!("{}GB", (bytes / (GB / 10)) as f64 / 10.0),
@@ -208,7 +208,7 @@ fn shown(bytes: u64) -> String {
 }
 
 /// Formats a size, rounded up so that [`parse`] returns at least `bytes`.
-fn rounded_up(bytes: u64) -> String {
+fn format_size_rounded_up(bytes: u64) -> String {
     match bytes {
         0..GB => format!("{}MB", bytes.div_ceil(MB)),
         _ => format!("{}GB", bytes.div_ceil(GB / 10) as f64 / 10.0),
@@ -231,25 +231,25 @@ mod tests {
     }
 
     #[test]
-    fn hints_are_enough() {
+    fn suggested_limits_are_sufficient() {
         for bytes in [100 * MB, 100 * MB + 1, 999_999_999, GB, 2 * GB + 1, 123_456_789_012] {
-            assert!(parse(&rounded_up(bytes)).unwrap() >= bytes, "{bytes}");
+            assert!(parse(&format_size_rounded_up(bytes)).unwrap() >= bytes, "{bytes}");
         }
     }
 
     /// One test, because the limit is the process's.
     #[test]
-    fn what_does_not_fit_is_refused_with_both_figures() {
-        let less = Less::Camera;
-        assert!(admit("everything", u64::MAX / 2, less).is_ok(), "a library has no limit");
+    fn work_above_the_limit_is_refused_with_need_and_limit() {
+        let less = MemoryHint::Camera;
+        assert!(check_memory("everything", u64::MAX / 2, less).is_ok(), "a library has no limit");
         set_limit(DEFAULT_LIMIT);
-        assert_eq!(workers("casting", 450 * MB, 500 * MB, 16, less).unwrap(), 3);
-        assert_eq!(workers("casting", 0, 10 * MB, 16, less).unwrap(), 16);
-        assert!(admit("a cast", DEFAULT_LIMIT - PROCESS, less).is_ok());
-        let refused = admit("a cast", DEFAULT_LIMIT, less).unwrap_err();
+        assert_eq!(count_workers("casting", 450 * MB, 500 * MB, 16, less).unwrap(), 3);
+        assert_eq!(count_workers("casting", 0, 10 * MB, 16, less).unwrap(), 16);
+        assert!(check_memory("a cast", DEFAULT_LIMIT - PROCESS_BYTES, less).is_ok());
+        let refused = check_memory("a cast", DEFAULT_LIMIT, less).unwrap_err();
         assert_eq!(refused.kind(), ErrorKind::Limit);
         assert_eq!(refused.to_string(), "a cast takes 2.1GB of memory; the limit is 2GB");
-        assert_eq!(refused.enough().as_deref(), Some("2.1GB"));
+        assert_eq!(refused.sufficient_limit().as_deref(), Some("2.1GB"));
         set_limit(u64::MAX);
     }
 }

@@ -9,13 +9,13 @@ use std::fs::OpenOptions;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use fabkit_text::{did_you_mean, similar};
+use fabkit_text::{did_you_mean, find_similar};
 
 use crate::{ErrorKind, ErrorSubject, Explained};
 
 /// Expected kind of file.
 #[derive(Clone, Copy, Debug)]
-pub struct Expected {
+pub struct ExpectedFile {
     /// Description for messages, such as `a sensor's file`.
     pub what: &'static str,
     /// Maximum size, bytes.
@@ -54,7 +54,7 @@ pub enum ReadError {
         /// Number of bytes, or `too many` if the file grew while it was read.
         found: String,
         /// Expected kind of file.
-        expected: Expected,
+        expected: ExpectedFile,
     },
     /// Text that is not UTF-8.
     #[error("{}:{line}: not UTF-8 text (byte {byte})", .path.display())]
@@ -80,7 +80,7 @@ impl Explained for ReadError {
     fn hint(&self) -> Option<String> {
         match self {
             Self::Io { path, source } if source.kind() == io::ErrorKind::NotFound => {
-                neighbour_named_like(path)
+                suggest_similar_file(path)
             }
             Self::Io { .. } | Self::NotAFile { .. } => None,
             Self::TooLarge { expected, .. } => Some(expected.hint.into()),
@@ -90,16 +90,16 @@ impl Explained for ReadError {
 
     fn subject(&self) -> ErrorSubject {
         match self {
-            Self::Io { path, source } => ErrorSubject::of_io(path, source, "file_unreadable"),
-            Self::NotAFile { path, .. } => ErrorSubject::at("not_a_file", path),
-            Self::TooLarge { path, .. } => ErrorSubject::at("file_too_large", path),
-            Self::NotText { path, .. } => ErrorSubject::at("not_utf8", path),
+            Self::Io { path, source } => ErrorSubject::from_io(path, source, "file_unreadable"),
+            Self::NotAFile { path, .. } => ErrorSubject::from_path("not_a_file", path),
+            Self::TooLarge { path, .. } => ErrorSubject::from_path("file_too_large", path),
+            Self::NotText { path, .. } => ErrorSubject::from_path("not_utf8", path),
         }
     }
 }
 
 /// Suggests an existing file with a similar name in the same folder.
-fn neighbour_named_like(path: &Path) -> Option<String> {
+fn suggest_similar_file(path: &Path) -> Option<String> {
     /// Maximum number of names to look at: listing larger folders would take too long for a hint.
     const MOST: usize = 2000;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -112,9 +112,9 @@ fn neighbour_named_like(path: &Path) -> Option<String> {
     let stem = |name: &str| Path::new(name).file_stem()?.to_str().map(str::to_owned);
     let is_near = |name: &&str| {
         let stems = stem(written).zip(stem(name));
-        stems.is_some_and(|(written, other)| !similar(&written, [&*other]).is_empty())
+        stems.is_some_and(|(written, other)| !find_similar(&written, [&*other]).is_empty())
     };
-    let mut found = similar(written, names.iter().map(String::as_str));
+    let mut found = find_similar(written, names.iter().map(String::as_str));
     found.retain(is_near);
     (!found.is_empty()).then(|| did_you_mean(&found))
 }
@@ -152,7 +152,7 @@ pub fn open(path: &Path) -> Result<(File, u64), ReadError> {
 ///
 /// # Errors
 /// [`ReadError::Io`], [`ReadError::NotAFile`] and [`ReadError::TooLarge`].
-pub fn read(path: &Path, expected: Expected) -> Result<Vec<u8>, ReadError> {
+pub fn read(path: &Path, expected: ExpectedFile) -> Result<Vec<u8>, ReadError> {
     let too_large = |found: String| ReadError::TooLarge { path: path.into(), found, expected };
     let (file, length) = open(path)?;
     if length > expected.max_bytes {
@@ -173,7 +173,7 @@ pub fn read(path: &Path, expected: Expected) -> Result<Vec<u8>, ReadError> {
 ///
 /// # Errors
 /// As [`read`]; [`ReadError::NotText`] with the line if the text is not UTF-8.
-pub fn read_text(path: &Path, expected: Expected) -> Result<String, ReadError> {
+pub fn read_text(path: &Path, expected: ExpectedFile) -> Result<String, ReadError> {
     String::from_utf8(read(path, expected)?).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         let line = 1 + error.as_bytes()[..valid].iter().filter(|b| **b == b'\n').count();
@@ -189,7 +189,7 @@ pub fn read_text(path: &Path, expected: Expected) -> Result<String, ReadError> {
 /// names.sort_by(|a, b| natural_order(a, b));
 /// assert_eq!(names, ["07_2.png", "7_2.png", "7_12.png", "9.png", "10.png"]);
 /// ```
-pub fn natural_order(a: &str, b: &str) -> Ordering {
+pub fn compare_natural(a: &str, b: &str) -> Ordering {
     // Alternating texts and numbers, beginning with a text. Numbers without leading zeros compare by length, then by
     // digits, so they may have any length.
     let pieces = |name: &str| {
@@ -212,7 +212,7 @@ pub fn natural_order(a: &str, b: &str) -> Ordering {
 }
 
 /// Returns whether a path has the extension, in any case: `has_ending(path, "png")`.
-pub fn has_ending(path: &Path, ending: &str) -> bool {
+pub fn has_extension(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
 }
 
@@ -220,7 +220,7 @@ pub fn has_ending(path: &Path, ending: &str) -> bool {
 mod tests {
     use super::*;
 
-    const SMALL: Expected = Expected { what: "a note", max_bytes: 4, hint: "shorten it" };
+    const SMALL: ExpectedFile = ExpectedFile { what: "a note", max_bytes: 4, hint: "shorten it" };
 
     #[test]
     fn only_small_files_of_text_are_read() {
@@ -241,7 +241,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn devices_and_what_they_pretend_to_be_are_refused() {
+    fn devices_and_links_to_them_are_refused() {
         for device in ["/dev/zero", "/dev/null", "/dev/tty"] {
             if !Path::new(device).exists() {
                 continue;

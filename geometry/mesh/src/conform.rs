@@ -14,18 +14,18 @@
 //!   patch of that face, and no other triangle of the base reaches into the tool. Features that fail a check are left
 //!   to the kernel.
 
-mod bend;
+mod curvature;
 mod cavity;
 mod fill;
 mod measure;
 mod nearby;
-mod nested;
+mod operand_features;
 mod patch;
-mod pin;
-mod sheet;
+mod revolved_tool;
+mod base_mesh;
 #[cfg(test)]
 mod tests;
-mod trim;
+mod intersection_curves;
 mod wall;
 
 use std::ops::Range;
@@ -33,16 +33,16 @@ use std::rc::Rc;
 
 use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pose};
 
-use crate::extent::moved;
+use crate::extent::transform_box;
 use crate::facets::Facets;
 use cavity::Candidate;
 use fill::Fill;
-use nearby::Nearby;
-pub(crate) use nested::Whole;
-use patch::{Patch, Place};
-pub(crate) use pin::Pin;
-use sheet::{NONE, Sheet};
-use trim::{Curve, curves};
+use nearby::CandidateGrid;
+pub(crate) use operand_features::FeatureTree;
+use patch::{Patch, CurveOnBase};
+pub(crate) use revolved_tool::RevolvedTool;
+use base_mesh::{NONE, BaseMesh};
+use intersection_curves::{Curve, curves};
 use wall::{Corner, wall};
 
 /// Smallest distance of vertices of the base from a curve, relative to its shortest chord. The second value is tried
@@ -54,7 +54,7 @@ const EVERYWHERE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 /// Feature: a tool with its pose in the base.
 pub(crate) struct Feature {
-    pub pin: Rc<Pin>,
+    pub pin: Rc<RevolvedTool>,
     pub base_from_tool: Pose,
     /// Number of its face 0 in the base.
     pub first_face: u32,
@@ -85,7 +85,7 @@ pub(crate) enum Effect<'a> {
     /// Cut the features away.
     Cut,
     /// Unite or cut as the tree that contains the features demands.
-    AsIn(&'a Whole),
+    FromTree(&'a FeatureTree),
 }
 
 /// Inserts features into a base. Returns the mesh and the indices of the features that could not be inserted; `None` if
@@ -96,14 +96,14 @@ pub(crate) fn conform(
     effect: &Effect,
     tolerance_mm: f64,
 ) -> Option<(Facets, Vec<usize>)> {
-    let reach = |f: &Feature| moved(&f.pin.facets.bounds(), &f.base_from_tool).grown(tolerance_mm);
+    let reach = |f: &Feature| transform_box(&f.pin.facets.bounds(), &f.base_from_tool).grown(tolerance_mm);
     let boxes: Vec<Aabb> = features.iter().map(reach).collect();
     // Only features of operands deeper in the tree can meet surfaces that the base hides.
     let obstacles = match effect {
-        Effect::AsIn(whole) => whole.nearby(boxes.clone()),
-        _ => Nearby::new(Vec::new()),
+        Effect::FromTree(whole) => whole.nearby(boxes.clone()),
+        _ => CandidateGrid::new(Vec::new()),
     };
-    let (sheet, nearby) = (Sheet::new(base.facets)?, Nearby::new(boxes));
+    let (sheet, nearby) = (BaseMesh::new(base.facets)?, CandidateGrid::new(boxes));
     let mut work = Work { base, effect, tolerance_mm, sheet, nearby, obstacles, stamp: 0 };
     for t in 0..work.sheet.len() {
         work.nearby.add(t, &work.sheet.bounds_of(t));
@@ -117,10 +117,10 @@ struct Work<'a> {
     base: &'a Base<'a>,
     effect: &'a Effect<'a>,
     tolerance_mm: f64,
-    sheet: Sheet,
-    nearby: Nearby,
+    sheet: BaseMesh,
+    nearby: CandidateGrid,
     /// Triangles of surfaces that are hidden in the base.
-    obstacles: Nearby,
+    obstacles: CandidateGrid,
     stamp: u32,
 }
 
@@ -131,9 +131,9 @@ impl Work<'_> {
         let (adding, z_mm) = match self.effect {
             Effect::Add => (true, EVERYWHERE),
             Effect::Cut => (false, EVERYWHERE),
-            Effect::AsIn(whole) => {
+            Effect::FromTree(whole) => {
                 let near = &self.obstacles.triangles[index];
-                let span = whole.span(self.base, feature, &curves, near, self.tolerance_mm)?;
+                let span = whole.find_changed_range(self.base, feature, &curves, near, self.tolerance_mm)?;
                 (span.adding, span.z_mm)
             }
         };
@@ -172,7 +172,7 @@ impl Work<'_> {
         CLEARANCES.into_iter().find_map(|clearance| {
             self.stamp += 1;
             let clear_mm = clearance * curve.shortest_chord_mm();
-            let place = Place { base: self.base, feature, curve, tolerance_mm: self.tolerance_mm };
+            let place = CurveOnBase { base: self.base, feature, curve, tolerance_mm: self.tolerance_mm };
             place.patch(&mut self.sheet, candidates, clear_mm, self.stamp)
         })
     }

@@ -9,7 +9,7 @@
 
 mod cull;
 mod features;
-mod lift;
+mod deferred_features;
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
@@ -17,13 +17,13 @@ use std::rc::Rc;
 
 use fabkit_geometry::{Aabb, Pose, Solid};
 
-use self::cull::culled;
-use self::features::{Exact, Split, diagonal_mm};
+use self::cull::cull_beyond_base;
+use self::features::{ExactBase, Split, diagonal_mm};
 use crate::MeshError;
-use crate::conform::{Effect, Pin};
-use crate::extent::{OrientedBox, disjoint_groups, extent, moved};
+use crate::conform::{Effect, RevolvedTool};
+use crate::extent::{OrientedBox, disjoint_groups, extent, transform_box};
 use crate::facets::Facets;
-use crate::fuse::{Fused, fused};
+use crate::fuse::{FusedTree, fuse_coaxial};
 use crate::kernel::{Operation, Prepared};
 use crate::shape_key::{has_half_space, shape_key};
 use crate::tessellate::{box_faces, face_count, tessellate};
@@ -39,45 +39,45 @@ pub(crate) fn evaluate(
     conforming: bool,
 ) -> Result<Facets, MeshError> {
     // If the fused tree cannot be meshed, the tree as written is meshed, so that errors refer to it.
-    if let Some(Fused { solid, faces }) = fused(solid)
-        && let Ok(mut facets) = evaluate_by(&solid, tolerance_mm, conforming)
+    if let Some(FusedTree { solid, faces }) = fuse_coaxial(solid)
+        && let Ok(mut facets) = evaluate_without_fusion(&solid, tolerance_mm, conforming)
     {
         for face in &mut facets.faces {
             *face = faces[*face as usize];
         }
         return Ok(facets);
     }
-    evaluate_by(solid, tolerance_mm, conforming)
+    evaluate_without_fusion(solid, tolerance_mm, conforming)
 }
 
 /// Meshes a tree without fusing solids of revolution; only by booleans unless `conforming`.
-pub(crate) fn evaluate_by(
+pub(crate) fn evaluate_without_fusion(
     solid: &Solid,
     tolerance_mm: f64,
     conforming: bool,
 ) -> Result<Facets, MeshError> {
-    Evaluator::new(tolerance_mm, conforming).unfused(solid)
+    Evaluator::new(tolerance_mm, conforming).evaluate_unfused(solid)
 }
 
 /// Meshes a tree with the features of operands inserted last; `None` if that gains nothing or cannot be done.
 #[cfg(test)]
-pub(crate) fn evaluate_lifted(
+pub(crate) fn evaluate_with_deferred_features(
     solid: &Solid,
     tolerance_mm: f64,
 ) -> Result<Option<Facets>, MeshError> {
-    let root = Item::peeled(Pose::identity(), solid, 0);
-    Evaluator::new(tolerance_mm, true).lifted(&root)
+    let root = Subtree::peel(Pose::identity(), solid, 0);
+    Evaluator::new(tolerance_mm, true).evaluate_with_deferred_features(&root)
 }
 
 /// Subtree without its outer placements and names.
-struct Item<'a> {
+struct Subtree<'a> {
     pose: Pose,
     core: &'a Solid,
     first_face: u32,
 }
 
-impl<'a> Item<'a> {
-    fn peeled(mut pose: Pose, mut core: &'a Solid, first_face: u32) -> Self {
+impl<'a> Subtree<'a> {
+    fn peel(mut pose: Pose, mut core: &'a Solid, first_face: u32) -> Self {
         loop {
             match core {
                 Solid::Placed { pose: inner, of } => {
@@ -92,7 +92,7 @@ impl<'a> Item<'a> {
 
     fn list(pose: Pose, solids: &'a [Solid], mut first_face: u32) -> Vec<Self> {
         let peel = |solid: &'a Solid| {
-            let item = Self::peeled(pose, solid, first_face);
+            let item = Self::peel(pose, solid, first_face);
             first_face += face_count(solid);
             item
         };
@@ -102,7 +102,7 @@ impl<'a> Item<'a> {
 
 /// Replaces unions by their operands, except unions that occur several times: meshing such a union once costs less than
 /// meshing its operands repeatedly.
-fn flattened(items: Vec<Item>) -> Vec<Item> {
+fn flattened(items: Vec<Subtree>) -> Vec<Subtree> {
     if !items.iter().any(|item| matches!(item.core, Solid::Union(_))) {
         return items;
     }
@@ -114,7 +114,7 @@ fn flattened(items: Vec<Item>) -> Vec<Item> {
     for item in items {
         match item.core {
             Solid::Union(of) if times[&shape_key(item.core)] == 1 => {
-                flat.extend(flattened(Item::list(item.pose, of, item.first_face)));
+                flat.extend(flattened(Subtree::list(item.pose, of, item.first_face)));
             }
             _ => flat.push(item),
         }
@@ -175,7 +175,7 @@ impl Body {
     }
 
     /// Returns the shape in the surrounding frame.
-    fn settled(&self) -> Result<Rc<Shape>, MeshError> {
+    fn to_outer_frame(&self) -> Result<Rc<Shape>, MeshError> {
         if self.pose == Pose::identity() && self.first_face == 0 {
             return Ok(self.shape.clone());
         }
@@ -205,7 +205,7 @@ fn grouped(bodies: &[Body]) -> Result<Vec<Rc<Shape>>, MeshError> {
     disjoint_groups(&boxes)
         .into_iter()
         .map(|group| match group[..] {
-            [only] => bodies[only].settled(),
+            [only] => bodies[only].to_outer_frame(),
             _ => {
                 let members: Vec<Body> = group.iter().map(|&i| bodies[i].clone()).collect();
                 Ok(side_by_side(&members))
@@ -233,7 +233,7 @@ pub(crate) struct Evaluator {
     tolerance_mm: f64,
     conforming: bool,
     shapes: BTreeMap<Vec<u64>, Rc<Shape>>,
-    pins: BTreeMap<Vec<u64>, Option<Rc<Pin>>>,
+    pins: BTreeMap<Vec<u64>, Option<Rc<RevolvedTool>>>,
 }
 
 impl Evaluator {
@@ -243,18 +243,18 @@ impl Evaluator {
 
     /// Meshes a tree whose faces are those of its leaves, so that solids which share a face share its triangles
     /// wherever other solids cut it.
-    pub(crate) fn unfused(&mut self, solid: &Solid) -> Result<Facets, MeshError> {
-        let root = Item::peeled(Pose::identity(), solid, 0);
+    pub(crate) fn evaluate_unfused(&mut self, solid: &Solid) -> Result<Facets, MeshError> {
+        let root = Subtree::peel(Pose::identity(), solid, 0);
         if self.conforming
-            && let Some(facets) = self.lifted(&root)?
+            && let Some(facets) = self.evaluate_with_deferred_features(&root)?
         {
             return Ok(facets);
         }
-        self.plain(&root)
+        self.evaluate_as_written(&root)
     }
 
     /// Meshes the whole tree as it is written.
-    fn plain(&mut self, root: &Item) -> Result<Facets, MeshError> {
+    fn evaluate_as_written(&mut self, root: &Subtree) -> Result<Facets, MeshError> {
         let body = self.body(root, &Aabb::everything())?;
         // Empty intermediate results are fine; only the whole must not be empty.
         if body.shape.is_empty() {
@@ -266,9 +266,9 @@ impl Evaluator {
     }
 
     /// Meshes an item. Only the part within `context`, given in the frame around the item, needs to be right.
-    fn body(&mut self, item: &Item, context: &Aabb) -> Result<Body, MeshError> {
+    fn body(&mut self, item: &Subtree, context: &Aabb) -> Result<Body, MeshError> {
         let shape = if has_half_space(item.core) {
-            let local = moved(context, &item.pose.inverse());
+            let local = transform_box(context, &item.pose.inverse());
             self.shape(item.core, &local)?
         } else {
             // Half spaces depend on their context and are not cached.
@@ -286,7 +286,7 @@ impl Evaluator {
     }
 
     /// Meshes items and returns the bodies that are not empty.
-    fn bodies(&mut self, items: &[Item], context: &Aabb) -> Result<Vec<Body>, MeshError> {
+    fn bodies(&mut self, items: &[Subtree], context: &Aabb) -> Result<Vec<Body>, MeshError> {
         let mut bodies = Vec::with_capacity(items.len());
         for item in items {
             let body = self.body(item, context)?;
@@ -310,20 +310,20 @@ impl Evaluator {
     }
 
     fn union(&mut self, of: &[Solid], context: &Aabb) -> Result<Rc<Shape>, MeshError> {
-        let items = flattened(Item::list(Pose::identity(), of, 0));
+        let items = flattened(Subtree::list(Pose::identity(), of, 0));
         let sizes = items.iter().map(|item| diagonal_mm(extent(item.core).size_mm()));
         // The largest operand counts as the base that features are compared with.
         let largest_mm = sizes.fold(0.0, f64::max);
         let mut split = self.split(items, largest_mm)?;
-        let exact = Exact::union(&split.others);
-        split.settle(&exact);
+        let exact = ExactBase::union(&split.others);
+        split.reject_nonconforming(&exact);
         let Split { features, others } = split;
         let bodies = self.bodies(&others, context)?;
         let base = united(grouped(&bodies)?)?;
         if features.is_empty() {
             return Ok(base);
         }
-        let (base, left) = self.conformed(base, &exact, features, &Effect::Add);
+        let (base, left) = self.conform_features(base, &exact, features, &Effect::Add);
         let bodies = self.bodies(&left, context)?;
         let mut shapes = grouped(&bodies)?;
         shapes.insert(0, base);
@@ -336,26 +336,26 @@ impl Evaluator {
         minus: &[Solid],
         context: &Aabb,
     ) -> Result<Rc<Shape>, MeshError> {
-        let base = self.body(&Item::peeled(Pose::identity(), of, 0), context)?;
-        let base = base.settled()?;
+        let base = self.body(&Subtree::peel(Pose::identity(), of, 0), context)?;
+        let base = base.to_outer_frame()?;
         if base.is_empty() {
             return Ok(base);
         }
-        let items = flattened(Item::list(Pose::identity(), minus, face_count(of)));
+        let items = flattened(Subtree::list(Pose::identity(), minus, face_count(of)));
         let mut split = self.split(items, diagonal_mm(base.bounds().size_mm()))?;
-        let exact = Exact::difference(of, &split.others);
-        split.settle(&exact);
+        let exact = ExactBase::difference(of, &split.others);
+        split.reject_nonconforming(&exact);
         let Split { features, others } = split;
         let base = self.cut(base, &others)?;
         if features.is_empty() || base.is_empty() {
             return Ok(base);
         }
-        let (base, left) = self.conformed(base, &exact, features, &Effect::Cut);
+        let (base, left) = self.conform_features(base, &exact, features, &Effect::Cut);
         self.cut(base, &left)
     }
 
     /// Cuts items from a base by the kernel.
-    fn cut(&mut self, base: Rc<Shape>, items: &[Item]) -> Result<Rc<Shape>, MeshError> {
+    fn cut(&mut self, base: Rc<Shape>, items: &[Subtree]) -> Result<Rc<Shape>, MeshError> {
         let bounds = base.bounds();
         let base_box = OrientedBox::new(&bounds, &Pose::identity());
         let mut tools = self.bodies(items, &bounds)?;
@@ -368,20 +368,20 @@ impl Evaluator {
         // Small tools first: each cut passes through the whole base, which should grow late.
         tools.sort_by_key(|tool| tool.facets().triangles.len());
         tools.into_iter().try_fold(base, |rest, tool| {
-            let needed = culled(tool.facets(), &rest.bounds()).map(Shape::from_facets);
+            let needed = cull_beyond_base(tool.facets(), &rest.bounds()).map(Shape::from_facets);
             combine(&rest, &needed.unwrap_or(tool), Operation::Subtract)
         })
     }
 
     fn intersection(&mut self, of: &[Solid], context: &Aabb) -> Result<Rc<Shape>, MeshError> {
-        let items = Item::list(Pose::identity(), of, 0);
+        let items = Subtree::list(Pose::identity(), of, 0);
         let extents: Vec<Aabb> = of.iter().map(extent).collect();
         let mut common: Option<Rc<Shape>> = None;
         for (i, item) in items.iter().enumerate() {
             let others = extents.iter().enumerate().filter(|(j, _)| *j != i);
             // An operand matters only within the boxes of all others, which also bounds half spaces.
             let within = others.fold(*context, |all, (_, other)| all.common(other));
-            let shape = self.body(item, &within)?.settled()?;
+            let shape = self.body(item, &within)?.to_outer_frame()?;
             common = Some(match common {
                 None => shape,
                 Some(rest) if rest.is_empty() || shape.is_empty() => {

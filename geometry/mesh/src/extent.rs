@@ -45,12 +45,12 @@ pub(crate) fn extent(solid: &Solid) -> Aabb {
             of.iter().map(extent).fold(Aabb::everything(), |a, b| a.common(&b))
         }
         Solid::Difference { of, .. } | Solid::Feature { of, .. } => extent(of),
-        Solid::Placed { pose, of } => moved(&extent(of), pose),
+        Solid::Placed { pose, of } => transform_box(&extent(of), pose),
     }
 }
 
 /// Returns an axis-aligned box around the moved box.
-pub(crate) fn moved(bounds: &Aabb, pose: &Pose) -> Aabb {
+pub(crate) fn transform_box(bounds: &Aabb, pose: &Pose) -> Aabb {
     if bounds.is_empty() || !bounds.is_finite() {
         return *bounds;
     }
@@ -105,7 +105,7 @@ impl OrientedBox {
         Self {
             centre: pose.point(bounds.centre()),
             half_axes,
-            around: moved(bounds, pose).grown(GAP_MM),
+            around: transform_box(bounds, pose).grown(GAP_MM),
         }
     }
 

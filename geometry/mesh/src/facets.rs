@@ -27,7 +27,7 @@ impl Facets {
         if *pose == Pose::identity() {
             self.vertices.extend_from_slice(&other.vertices);
         } else {
-            self.vertices.extend(other.vertices.iter().map(|&v| moved(pose, v)));
+            self.vertices.extend(other.vertices.iter().map(|&v| transform_point(pose, v)));
         }
         self.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + first_vertex)));
         self.faces.extend(other.faces.iter().map(|f| f + first_face));
@@ -38,7 +38,7 @@ impl Facets {
     }
 }
 
-pub(crate) fn moved(pose: &Pose, point: [f64; 3]) -> [f64; 3] {
+pub(crate) fn transform_point(pose: &Pose, point: [f64; 3]) -> [f64; 3] {
     pose.point(Point3::from(point)).into()
 }
 

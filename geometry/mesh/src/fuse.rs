@@ -13,7 +13,7 @@ mod profile;
 
 use fabkit_geometry::{Aabb, Point3, Pose, Solid};
 
-use self::profile::{Outline, Rule, Seg};
+use self::profile::{Outline, ProfileOperation, OutlineSegment};
 use crate::extent::extent;
 use crate::tessellate::face_count;
 
@@ -24,25 +24,25 @@ const SAME: f64 = 1e-10;
 const SAME_SURFACE_MM: f64 = 1e-6;
 
 /// Equivalent tree after fusion.
-pub(crate) struct Fused {
+pub(crate) struct FusedTree {
     pub solid: Solid,
     /// Number in the original tree of each of its faces.
     pub faces: Vec<u32>,
 }
 
 /// Fuses a tree; `None` if there is nothing to fuse.
-pub(crate) fn fused(solid: &Solid) -> Option<Fused> {
+pub(crate) fn fuse_coaxial(solid: &Solid) -> Option<FusedTree> {
     let mut fuser = Fuser { surfaces: Vec::new(), changed: false, next_face: 0 };
     for leaf in solid.leaves() {
         fuser.surfaces.extend(RevolvedSurface::whole(leaf.primitive, &leaf.root_from_leaf));
-        let outline = Outline::of(leaf.primitive, &[]);
+        let outline = Outline::from_primitive(leaf.primitive, &[]);
         let segs = outline.iter().flat_map(|outline| &outline.segs);
         fuser
             .surfaces
             .extend(segs.filter_map(|seg| RevolvedSurface::of(seg, &leaf.root_from_leaf)));
     }
     let part = fuser.tree(solid, Pose::identity());
-    fuser.changed.then_some(Fused { solid: part.solid, faces: part.faces })
+    fuser.changed.then_some(FusedTree { solid: part.solid, faces: part.faces })
 }
 
 /// Surface whose triangulation depends on where it is divided, given by a point of its axis and its shape parameters.
@@ -53,7 +53,7 @@ struct RevolvedSurface {
 }
 
 impl RevolvedSurface {
-    fn of(seg: &Seg, root_from_leaf: &Pose) -> Option<Self> {
+    fn of(seg: &OutlineSegment, root_from_leaf: &Pose) -> Option<Self> {
         let (z, shape) = match &seg.bend {
             Some(bend) => (bend.centre[1], [bend.centre[0], bend.axes[0], bend.axes[1]]),
             None => {
@@ -167,7 +167,7 @@ impl Fuser {
         for mut part in parts {
             let mut i = 0;
             while i < done.len() {
-                match self.combined(&done[i], &part, Rule::Add, pose) {
+                match self.combined(&done[i], &part, ProfileOperation::Add, pose) {
                     Some(both) => {
                         part = both;
                         // The union may now touch parts that it was apart from before, so the search starts again.
@@ -206,7 +206,7 @@ impl Fuser {
             let mut touched = (0..bases.len()).filter(|&i| touched(&bases[i]));
             let cut = match (touched.next(), touched.next()) {
                 (Some(i), None) => {
-                    self.combined(&bases[i], &tool, Rule::Cut, pose).map(|part| (i, part))
+                    self.combined(&bases[i], &tool, ProfileOperation::Cut, pose).map(|part| (i, part))
                 }
                 _ => None,
             };
@@ -223,13 +223,13 @@ impl Fuser {
         Part { solid: Solid::Difference { of: Box::new(solid), minus: solids(left) }, faces }
     }
 
-    fn combined(&mut self, a: &Part, b: &Part, rule: Rule, pose: &Pose) -> Option<Part> {
+    fn combined(&mut self, a: &Part, b: &Part, rule: ProfileOperation, pose: &Pose) -> Option<Part> {
         let ((a_pose, a_core), (b_pose, b_core)) = (a.peeled(), b.peeled());
         let shift_mm = along_axis(&a_pose, &b_pose)?;
-        let a_outline = Outline::of(a_core, &a.faces)?;
-        let b_outline = Outline::of(b_core, &b.faces)?.shifted(shift_mm);
+        let a_outline = Outline::from_primitive(a_core, &a.faces)?;
+        let b_outline = Outline::from_primitive(b_core, &b.faces)?.shifted(shift_mm);
         let root_from_a = pose.then_in(a_pose);
-        let may_divide = |seg: &Seg| {
+        let may_divide = |seg: &OutlineSegment| {
             RevolvedSurface::of(seg, &root_from_a).is_none_or(|surface| {
                 // The surface itself is in the list, so a count of 1 means that no other leaf shares it.
                 self.surfaces.iter().filter(|other| surface.is_near(other)).count() == 1

@@ -62,7 +62,7 @@ pub const DEFAULT_TOLERANCE_MM: f64 = 0.01;
 /// # Errors
 /// See [`MeshError`].
 pub fn mesh(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
-    Ok(seams::fitted(mesh_as_cut(solid, tolerance_mm)?, solid, tolerance_mm))
+    Ok(seams::correct_face_edges(mesh_without_refinement(solid, tolerance_mm)?, solid, tolerance_mm))
 }
 
 /// Converts a solid like [`mesh`], but without refining edges where faces meet, which may deviate by more than the
@@ -70,8 +70,8 @@ pub fn mesh(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
 ///
 /// # Errors
 /// Same as for [`mesh`].
-pub fn mesh_as_cut(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
-    checked(solid, tolerance_mm, |solid, mm| evaluate::evaluate(solid, mm, true))
+pub fn mesh_without_refinement(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
+    validate_and_mesh(solid, tolerance_mm, |solid, mm| evaluate::evaluate(solid, mm, true))
 }
 
 /// Converts a solid like [`mesh`], but cuts small features by the boolean kernel instead of fitting them into the mesh:
@@ -80,11 +80,11 @@ pub fn mesh_as_cut(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshErro
 /// # Errors
 /// Same as for [`mesh`].
 pub fn mesh_by_booleans(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
-    let cut = checked(solid, tolerance_mm, |solid, mm| evaluate::evaluate(solid, mm, false))?;
-    Ok(seams::fitted(cut, solid, tolerance_mm))
+    let cut = validate_and_mesh(solid, tolerance_mm, |solid, mm| evaluate::evaluate(solid, mm, false))?;
+    Ok(seams::correct_face_edges(cut, solid, tolerance_mm))
 }
 
-fn checked(
+fn validate_and_mesh(
     solid: &Solid,
     tolerance_mm: f64,
     evaluate: impl FnOnce(&Solid, f64) -> Result<facets::Facets, MeshError>,
@@ -113,16 +113,16 @@ fn to_mesh(solid: &Solid, facets: facets::Facets) -> TriMesh {
 /// # Errors
 /// Same as for [`mesh`], except that an empty intersection is not an error.
 pub fn intersection_volume_mm3(a: &Solid, b: &Solid, tolerance_mm: f64) -> Result<f64, MeshError> {
-    Intersections::new(tolerance_mm).volume_mm3(a, b)
+    IntersectionCache::new(tolerance_mm).volume_mm3(a, b)
 }
 
 /// Computes intersections of pairs of solids, and caches each solid's mesh for reuse in other pairs and placements.
-pub struct Intersections {
+pub struct IntersectionCache {
     evaluator: evaluate::Evaluator,
     tolerance_mm: f64,
 }
 
-impl Intersections {
+impl IntersectionCache {
     /// Creates an empty cache for a chord tolerance, mm.
     pub fn new(tolerance_mm: f64) -> Self {
         Self { evaluator: evaluate::Evaluator::new(tolerance_mm, true), tolerance_mm }
@@ -134,8 +134,8 @@ impl Intersections {
     /// Same as for [`intersection_volume_mm3`].
     pub fn volume_mm3(&mut self, a: &Solid, b: &Solid) -> Result<f64, MeshError> {
         // Without fusion: faces that both solids share keep equal triangles, and shapes are cached by subtree.
-        let unfused = |solid: &Solid, _| self.evaluator.unfused(solid);
-        match checked(&a.clone().and(b.clone()), self.tolerance_mm, unfused) {
+        let unfused = |solid: &Solid, _| self.evaluator.evaluate_unfused(solid);
+        match validate_and_mesh(&a.clone().and(b.clone()), self.tolerance_mm, unfused) {
             // The remainder of two surfaces that touch may have a tiny negative volume.
             Ok(common) => Ok(common.volume_mm3().max(0.0)),
             Err(MeshError::Empty) => Ok(0.0),

@@ -41,7 +41,7 @@ impl TriMesh {
                 let edge = subtract(corners[i], corners[(i + 1) % 3]);
                 dot(edge, edge)
             };
-            let (normal, longest2) = (double_area(corners), edge2(0).max(edge2(1)).max(edge2(2)));
+            let (normal, longest2) = (doubled_area_normal(corners), edge2(0).max(edge2(1)).max(edge2(2)));
             (dot(normal, normal) / longest2).sqrt()
         };
         self.triangles.iter().map(altitude).fold(f64::INFINITY, f64::min)
@@ -87,7 +87,7 @@ pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Returns the normal whose length is twice the triangle's area, mm^2.
-pub(crate) fn double_area(corners: [[f64; 3]; 3]) -> [f64; 3] {
+pub(crate) fn doubled_area_normal(corners: [[f64; 3]; 3]) -> [f64; 3] {
     cross(subtract(corners[1], corners[0]), subtract(corners[2], corners[0]))
 }
 
@@ -103,7 +103,7 @@ pub(crate) fn volume_mm3(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> f64 {
 
 pub(crate) fn area_mm2(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> f64 {
     let double = |t: &[u32; 3]| {
-        let normal = double_area(t.map(|v| vertices[v as usize]));
+        let normal = doubled_area_normal(t.map(|v| vertices[v as usize]));
         dot(normal, normal).sqrt()
     };
     triangles.iter().map(double).sum::<f64>() / 2.0

@@ -38,7 +38,7 @@ pub struct PrintDefect {
 impl PrintMesh {
     /// Largest displacement of a vertex by rounding and repair, in spacings of `f32` values at the largest coordinate:
     /// 0.1 micrometres for a part that reaches 30 mm.
-    pub const MOST_ULPS: f64 = 64.0;
+    pub const MAX_DISPLACEMENT_ULPS: f64 = 64.0;
 
     /// Returns the vertex positions, mm.
     pub fn vertices(&self) -> &[[f32; 3]] {
@@ -69,8 +69,8 @@ pub(crate) fn to_print(mesh: &TriMesh) -> Result<PrintMesh, PrintDefect> {
     let mut edges = Halfedges::new(mesh)?;
     let moved_to = repair::repair(&mut edges, ulp_mm);
     let print = compact(&edges, &mesh.faces);
-    verify::within(&mesh.vertices, &edges.positions, &moved_to, PrintMesh::MOST_ULPS * ulp_mm)?;
-    verify::sound(&print, mesh)?;
+    verify::check_displacement(&mesh.vertices, &edges.positions, &moved_to, PrintMesh::MAX_DISPLACEMENT_ULPS * ulp_mm)?;
+    verify::check_validity(&print, mesh)?;
     Ok(print)
 }
 

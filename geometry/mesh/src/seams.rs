@@ -8,18 +8,18 @@
 //! A vertex stays where it is if the surfaces have no common point near it (a tangential contact), or if moving it
 //! would fold the mesh.
 
-mod meet;
-mod net;
-mod survey;
+mod surface_intersection;
+mod halfedge_mesh;
+mod quick_test;
 
 use std::collections::VecDeque;
 
 use fabkit_geometry::{Solid, Vector3};
 
-use self::meet::{MOST_SHARE, ON_MM, beyond, meeting};
-use self::net::Net;
+use self::surface_intersection::{MOST_SHARE, ON_MM, find_stray_midpoint, find_common_point};
+use self::halfedge_mesh::HalfedgeMesh;
 use crate::halfedges::next;
-use crate::measure::double_area;
+use crate::measure::doubled_area_normal;
 use crate::surface::LeafSurface;
 use crate::{FaceId, TriMesh, tessellate};
 
@@ -30,10 +30,10 @@ const ROUNDS: usize = 3;
 const MOST_FLIPS: usize = 4;
 
 /// Altitude below which a triangle counts as folded, mm: the distance at which the boolean kernel merges vertices.
-const LOWEST_MM: f64 = 1e-5;
+const MIN_ALTITUDE_MM: f64 = 1e-5;
 
 /// Returns the mesh with corrected edges between faces.
-pub(crate) fn fitted(mesh: TriMesh, solid: &Solid, tolerance_mm: f64) -> TriMesh {
+pub(crate) fn correct_face_edges(mesh: TriMesh, solid: &Solid, tolerance_mm: f64) -> TriMesh {
     let leaves = solid.leaves();
     // A single primitive has no edges made by booleans.
     if leaves.len() < 2 {
@@ -49,15 +49,15 @@ pub(crate) fn fitted(mesh: TriMesh, solid: &Solid, tolerance_mm: f64) -> TriMesh
     }
     let number = |id: &FaceId| first_face[id.leaf as usize] + id.face;
     let faces: Vec<u32> = mesh.faces.iter().map(number).collect();
-    if !survey::is_off(&mesh.vertices, &mesh.triangles, &faces, &surfaces, tolerance_mm) {
+    if !quick_test::needs_correction(&mesh.vertices, &mesh.triangles, &faces, &surfaces, tolerance_mm) {
         return mesh;
     }
-    let Some(net) = Net::new(&mesh, faces) else { return mesh };
+    let Some(net) = HalfedgeMesh::new(&mesh, faces) else { return mesh };
     let mut seams = Seams { net, outward: vec![1.0; surfaces.len()], surfaces, tolerance_mm };
     seams.orient();
-    seams.settle();
+    seams.move_vertices();
     seams.divide();
-    let Net { points, corners, faces, .. } = seams.net;
+    let HalfedgeMesh { points, corners, faces, .. } = seams.net;
     TriMesh {
         vertices: points,
         triangles: corners.as_chunks().0.to_vec(),
@@ -66,7 +66,7 @@ pub(crate) fn fitted(mesh: TriMesh, solid: &Solid, tolerance_mm: f64) -> TriMesh
 }
 
 struct Seams {
-    net: Net,
+    net: HalfedgeMesh,
     surfaces: Vec<Option<LeafSurface>>,
     /// Orientation of each face's surface: 1 if its normal points out of the solid, else -1.
     outward: Vec<f64>,
@@ -75,7 +75,7 @@ struct Seams {
 
 impl Seams {
     /// Returns the vertices between faces that do not lie on all of them, and the points where those faces meet.
-    fn off(&self) -> Vec<(u32, [f64; 3])> {
+    fn find_displaced_vertices(&self) -> Vec<(u32, [f64; 3])> {
         let mut is_between = vec![false; self.net.points.len()];
         for edge in self.seams() {
             for v in self.net.ends(edge) {
@@ -95,7 +95,7 @@ impl Seams {
             let at = self.net.points[v as usize];
             let is_off = |s: &&LeafSurface| s.offset(at).distance_mm.abs() > ON_MM;
             if surfaces.iter().any(is_off) {
-                off.extend(meeting(&surfaces, at).map(|to| (v, to)));
+                off.extend(find_common_point(&surfaces, at).map(|to| (v, to)));
             }
         }
         off
@@ -105,15 +105,15 @@ impl Seams {
     fn seams(&self) -> impl Iterator<Item = usize> + '_ {
         let once = (0..self.net.corners.len()).filter(|&e| e < self.net.twins[e] as usize);
         once.filter(|&edge| {
-            let [face, beyond] = self.net.beside(edge);
+            let [face, beyond] = self.net.faces_beside(edge);
             face != beyond
         })
     }
 
     /// Returns the point next to an edge's midpoint where the faces beside it meet, if that is too far away.
-    fn beyond(&self, edge: usize) -> Option<[f64; 3]> {
-        let [face, other] = self.net.beside(edge).map(|f| self.surfaces[f as usize].as_ref());
-        beyond([face?, other?], self.net.ends(edge).map(|v| self.at(v)), self.tolerance_mm)
+    fn find_stray_midpoint(&self, edge: usize) -> Option<[f64; 3]> {
+        let [face, other] = self.net.faces_beside(edge).map(|f| self.surfaces[f as usize].as_ref());
+        find_stray_midpoint([face?, other?], self.net.ends(edge).map(|v| self.at(v)), self.tolerance_mm)
     }
 
     fn at(&self, vertex: u32) -> Vector3<f64> {
@@ -135,7 +135,7 @@ impl Seams {
         let Some(surface) = &self.surfaces[face] else { return 1.0 };
         let [a, b, c] = self.net.triangle(t).map(|v| self.at(v));
         let normal = surface.offset(((a + b + c) / 3.0).into()).normal;
-        let area = double_area([a.into(), b.into(), c.into()]);
+        let area = doubled_area_normal([a.into(), b.into(), c.into()]);
         self.outward[face] * normal.dot(&Vector3::from(area))
     }
 
@@ -147,16 +147,16 @@ impl Seams {
     }
 
     /// Moves vertices to where their faces meet.
-    fn settle(&mut self) {
-        let mut left = self.off();
+    fn move_vertices(&mut self) {
+        let mut left = self.find_displaced_vertices();
         for _ in 0..ROUNDS {
-            left.retain(|&(vertex, to)| !self.moved(vertex, to));
+            left.retain(|&(vertex, to)| !self.try_move(vertex, to));
         }
     }
 
     /// Moves a vertex if that is possible without a fold, and returns whether it was. If it passes the far edge of one
     /// of its triangles, that edge is flipped.
-    fn moved(&mut self, vertex: u32, to: [f64; 3]) -> bool {
+    fn try_move(&mut self, vertex: u32, to: [f64; 3]) -> bool {
         let around = self.net.around(vertex).map(|edge| edge / 3);
         let mut before: Vec<(usize, f64)> = around.map(|t| (t, self.altitude_mm(t))).collect();
         let from = std::mem::replace(&mut self.net.points[vertex as usize], to);
@@ -165,8 +165,8 @@ impl Seams {
             let is_folded = |t: usize| {
                 let altitude_mm = self.altitude_mm(t);
                 let was_mm =
-                    before.iter().find(|(other, _)| *other == t).map_or(LOWEST_MM, |b| b.1);
-                altitude_mm < LOWEST_MM.min(was_mm)
+                    before.iter().find(|(other, _)| *other == t).map_or(MIN_ALTITUDE_MM, |b| b.1);
+                altitude_mm < MIN_ALTITUDE_MM.min(was_mm)
             };
             let Some(edge) = self.net.around(vertex).find(|edge| is_folded(edge / 3)) else {
                 return true;
@@ -189,7 +189,7 @@ impl Seams {
 
     /// Returns whether the other diagonal stays within tolerance of the face.
     fn may_flip(&self, edge: usize) -> bool {
-        let [face, beyond] = self.net.beside(edge);
+        let [face, beyond] = self.net.faces_beside(edge);
         let (Some(ends), Some(surface)) = (self.net.diagonal(edge), &self.surfaces[face as usize])
         else {
             return false;
@@ -204,10 +204,10 @@ impl Seams {
         let mut long: VecDeque<usize> = self.seams().collect();
         while let Some(edge) = long.pop_front() {
             // The edge is divided at its midpoint first, and the new vertex is then moved.
-            let Some(to) = self.beyond(edge) else { continue };
+            let Some(to) = self.find_stray_midpoint(edge) else { continue };
             let [a, b] = self.net.ends(edge).map(|v| self.at(v));
             let (middle, half) = self.net.divide(edge, ((a + b) / 2.0).into());
-            if self.moved(middle, to) {
+            if self.try_move(middle, to) {
                 // Each half deviates by a quarter, so this terminates.
                 long.extend([edge, half]);
             }

@@ -30,7 +30,7 @@ pub struct ShadedMesh {
 
 impl PrintMesh {
     /// Adds the normals of the exact surfaces of `solid`, in whose frame the mesh must be.
-    pub fn shaded(&self, solid: &Solid) -> ShadedMesh {
+    pub fn with_exact_normals(&self, solid: &Solid) -> ShadedMesh {
         let outward = self.outward_surfaces(solid);
         let count = self.triangles().len();
         let mut shaded = ShadedMesh {
@@ -42,7 +42,7 @@ impl PrintMesh {
         let mut made: Vec<Vec<(u32, Vector3<f64>)>> = vec![Vec::new(); self.vertices().len()];
         for (triangle, face) in self.triangles().iter().zip(self.faces()) {
             let corners = self.corners(triangle);
-            let flat = across(corners).try_normalize(0.0);
+            let flat = doubled_area_normal(corners).try_normalize(0.0);
             let corner = |i: usize| {
                 let normal = normal_at(outward.get(face), corners, i, flat);
                 let known = &mut made[triangle[i] as usize];
@@ -76,7 +76,7 @@ impl PrintMesh {
             let corners = self.corners(triangle);
             if let Some((surface, votes)) = found.get_mut(face) {
                 // Weighted by area: `across` has twice the area as its length.
-                *votes += surface.offset(middle(corners).into()).normal.dot(&across(corners));
+                *votes += surface.offset(middle(corners).into()).normal.dot(&doubled_area_normal(corners));
             }
         }
         for (_, votes) in found.values_mut() {
@@ -91,7 +91,7 @@ impl PrintMesh {
 }
 
 /// Returns the normal by the right-hand rule, with twice the triangle's area as length.
-fn across([a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
+fn doubled_area_normal([a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }
 
@@ -122,7 +122,7 @@ mod tests {
     use crate::mesh;
 
     fn shaded(solid: &Solid) -> ShadedMesh {
-        mesh(solid, 0.05).unwrap().to_print().unwrap().shaded(solid)
+        mesh(solid, 0.05).unwrap().to_print().unwrap().with_exact_normals(solid)
     }
 
     fn length(normal: &[f32; 3]) -> f32 {

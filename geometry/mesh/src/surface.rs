@@ -13,11 +13,11 @@ pub(crate) struct LeafSurface {
 #[derive(Clone, Debug)]
 enum Shape {
     /// Plane perpendicular to an axis: number of the axis, and coordinate.
-    Across(usize, f64),
+    Plane(usize, f64),
     /// Surface of revolution: curve of the (distance from the axis, z) half plane, rotated around z.
-    Turned(Curve),
+    Revolution(Curve),
     /// Cylindrical surface: curve of the xy plane, extruded along z.
-    Drawn(Curve),
+    Extrusion(Curve),
     /// Ellipsoid with any three half axes, mm.
     Ellipsoid([f64; 3]),
 }
@@ -33,7 +33,7 @@ enum Curve {
 /// Signed distance of a point from a surface, mm, and the unit normal there. The sign convention depends only on the
 /// surface.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Offset {
+pub(crate) struct SignedDistance {
     pub distance_mm: f64,
     pub normal: Vector3<f64>,
 }
@@ -47,64 +47,64 @@ impl LeafSurface {
 
     /// Computes the signed distance of a point near the surface. It is exact except on ellipsoids with three half axes,
     /// where it is correct to second order in the distance.
-    pub fn offset(&self, point: [f64; 3]) -> Offset {
+    pub fn offset(&self, point: [f64; 3]) -> SignedDistance {
         let local = self.leaf_from_root.point(Point3::from(point)).coords;
         let (distance_mm, normal) = self.shape.offset(local);
-        Offset { distance_mm, normal: self.root_from_leaf.vector(normal) }
+        SignedDistance { distance_mm, normal: self.root_from_leaf.vector(normal) }
     }
 }
 
 impl Shape {
     fn new(primitive: &Solid, face: u32) -> Option<Self> {
         let ball = |semi_axes_mm, offset_mm| {
-            Self::Turned(Curve::Ellipse { centre: [0.0; 2], semi_axes_mm, offset_mm })
+            Self::Revolution(Curve::Ellipse { centre: [0.0; 2], semi_axes_mm, offset_mm })
         };
         Some(match (primitive, face) {
             (Solid::Sphere(s), _) => {
-                Self::Turned(Curve::Circle { centre: [0.0; 2], radius_mm: s.radius_mm })
+                Self::Revolution(Curve::Circle { centre: [0.0; 2], radius_mm: s.radius_mm })
             }
             (Solid::Ellipsoid(s), _) => Self::Ellipsoid(s.semi_axes_mm),
             (Solid::EllipsoidOffset(s), _) => ball([s.equatorial_mm, s.polar_mm], s.offset_mm),
-            (Solid::Torus(s), _) => Self::Turned(Curve::Circle {
+            (Solid::Torus(s), _) => Self::Revolution(Curve::Circle {
                 centre: [s.ring_radius_mm, 0.0],
                 radius_mm: s.tube_radius_mm,
             }),
             (Solid::HalfSpace(_), _) | (Solid::Cylinder(_) | Solid::Cone(_), 1) => {
-                Self::Across(2, 0.0)
+                Self::Plane(2, 0.0)
             }
-            (Solid::Cylinder(s), 2) => Self::Across(2, s.height_mm),
-            (Solid::Cone(s), 2) => Self::Across(2, s.height_mm),
+            (Solid::Cylinder(s), 2) => Self::Plane(2, s.height_mm),
+            (Solid::Cone(s), 2) => Self::Plane(2, s.height_mm),
             (Solid::Cylinder(s), _) => {
-                Self::Turned(Curve::line([s.radius_mm, 0.0], [s.radius_mm, s.height_mm])?)
+                Self::Revolution(Curve::line([s.radius_mm, 0.0], [s.radius_mm, s.height_mm])?)
             }
-            (Solid::Cone(s), _) => Self::Turned(Curve::line(
+            (Solid::Cone(s), _) => Self::Revolution(Curve::line(
                 [s.bottom_radius_mm, 0.0],
                 [s.top_radius_mm, s.height_mm],
             )?),
             (Solid::Cuboid(s), 0..4) => {
                 let half_mm = s.size_mm[face as usize / 2] / 2.0;
-                Self::Across(
+                Self::Plane(
                     face as usize / 2,
                     if face.is_multiple_of(2) { -half_mm } else { half_mm },
                 )
             }
-            (Solid::Cuboid(_), 4) | (Solid::Extrusion(_), 0) => Self::Across(2, 0.0),
-            (Solid::Cuboid(s), _) => Self::Across(2, s.size_mm[2]),
-            (Solid::Extrusion(s), 1) => Self::Across(2, s.height_mm),
-            (Solid::Extrusion(s), _) => Self::Drawn(Curve::of(s.profile.paths(), face - 2)?),
-            (Solid::Revolution(s), _) => Self::Turned(Curve::of(s.profile.paths(), face)?),
+            (Solid::Cuboid(_), 4) | (Solid::Extrusion(_), 0) => Self::Plane(2, 0.0),
+            (Solid::Cuboid(s), _) => Self::Plane(2, s.size_mm[2]),
+            (Solid::Extrusion(s), 1) => Self::Plane(2, s.height_mm),
+            (Solid::Extrusion(s), _) => Self::Extrusion(Curve::from_segment(s.profile.paths(), face - 2)?),
+            (Solid::Revolution(s), _) => Self::Revolution(Curve::from_segment(s.profile.paths(), face)?),
             _ => return None,
         })
     }
 
     fn offset(&self, p: Vector3<f64>) -> (f64, Vector3<f64>) {
         match self {
-            Self::Across(axis, at) => (p[*axis] - at, Vector3::ith(*axis, 1.0)),
-            Self::Drawn(curve) => {
+            Self::Plane(axis, at) => (p[*axis] - at, Vector3::ith(*axis, 1.0)),
+            Self::Extrusion(curve) => {
                 let (distance_mm, [x, y]) = curve.offset([p.x, p.y]);
                 (distance_mm, Vector3::new(x, y, 0.0))
             }
-            Self::Turned(curve) => {
+            Self::Revolution(curve) => {
                 let across_mm = p.x.hypot(p.y);
                 let (distance_mm, [r, z]) = curve.offset([across_mm, p.z]);
                 let [c, s] =
@@ -132,7 +132,7 @@ impl Curve {
     }
 
     /// Creates the curve of segment `number`, counted through all paths.
-    fn of<'a>(paths: impl Iterator<Item = &'a Path>, mut number: u32) -> Option<Self> {
+    fn from_segment<'a>(paths: impl Iterator<Item = &'a Path>, mut number: u32) -> Option<Self> {
         for path in paths {
             let count = path.segments.len() as u32;
             if number >= count {

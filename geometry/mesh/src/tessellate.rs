@@ -15,9 +15,9 @@ use fabkit_geometry::{Cone, Cuboid, EllipsoidOffset, Solid};
 
 use crate::facets::Facets;
 use arc::Arc;
-pub(crate) use circle::turn;
+pub(crate) use circle::cos_sin_of_turn;
 use revolved::{Stroke, revolve, strokes};
-pub(crate) use stitch::{Spread, Strip, stitch};
+pub(crate) use stitch::{RingPoints, StripTriangle, stitch};
 
 /// Returns the number of faces of a primitive; for booleans, the sum over their leaves.
 pub(crate) fn face_count(solid: &Solid) -> u32 {

@@ -28,7 +28,7 @@ impl TriMesh {
     /// Returns the mesh after a rigid motion.
     #[must_use]
     pub fn placed(&self, pose: &Pose) -> Self {
-        let vertices = self.vertices.iter().map(|&v| facets::moved(pose, v)).collect();
+        let vertices = self.vertices.iter().map(|&v| facets::transform_point(pose, v)).collect();
         Self { vertices, triangles: self.triangles.clone(), faces: self.faces.clone() }
     }
 

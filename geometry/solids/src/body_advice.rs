@@ -1,12 +1,12 @@
 //! Ordering and slicing advice attached to a body.
 
-use crate::{Body, Kind, Order};
+use crate::{Body, BodyKind, Order};
 
 impl Body {
     /// Sets the order (article, quantity, supplier) of a bought body.
     #[must_use]
-    pub fn ordered(self, order: Order) -> Self {
-        debug_assert!(self.kind == Kind::Bought, "{} is not bought", self.name);
+    pub fn with_order(self, order: Order) -> Self {
+        debug_assert!(self.kind == BodyKind::Bought, "{} is not bought", self.name);
         Self { order: Some(order), ..self }
     }
 }

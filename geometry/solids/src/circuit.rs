@@ -44,7 +44,7 @@ pub struct Land {
 
 /// Placement of a part on its board.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BoardPlace {
+pub struct BoardPlacement {
     /// Centre in the sensor's x and y, mm.
     pub at_mm: [f64; 2],
     /// Angle from the sensor's x axis to the part's, counter-clockwise seen from above, rad.
@@ -53,10 +53,10 @@ pub struct BoardPlace {
     pub side: BoardSide,
 }
 
-impl BoardPlace {
+impl BoardPlacement {
     /// Returns the placement of a body; `along` is the direction in the body's frame that becomes the part's x axis
     /// (bodies are drawn with their pins along x or along y).
-    pub fn of_body(sensor_from_body: &Pose, along: Vector3<f64>, side: BoardSide) -> Self {
+    pub fn from_body_pose(sensor_from_body: &Pose, along: Vector3<f64>, side: BoardSide) -> Self {
         let at = sensor_from_body.point(Point3::origin());
         let along = sensor_from_body.vector(along);
         Self { at_mm: [at.x, at.y], turn_rad: along.y.atan2(along.x), side }
@@ -87,7 +87,7 @@ pub struct CircuitPart {
     /// Area taken on the board without the lands: extent along x and y of the part, mm.
     pub size_mm: [f64; 2],
     /// Placement; `None` if the board layout is to find a place beside the parts it is connected to.
-    pub place: Option<BoardPlace>,
+    pub place: Option<BoardPlacement>,
     /// Name of the bought body that represents the part, where one is drawn.
     pub body: Option<String>,
 }
@@ -111,7 +111,7 @@ pub struct KeepOut {
     /// The region in the sensor's x and y, mm.
     pub region: KeepOutRegion,
     /// Description of the occupying body.
-    pub what: String,
+    pub description: String,
 }
 
 /// Shape of a keep-out region.
@@ -149,7 +149,7 @@ pub struct SeriesResistor {
     /// Rated continuous current of each LED, A.
     pub led_rated_a: f64,
     /// Intended current of each LED, A; `None` where the resistor itself is given.
-    pub wanted_a: Option<f64>,
+    pub target_current_a: Option<f64>,
     /// Resistance of the ordered resistor, ohm.
     pub ohms: f64,
     /// Rated power of the package, W.
@@ -184,7 +184,7 @@ impl SeriesResistor {
 
     /// Computes the exact resistance for the intended LED current, ohm; `None` where no current is given.
     pub fn exact_ohms(&self) -> Option<f64> {
-        let wanted = self.wanted_a? * f64::from(self.leds);
+        let wanted = self.target_current_a? * f64::from(self.leds);
         Some((self.supply_v - self.forward_v) / wanted)
     }
 
@@ -265,8 +265,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_below_is_seen_through_the_board() {
-        let place = |side| BoardPlace { at_mm: [1.0, 2.0], turn_rad: 0.0, side };
+    fn parts_on_the_lower_side_are_mirrored() {
+        let place = |side| BoardPlacement { at_mm: [1.0, 2.0], turn_rad: 0.0, side };
         assert_eq!(place(BoardSide::Top).point([3.0, 0.5]), [4.0, 2.5]);
         assert_eq!(place(BoardSide::Bottom).point([3.0, 0.5]), [4.0, 1.5]);
     }
@@ -288,7 +288,7 @@ mod tests {
             forward_v: 3.1,
             leds: 4,
             led_rated_a: 0.020,
-            wanted_a: Some(0.010),
+            target_current_a: Some(0.010),
             ohms: 0.0,
             rated_w: 0.1,
             source: String::new(),

@@ -16,16 +16,16 @@ pub struct Lighting {
     /// Name by which users select the mode: `[a-z0-9-]`, unique within the sensor.
     pub name: &'static str,
     /// Light sources that are switched on.
-    pub lamps: Vec<LampGroup>,
+    pub light_sources: Vec<LightSourceGroup>,
     /// Effect of a touch that this light makes visible.
-    pub shows: Shows,
+    pub effect: VisibleEffect,
     /// Camera that observes the effect, if it is not the sensor's camera.
     pub camera: Option<NominalCamera>,
 }
 
 /// Light sources that are all placements of one body.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LampGroup {
+pub struct LightSourceGroup {
     /// Name of the body; [`crate::Body::lamp`] tells which part of it emits light.
     pub body: String,
     /// Colours of the body's placements in the finished sensor, in their order. If there are more placements than
@@ -35,7 +35,7 @@ pub struct LampGroup {
 
 /// Effect of a touch that light makes visible. Bodies are given by name.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Shows {
+pub enum VisibleEffect {
     /// Thickness of translucent layers over a black one: thicker layers scatter back more light.
     Thickness {
         /// Layers, from the inside out; all have the same scattering properties.
@@ -49,19 +49,19 @@ pub enum Shows {
         printed: Option<String>,
     },
     /// Thickness of fluorescent layers, excited by light that the camera does not see.
-    Glow {
+    Fluorescence {
         /// Layers from the inside out, with the colour of each.
         layers: Vec<(String, Rgb)>,
     },
     /// Lengths of columns of dyed liquid, in ambient light.
-    Columns {
+    LiquidColumns {
         /// Body that contains all of the liquid.
         liquid: String,
         /// Columns in the order of the channels that move them.
-        columns: Vec<Column>,
+        columns: Vec<LiquidColumn>,
     },
     /// Positions of light markers on a dark background.
-    Marks {
+    Markers {
         /// Body that contains all markers.
         marks: String,
     },
@@ -69,37 +69,37 @@ pub enum Shows {
 
 /// Column of liquid that a channel moves.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Column {
+pub struct LiquidColumn {
     /// Centre of its end at rest, on the face that the camera observes, sensor frame, mm.
     pub end: Point3<f64>,
     /// Direction in which that end moves while the channel is squeezed: unit vector.
-    pub way: Vector3<f64>,
+    pub direction: Vector3<f64>,
     /// Width across that direction, in the observed face, mm.
     pub width_mm: f64,
 }
 
 impl Lighting {
     /// Creates a lighting mode in which all placements of one body emit colourless light.
-    pub fn by(name: &'static str, lamp: impl Into<String>, shows: Shows) -> Self {
-        let lamps = vec![LampGroup { body: lamp.into(), colors: vec![WHITE] }];
-        Self { name, lamps, shows, camera: None }
+    pub fn from_body(name: &'static str, lamp: impl Into<String>, effect: VisibleEffect) -> Self {
+        let light_sources = vec![LightSourceGroup { body: lamp.into(), colors: vec![WHITE] }];
+        Self { name, light_sources, effect, camera: None }
     }
 
     /// Returns whether the mode makes layers fluoresce.
-    pub fn glows(&self) -> bool {
-        matches!(self.shows, Shows::Glow { .. })
+    pub fn is_fluorescent(&self) -> bool {
+        matches!(self.effect, VisibleEffect::Fluorescence { .. })
     }
 
     /// Returns whether images in this mode have colours.
     pub fn is_colored(&self) -> bool {
         let is_colored = |color: &Rgb| color.iter().any(|part| *part != color[0]);
-        self.glows()
-            || matches!(self.shows, Shows::Columns { .. })
-            || self.lamps.iter().any(|group| group.colors.iter().any(is_colored))
+        self.is_fluorescent()
+            || matches!(self.effect, VisibleEffect::LiquidColumns { .. })
+            || self.light_sources.iter().any(|group| group.colors.iter().any(is_colored))
     }
 }
 
-impl LampGroup {
+impl LightSourceGroup {
     /// Returns the colour of a placement of the body, given its index among those in the finished sensor.
     pub fn color(&self, placement: usize) -> Rgb {
         match self.colors.len() {

@@ -3,13 +3,13 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::compiled::{Hit, Line, Span};
-use crate::proofs::{Shadow, meetings};
-use crate::sequences::Random;
+use crate::proofs::{ProjectionRaster, find_overlap_boxes};
+use crate::sequences::SplitMix64;
 use crate::{Aabb, CompiledSolid, Scratch};
 
 /// Volume with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub struct VolumeEstimate {
     /// Volume, mm^3.
     pub value_mm3: f64,
     /// Half width of the 99 % confidence interval, mm^3.
@@ -20,7 +20,7 @@ pub struct Estimate {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap {
     /// Common volume, mm^3; exactly 0 for bodies that are apart or only touch.
-    pub volume: Estimate,
+    pub volume: VolumeEstimate,
     /// Midpoint of the longest common stretch found on the lines; `None` without overlap.
     pub witness: Option<Point3<f64>>,
 }
@@ -60,7 +60,7 @@ const STUDENT_T: f64 = 3.499;
 ///
 /// # Errors
 /// [`MeasureError::Unbounded`].
-pub fn ray_volume(body: &CompiledSolid, lines: u32) -> Result<Estimate, MeasureError> {
+pub fn ray_volume(body: &CompiledSolid, lines: u32) -> Result<VolumeEstimate, MeasureError> {
     let mut scratch = Scratch::default();
     integrate(&body.bounds(), lines, None, |line| {
         body.spans(line, &mut scratch).iter().map(length).sum()
@@ -84,7 +84,7 @@ pub fn overlap_volume(
     let mut longest_mm = 0.0;
     let mut witness = None;
     let common = a.bounds().common(&b.bounds());
-    let boxes = meetings(a, b);
+    let boxes = find_overlap_boxes(a, b);
     let volume = integrate(&common, lines, boxes.as_deref(), |line| {
         let spans_a = a.spans(line, &mut in_a);
         let spans_b = if spans_a.is_empty() { &[] } else { b.spans(line, &mut in_b) };
@@ -159,9 +159,9 @@ fn integrate(
     lines: u32,
     boxes: Option<&[Aabb]>,
     mut length_mm: impl FnMut(&Line) -> f64,
-) -> Result<Estimate, MeasureError> {
+) -> Result<VolumeEstimate, MeasureError> {
     if bounds.is_empty() {
-        return Ok(Estimate { value_mm3: 0.0, error_mm3: 0.0 });
+        return Ok(VolumeEstimate { value_mm3: 0.0, error_mm3: 0.0 });
     }
     if !bounds.is_finite() {
         return Err(MeasureError::Unbounded);
@@ -176,21 +176,21 @@ fn integrate(
     let (half_u, half_v) = (shadow(&u), shadow(&v));
     // The bodies are proven not to overlap.
     if boxes.is_some_and(<[Aabb]>::is_empty) {
-        return Ok(Estimate { value_mm3: 0.0, error_mm3: 0.0 });
+        return Ok(VolumeEstimate { value_mm3: 0.0, error_mm3: 0.0 });
     }
-    let shadow = boxes.map(|boxes| Shadow::of(boxes, &centre, &[u, v], [half_u, half_v]));
+    let shadow = boxes.map(|boxes| ProjectionRaster::from_boxes(boxes, &centre, &[u, v], [half_u, half_v]));
     // Consecutive Fibonacci numbers give a good two-dimensional lattice.
     let (count, stride) = fibonacci(lines / SHIFTS);
     let mut volumes = [0.0; SHIFTS as usize];
     // Random shifts: shifts on a lattice would interfere with the lattice of lines.
-    let mut random = Random::new(0);
+    let mut random = SplitMix64::new(0);
     for volume in &mut volumes {
         let (shift_u, shift_v) = (random.unit(), random.unit());
         let mut sum_mm = 0.0;
         for i in 0..count {
             let x = (i as f64 / count as f64 + shift_u).fract();
             let y = ((i * stride % count) as f64 / count as f64 + shift_v).fract();
-            if shadow.as_ref().is_some_and(|shadow| !shadow.holds([x, y])) {
+            if shadow.as_ref().is_some_and(|shadow| !shadow.may_meet_box([x, y])) {
                 continue;
             }
             let offset = (2.0 * x - 1.0) * half_u * u + (2.0 * y - 1.0) * half_v * v;
@@ -202,7 +202,7 @@ fn integrate(
     let n = f64::from(SHIFTS);
     let value_mm3 = volumes.iter().sum::<f64>() / n;
     let variance = volumes.iter().map(|v| (v - value_mm3).powi(2)).sum::<f64>() / (n - 1.0);
-    Ok(Estimate { value_mm3, error_mm3: STUDENT_T * (variance / n).sqrt() })
+    Ok(VolumeEstimate { value_mm3, error_mm3: STUDENT_T * (variance / n).sqrt() })
 }
 
 /// Returns the first Fibonacci number at or above `lines` (at least 13), and the one before it.

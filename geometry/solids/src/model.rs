@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::{Pose, Reach, SliceAdvice, Solid, Substance};
+use crate::{Pose, ToolAccess, SliceAdvice, Solid, MaterialProperties};
 
 /// Manufacturing process of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -131,7 +131,7 @@ impl Shells {
 
 /// Change that a cut feature makes to a body.
 #[derive(Clone, Debug, Default)]
-pub struct Cut {
+pub struct CutFeature {
     /// Solids to subtract, in the frame of the body.
     pub tools: Vec<Solid>,
     /// Landmarks that the feature adds, in the frame of the body.
@@ -140,7 +140,7 @@ pub struct Cut {
     pub handles: i32,
 }
 
-impl Cut {
+impl CutFeature {
     /// Adds to the number of handles.
     #[must_use]
     pub fn with_handles(self, handles: i32) -> Self {
@@ -149,14 +149,14 @@ impl Cut {
 
     /// Removes the landmarks.
     #[must_use]
-    pub fn unmarked(self) -> Self {
+    pub fn without_landmarks(self) -> Self {
         Self { landmarks: Vec::new(), ..self }
     }
 }
 
 /// Kind of a body: made, cast or bought.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Kind {
+pub enum BodyKind {
     /// Made from a file: printed, cut or etched.
     Made(Process),
     /// Poured, sprayed or otherwise formed in place.
@@ -165,7 +165,7 @@ pub enum Kind {
     Bought,
 }
 
-impl Kind {
+impl BodyKind {
     /// Returns the word used in files and on the command line.
     pub fn word(self) -> &'static str {
         match self {
@@ -208,21 +208,21 @@ pub struct Machine {
 
 /// Mechanical role of a bought body in the finished sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Duty {
+pub enum MechanicalRole {
     /// Ordinary body that supports others and is held in place like made parts.
     #[default]
-    Stands,
+    Ordinary,
     /// Fastener for the bodies it goes through or around: a screw, a pin, a tie.
-    Fastens,
+    Fastener,
     /// Body with a thread that screws engage: a nut, an insert, a threaded spacer.
-    Threads,
+    Threaded,
     /// Small body that is soldered, stuck or plugged onto the body it touches and holds nothing itself: an LED.
-    Sticks,
+    Attached,
 }
 
 /// Optical clarity of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Clarity {
+pub enum OpticalClarity {
     /// Transparent.
     Clear,
     /// Lets light in and scatters it.
@@ -251,7 +251,7 @@ pub struct Body {
     /// Description in one line; for bought bodies, the specification to order.
     pub summary: String,
     /// Kind: made, cast or bought.
-    pub kind: Kind,
+    pub kind: BodyKind,
     /// Trade name of the material; empty for bought bodies.
     pub material: String,
     /// Shape, mm, in the sensor frame unless the placements say otherwise.
@@ -267,16 +267,16 @@ pub struct Body {
     /// Opacity in renderings, 0 to 1.
     pub opacity: f64,
     /// Optical clarity, if it differs from the rendered opacity: see [`Body::clarity`].
-    pub optics: Option<Clarity>,
+    pub optics: Option<OpticalClarity>,
     /// Part of the body that emits light, in the frame of `solid`; `None` if it is no light source.
-    pub lamp: Option<Solid>,
+    pub light_source: Option<Solid>,
     /// Properties of the material, as far as they are known.
-    pub substance: Substance,
+    pub substance: MaterialProperties,
     /// Word for the sealing of its surface that the corresponding step must contain: `varnish`, `lacquer`, `bake`.
     pub sealed_by: Option<&'static str>,
     /// True if the body deforms with the touched surface although its kind does not suggest it: it is made, not cast,
     /// or it is ink that moves with the gel it is printed on.
-    pub gives_way: bool,
+    pub is_deformable: bool,
     /// Rotation that puts a part into its orientation on the printer's bed; the exporter chooses the position there.
     pub bed_from_body: Pose,
     /// Remarks for the person who makes it.
@@ -294,20 +294,20 @@ pub struct Body {
     /// Number of pieces and enclosed cavities, counted like `genus`.
     pub shells: Option<Shells>,
     /// Space that hands and tools need to insert it or to work on it in place.
-    pub reach: Vec<Reach>,
+    pub reach: Vec<ToolAccess>,
     /// Deformation that it tolerates while it is brought to its place, mm: a rubber ring that is stretched over a
     /// flange, a wire that is bent aside. 0 for rigid bodies.
-    pub gives_mm: f64,
+    pub assembly_compliance_mm: f64,
     /// Mechanical role of a bought body.
-    pub duty: Duty,
+    pub duty: MechanicalRole,
     /// Order for a bought body.
     pub order: Option<crate::Order>,
 }
 
 impl Body {
-    fn new(name: impl Into<String>, summary: impl Into<String>, kind: Kind, solid: Solid) -> Self {
+    fn new(name: impl Into<String>, summary: impl Into<String>, kind: BodyKind, solid: Solid) -> Self {
         // Models of bought bodies are only good enough for fits, so their topology is not checked.
-        let is_counted = kind != Kind::Bought;
+        let is_counted = kind != BodyKind::Bought;
         Self {
             name: name.into(),
             summary: summary.into(),
@@ -320,10 +320,10 @@ impl Body {
             color: [255, 255, 255],
             opacity: 1.0,
             optics: None,
-            lamp: None,
-            substance: Substance::default(),
+            light_source: None,
+            substance: MaterialProperties::default(),
             sealed_by: None,
-            gives_way: false,
+            is_deformable: false,
             bed_from_body: Pose::identity(),
             notes: Vec::new(),
             slicing: SliceAdvice::default(),
@@ -332,8 +332,8 @@ impl Body {
             genus: is_counted.then_some(0),
             shells: is_counted.then_some(Shells::ONE),
             reach: Vec::new(),
-            gives_mm: 0.0,
-            duty: Duty::Stands,
+            assembly_compliance_mm: 0.0,
+            duty: MechanicalRole::Ordinary,
             order: None,
         }
     }
@@ -345,29 +345,29 @@ impl Body {
         process: Process,
         solid: Solid,
     ) -> Self {
-        Self::new(name, summary, Kind::Made(process), solid)
+        Self::new(name, summary, BodyKind::Made(process), solid)
     }
 
     /// Creates a layer: one piece without handles.
     pub fn cast(name: impl Into<String>, summary: impl Into<String>, solid: Solid) -> Self {
-        Self::new(name, summary, Kind::Cast, solid)
+        Self::new(name, summary, BodyKind::Cast, solid)
     }
 
     /// Creates a component with the specification to order.
     pub fn bought(name: impl Into<String>, specification: impl Into<String>, solid: Solid) -> Self {
-        Self::new(name, specification, Kind::Bought, solid)
+        Self::new(name, specification, BodyKind::Bought, solid)
     }
 
     /// Sets the material.
     #[must_use]
-    pub fn from(self, material: impl Into<String>) -> Self {
+    pub fn with_material(self, material: impl Into<String>) -> Self {
         Self { material: material.into(), ..self }
     }
 
     /// Changes the manufacturing process.
     #[must_use]
     pub fn made_by(self, process: Process) -> Self {
-        Self { kind: Kind::Made(process), ..self }
+        Self { kind: BodyKind::Made(process), ..self }
     }
 
     /// Adds placements.
@@ -391,45 +391,45 @@ impl Body {
 
     /// Sets the optical clarity, and the opacity in renderings to match.
     #[must_use]
-    pub fn in_light(mut self, clarity: Clarity) -> Self {
-        self.let_light(clarity);
+    pub fn with_clarity(mut self, clarity: OpticalClarity) -> Self {
+        self.set_clarity(clarity);
         self
     }
 
     /// Sets the optical clarity of an existing body, and the opacity in renderings to match. An opacity below 1 is kept
     /// unless the body is opaque.
-    pub fn let_light(&mut self, clarity: Clarity) {
+    pub fn set_clarity(&mut self, clarity: OpticalClarity) {
         self.opacity = match clarity {
-            Clarity::Opaque => 1.0,
+            OpticalClarity::Opaque => 1.0,
             // An opacity that was chosen by hand is kept.
             _ if self.opacity < 1.0 => self.opacity,
-            Clarity::Clear => 0.35,
-            Clarity::Translucent => 0.7,
+            OpticalClarity::Clear => 0.35,
+            OpticalClarity::Translucent => 0.7,
         };
         self.optics = Some(clarity);
     }
 
     /// Returns the optical clarity; by default a body that is rendered translucent counts as clear.
-    pub fn clarity(&self) -> Clarity {
-        self.optics.unwrap_or(if self.opacity < 1.0 { Clarity::Clear } else { Clarity::Opaque })
+    pub fn clarity(&self) -> OpticalClarity {
+        self.optics.unwrap_or(if self.opacity < 1.0 { OpticalClarity::Clear } else { OpticalClarity::Opaque })
     }
 
     /// Makes the whole body a light source.
     #[must_use]
-    pub fn shining(self) -> Self {
+    pub fn as_light_source(self) -> Self {
         let lamp = Some(self.solid.clone());
-        Self { lamp, ..self }
+        Self { light_source: lamp, ..self }
     }
 
     /// Makes part of the body a light source.
     #[must_use]
-    pub fn shining_from(self, lamp: Solid) -> Self {
-        Self { lamp: Some(lamp), ..self }
+    pub fn with_light_source(self, lamp: Solid) -> Self {
+        Self { light_source: Some(lamp), ..self }
     }
 
     /// Sets whether the material is dark, where a pigment matters more than the material's name.
     #[must_use]
-    pub fn shaded(mut self, is_dark: Option<bool>) -> Self {
+    pub fn with_darkness(mut self, is_dark: Option<bool>) -> Self {
         self.substance.is_dark = is_dark;
         self
     }
@@ -443,13 +443,13 @@ impl Body {
 
     /// Marks a made body as soft, or ink as printed on something soft, so that it counts as touched.
     #[must_use]
-    pub fn giving_way(self) -> Self {
-        Self { gives_way: true, ..self }
+    pub fn as_deformable(self) -> Self {
+        Self { is_deformable: true, ..self }
     }
 
     /// Sets the number of copies that one sensor needs.
     #[must_use]
-    pub fn times(self, quantity: u32) -> Self {
+    pub fn with_quantity(self, quantity: u32) -> Self {
         Self { quantity, ..self }
     }
 
@@ -461,21 +461,21 @@ impl Body {
 
     /// Adds landmarks.
     #[must_use]
-    pub fn marked(mut self, landmarks: impl IntoIterator<Item = Landmark>) -> Self {
+    pub fn with_landmarks(mut self, landmarks: impl IntoIterator<Item = Landmark>) -> Self {
         self.landmarks.extend(landmarks);
         self
     }
 
     /// Cuts a feature into the body: subtracts its solids, adds its landmarks and handles.
     #[must_use]
-    pub fn cut(mut self, cut: Cut) -> Self {
+    pub fn cut(mut self, cut: CutFeature) -> Self {
         self.solid = self.solid.minus_all(cut.tools);
-        self.marked(cut.landmarks).with_handles(cut.handles)
+        self.with_landmarks(cut.landmarks).with_handles(cut.handles)
     }
 
     /// Sets the orientation on the bed.
     #[must_use]
-    pub fn lying(self, bed_from_body: Pose) -> Self {
+    pub fn with_bed_orientation(self, bed_from_body: Pose) -> Self {
         Self { bed_from_body, ..self }
     }
 
@@ -507,44 +507,44 @@ impl Body {
 
     /// Sets the number of pieces and cavities, if it is not one piece without a cavity.
     #[must_use]
-    pub fn in_shells(self, shells: Shells) -> Self {
+    pub fn with_shells(self, shells: Shells) -> Self {
         Self { shells: Some(shells), ..self }
     }
 
     /// Sets the deformation that it tolerates while it is brought to its place, mm.
     #[must_use]
-    pub fn giving(self, gives_mm: f64) -> Self {
-        Self { gives_mm, ..self }
+    pub fn with_assembly_compliance(self, gives_mm: f64) -> Self {
+        Self { assembly_compliance_mm: gives_mm, ..self }
     }
 
     /// Marks the body as a fastener: a screw, a pin, a tie.
     #[must_use]
-    pub fn fastening(self) -> Self {
-        Self { duty: Duty::Fastens, ..self }
+    pub fn as_fastener(self) -> Self {
+        Self { duty: MechanicalRole::Fastener, ..self }
     }
 
     /// Marks the body as threaded: a nut, an insert, a threaded spacer that screws engage.
     #[must_use]
     pub fn threaded(self) -> Self {
-        Self { duty: Duty::Threads, ..self }
+        Self { duty: MechanicalRole::Threaded, ..self }
     }
 
     /// Marks the body as soldered, stuck or plugged onto the body it touches, without holding anything itself.
     #[must_use]
-    pub fn sticking(self) -> Self {
-        Self { duty: Duty::Sticks, ..self }
+    pub fn as_attached(self) -> Self {
+        Self { duty: MechanicalRole::Attached, ..self }
     }
 
     /// Adds space for a hand or a tool.
     #[must_use]
-    pub fn reached(mut self, reach: Reach) -> Self {
+    pub fn with_tool_access(mut self, reach: ToolAccess) -> Self {
         self.reach.push(reach);
         self
     }
 
     /// Returns whether the body is a made part.
     pub fn is_made(&self) -> bool {
-        matches!(self.kind, Kind::Made(_))
+        matches!(self.kind, BodyKind::Made(_))
     }
 
     /// Returns the manufacturing process; `None` for bought bodies.

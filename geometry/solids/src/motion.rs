@@ -12,12 +12,12 @@ pub struct Motion {
     /// Names of the bodies that move together.
     pub bodies: Vec<String>,
     /// Successive legs of the path; the last one ends in place.
-    pub legs: Vec<Leg>,
+    pub legs: Vec<MotionLeg>,
 }
 
 /// Leg of a path, in the assembly's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Leg {
+pub enum MotionLeg {
     /// Straight movement.
     Straight {
         /// Direction: unit vector.
@@ -40,12 +40,12 @@ pub enum Leg {
 
 impl Motion {
     /// Creates the path of these bodies along the given legs.
-    pub fn of(bodies: impl IntoIterator<Item = String>, legs: impl Into<Vec<Leg>>) -> Self {
+    pub fn new(bodies: impl IntoIterator<Item = String>, legs: impl Into<Vec<MotionLeg>>) -> Self {
         Self { bodies: bodies.into_iter().collect(), legs: legs.into() }
     }
 }
 
-impl Leg {
+impl MotionLeg {
     /// Returns a straight leg that starts outside of everything.
     pub fn from_afar(along: Vector3<f64>) -> Self {
         Self::Straight { along, length_mm: None }
@@ -75,61 +75,61 @@ pub enum Occasion {
 /// assert!(screw.reach[0].is_drawn);
 /// ```
 #[derive(Clone, Debug)]
-pub struct Reach {
+pub struct ToolAccess {
     /// Description of the tool: `PH1 screwdriver`.
     pub tool: String,
     /// Space that the tool takes, in the body's frame, while the body is in place.
     pub solid: Solid,
     /// Alternative spaces; one of all must be free.
-    pub instead: Vec<Solid>,
+    pub alternatives: Vec<Solid>,
     /// True if other copies of the body are ignored because they are present at other times.
-    pub passes_copies: bool,
+    pub ignores_copies: bool,
     /// True if the tool drives the body in along its own -z. Then the body comes out only along +z and holds until it
     /// does: a screw, a nut that is melted in.
-    pub is_drawn: bool,
+    pub is_driven_in: bool,
     /// Occasion on which the space is needed.
     pub occasion: Occasion,
 }
 
-impl Reach {
+impl ToolAccess {
     /// Creates the space of a tool that drives the body in along its own -z.
     pub fn driver(tool: impl Into<String>, solid: Solid) -> Self {
-        Self { is_drawn: true, ..Self::room(tool, solid) }
+        Self { is_driven_in: true, ..Self::new(tool, solid) }
     }
 
     /// Creates the space of a tool, or of fingers.
-    pub fn room(tool: impl Into<String>, solid: Solid) -> Self {
+    pub fn new(tool: impl Into<String>, solid: Solid) -> Self {
         Self {
             tool: tool.into(),
             solid,
-            instead: Vec::new(),
-            passes_copies: false,
-            is_drawn: false,
+            alternatives: Vec::new(),
+            ignores_copies: false,
+            is_driven_in: false,
             occasion: Occasion::Arrival,
         }
     }
 
     /// Sets the occasion. On occasions other than arrival the body itself must leave the space free, too.
     #[must_use]
-    pub fn on(self, occasion: Occasion) -> Self {
+    pub fn with_occasion(self, occasion: Occasion) -> Self {
         Self { occasion, ..self }
     }
 
     /// Adds an alternative space for the tool.
     #[must_use]
-    pub fn or(mut self, solid: Solid) -> Self {
-        self.instead.push(solid);
+    pub fn with_alternative(mut self, solid: Solid) -> Self {
+        self.alternatives.push(solid);
         self
     }
 
     /// Makes the check ignore other copies of the body.
     #[must_use]
-    pub fn past_copies(self) -> Self {
-        Self { passes_copies: true, ..self }
+    pub fn ignoring_copies(self) -> Self {
+        Self { ignores_copies: true, ..self }
     }
 
     /// Returns all alternative spaces of the tool.
-    pub fn rooms(&self) -> impl Iterator<Item = &Solid> {
-        std::iter::once(&self.solid).chain(&self.instead)
+    pub fn spaces(&self) -> impl Iterator<Item = &Solid> {
+        std::iter::once(&self.solid).chain(&self.alternatives)
     }
 }

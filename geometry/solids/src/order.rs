@@ -2,7 +2,7 @@
 
 /// Unit of quantity of a pack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
+pub enum QuantityUnit {
     /// Pieces.
     Piece,
     /// Mass, g.
@@ -13,7 +13,7 @@ pub enum Unit {
     Millimetre,
 }
 
-impl Unit {
+impl QuantityUnit {
     /// Returns the symbol or word for texts.
     pub fn word(self) -> &'static str {
         match self {
@@ -31,7 +31,7 @@ pub struct Pack {
     /// Quantity, in `unit`; more than 0.
     pub amount: f64,
     /// Unit of quantity.
-    pub unit: Unit,
+    pub unit: QuantityUnit,
 }
 
 impl Pack {
@@ -44,7 +44,7 @@ impl Pack {
 }
 
 /// Placeholder for a manufacturer or part number that is unknown or does not matter.
-pub const ANY: &str = "any";
+pub const UNSPECIFIED: &str = "any";
 
 /// Order of a bought body: article, size, and its data from the catalogue.
 ///
@@ -58,7 +58,7 @@ pub struct Order {
     /// Length taken by one piece of an article that is sold by length, mm.
     pub length_mm: Option<f64>,
     /// True if nothing has to be bought because it is the sensor itself.
-    pub at_hand: bool,
+    pub is_sensor_itself: bool,
     /// Tools needed to install it: `screwdriver PH1`.
     pub tools: Vec<String>,
     /// Manufacturer; [`ANY`] where that does not matter.
@@ -88,18 +88,18 @@ pub struct Order {
 
 impl Order {
     /// Creates the order of an article in a size, without catalogue data.
-    pub fn of(article: impl Into<String>, size: impl Into<String>) -> Self {
+    pub fn new(article: impl Into<String>, size: impl Into<String>) -> Self {
         Self {
             article: article.into(),
             size: size.into(),
             length_mm: None,
-            at_hand: false,
+            is_sensor_itself: false,
             tools: Vec::new(),
-            maker: ANY.into(),
-            number: ANY.into(),
+            maker: UNSPECIFIED.into(),
+            number: UNSPECIFIED.into(),
             standard: None,
             figures: Vec::new(),
-            pack: Pack { amount: 1.0, unit: Unit::Piece },
+            pack: Pack { amount: 1.0, unit: QuantityUnit::Piece },
             sheet_mm: None,
             kit: None,
             price_eur: None,
@@ -110,11 +110,11 @@ impl Order {
     }
 
     /// Creates the order entry of the sensor itself that a fixture is made for; it is not bought.
-    pub fn at_hand() -> Self {
+    pub fn for_sensor_itself() -> Self {
         Self {
-            at_hand: true,
+            is_sensor_itself: true,
             source: "this design is made for it".into(),
-            ..Self::of("the sensor itself", "")
+            ..Self::new("the sensor itself", "")
         }
     }
 
@@ -132,7 +132,7 @@ impl Order {
     }
 
     /// Returns article and size in one string.
-    pub fn asked_for(&self) -> String {
+    pub fn article_and_size(&self) -> String {
         match &*self.size {
             "" => self.article.clone(),
             size => format!("{} {size}", self.article),
@@ -146,14 +146,14 @@ mod tests {
 
     #[test]
     fn packs_are_whole_and_as_few_as_hold_all() {
-        let pack = |amount| Pack { amount, unit: Unit::Piece };
+        let pack = |amount| Pack { amount, unit: QuantityUnit::Piece };
         assert_eq!(pack(100.0).count(0.0), 0);
         assert_eq!(pack(100.0).count(1.0), 1);
         assert_eq!(pack(100.0).count(100.0), 1);
         assert_eq!(pack(100.0).count(101.0), 2);
         // Three tenths are not exactly three times a tenth.
         assert_eq!(pack(0.1).count(0.1 + 0.2), 3);
-        assert_eq!(Order::of("screw", "M3x16").asked_for(), "screw M3x16");
-        assert_eq!(Order::of("screw", "").asked_for(), "screw");
+        assert_eq!(Order::new("screw", "M3x16").article_and_size(), "screw M3x16");
+        assert_eq!(Order::new("screw", "").article_and_size(), "screw");
     }
 }

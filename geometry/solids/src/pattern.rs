@@ -241,7 +241,7 @@ fn room_at_centre(counts: &[u32]) -> Result<(), InvalidPattern> {
 
 /// Returns the pose at a point of the half plane at the angle `azimuth` from x, with the axis tilted from z away from
 /// the centre line.
-fn turned_out(azimuth: f64, point: [f64; 2], tilt_rad: f64) -> Pose {
+fn pose_at_azimuth(azimuth: f64, point: [f64; 2], tilt_rad: f64) -> Pose {
     let turn = |angle, about: fn(crate::Angle) -> Pose| {
         crate::Angle::from_rad(angle).map_or(Pose::identity(), about)
     };
@@ -252,7 +252,7 @@ fn turned_out(azimuth: f64, point: [f64; 2], tilt_rad: f64) -> Pose {
 
 fn around(count: u32, phase: f64, point: [f64; 2], tilt: f64) -> impl Iterator<Item = Pose> {
     let azimuth = move |i: u32| phase + TAU * (f64::from(i) / f64::from(count));
-    (0..count).map(move |i| turned_out(azimuth(i), point, tilt))
+    (0..count).map(move |i| pose_at_azimuth(azimuth(i), point, tilt))
 }
 
 /// Returns the places sorted by distance from the centre, then row by row.
@@ -276,7 +276,7 @@ fn fibonacci(count: u32, radius_mm: f64, half_angle_rad: f64) -> Vec<Pose> {
             let height = cap_height * (f64::from(i) + 0.5) / f64::from(count);
             let tilt = 2.0 * (0.5 * height).sqrt().min(1.0).asin();
             let point = [radius_mm * tilt.sin(), radius_mm * tilt.cos()];
-            turned_out(GOLDEN_ANGLE_RAD * f64::from(i), point, tilt)
+            pose_at_azimuth(GOLDEN_ANGLE_RAD * f64::from(i), point, tilt)
         })
         .collect()
 }

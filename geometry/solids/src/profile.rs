@@ -48,7 +48,7 @@ impl Segment {
 
 impl Segment {
     /// Returns the start point and the segment after an offset of `by_mm` to its right.
-    fn grown(&self, from: [f64; 2], by_mm: f64) -> ([f64; 2], Self) {
+    fn offset_right(&self, from: [f64; 2], by_mm: f64) -> ([f64; 2], Self) {
         match *self {
             Self::Line { to } => {
                 let (x, y) = (to[0] - from[0], to[1] - from[1]);
@@ -255,12 +255,12 @@ impl Path {
     /// assert!((square.signed_area_mm2() - area_mm2).abs() < 1e-12);
     /// ```
     #[must_use]
-    pub fn grown(&self, by_mm: f64) -> Self {
+    pub fn offset_outwards(&self, by_mm: f64) -> Self {
         let mut grown: Option<Self> = None;
         let mut from = self.start;
         for segment in &self.segments {
             let to = segment.to();
-            let (start, moved) = segment.grown(from, by_mm);
+            let (start, moved) = segment.offset_right(from, by_mm);
             grown = Some(match grown {
                 None => Self::from(start),
                 Some(path) => path.around_corner(from, start),

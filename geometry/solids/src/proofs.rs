@@ -5,14 +5,14 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::compiled::{held_boxes, meeting_boxes};
+use crate::compiled::{subdivide_for_obstacles, subdivide_for_overlap};
 use crate::{Aabb, CompiledSolid};
 
 /// Number of boxes examined for a pair of bodies; this takes as long as casting a few hundred lines.
-const MEETING_BOXES: usize = 600;
+const OVERLAP_BOX_BUDGET: usize = 600;
 
 /// Number of boxes examined for a tool.
-const HELD_BOXES: usize = 1_500;
+const OBSTACLE_BOX_BUDGET: usize = 1_500;
 
 /// Returns boxes outside of which two bodies are proven to share nothing but contact thinner than 1e-9 mm; none if they
 /// share nothing at all.
@@ -28,12 +28,12 @@ const HELD_BOXES: usize = 1_500;
 /// assert!(meetings(&ball, &CompiledSolid::new(&tight)?).is_some_and(|boxes| !boxes.is_empty()));
 /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
 /// ```
-pub fn meetings(a: &CompiledSolid, b: &CompiledSolid) -> Option<Vec<Aabb>> {
+pub fn find_overlap_boxes(a: &CompiledSolid, b: &CompiledSolid) -> Option<Vec<Aabb>> {
     let common = a.bounds().common(&b.bounds());
     if common.is_empty() {
         return Some(Vec::new());
     }
-    common.is_finite().then(|| meeting_boxes(a, b, &common, MEETING_BOXES))
+    common.is_finite().then(|| subdivide_for_overlap(a, b, &common, OVERLAP_BOX_BUDGET))
 }
 
 /// Returns boxes such that a line in the direction that leaves the tool and then meets one of the other bodies passes
@@ -51,7 +51,7 @@ pub fn meetings(a: &CompiledSolid, b: &CompiledSolid) -> Option<Vec<Aabb>> {
 /// assert!(obstacles(&half, &[&ball], &-Vector3::z()).is_some_and(|boxes| !boxes.is_empty()));
 /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
 /// ```
-pub fn obstacles(
+pub fn find_obstacle_boxes(
     tool: &CompiledSolid,
     others: &[&CompiledSolid],
     direction: &Vector3<f64>,
@@ -61,23 +61,23 @@ pub fn obstacles(
     if !is_along {
         return None;
     }
-    held_boxes(tool, others, axis, direction[axis] > 0.0, HELD_BOXES)
+    subdivide_for_obstacles(tool, others, axis, direction[axis] > 0.0, OBSTACLE_BOX_BUDGET)
 }
 
 /// Conservative raster of the projection of boxes along a direction: tells which of many parallel lines may pass one of
 /// the boxes. Some surplus cells are set.
 #[derive(Clone, Debug)]
-pub struct Shadow {
+pub struct ProjectionRaster {
     is_set: Vec<bool>,
 }
 
-impl Shadow {
+impl ProjectionRaster {
     /// Number of cells along each side.
     const SIDE: usize = 128;
 
     /// Rasterises boxes on a rectangle around `centre` that extends along two unit vectors across the lines by
     /// `half_mm` to either side.
-    pub fn of(
+    pub fn from_boxes(
         boxes: &[Aabb],
         centre: &Point3<f64>,
         across: &[Vector3<f64>; 2],
@@ -107,7 +107,7 @@ impl Shadow {
 
     /// Returns whether the line at this position may pass a box; positions are fractions of the rectangle's sides, from
     /// 0 to 1.
-    pub fn holds(&self, shares: [f64; 2]) -> bool {
+    pub fn may_meet_box(&self, shares: [f64; 2]) -> bool {
         let [i, j] = shares.map(|v| ((v * Self::SIDE as f64) as usize).min(Self::SIDE - 1));
         self.is_set[j * Self::SIDE + i]
     }
@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_shadow_holds_every_line_through_its_boxes() {
+    fn the_raster_includes_every_line_through_its_boxes() {
         let corner = |x, y, z| Point3::new(x, y, z);
         let boxes = [
             Aabb { min: corner(-3.0, 1.0, 2.0), max: corner(-2.9, 1.4, 2.2) },
@@ -128,7 +128,7 @@ mod tests {
         let u = direction.cross(&Vector3::y()).normalize();
         let across = [u, direction.cross(&u)];
         let centre = corner(0.5, 0.0, 0.0);
-        let shadow = Shadow::of(&boxes, &centre, &across, [7.0, 6.0]);
+        let shadow = ProjectionRaster::from_boxes(&boxes, &centre, &across, [7.0, 6.0]);
         let set = shadow.is_set.iter().filter(|&&set| set).count();
         assert!(set < 400, "{set}");
         for bounds in boxes {
@@ -138,7 +138,7 @@ mod tests {
                     bounds.min + (bounds.max - bounds.min).component_mul(&Vector3::new(a, b, c));
                 let offset = point - centre;
                 let share = |i: usize| 0.5 + 0.5 * offset.dot(&across[i]) / [7.0, 6.0][i];
-                assert!(shadow.holds([share(0), share(1)]));
+                assert!(shadow.may_meet_box([share(0), share(1)]));
             }
         }
     }

@@ -75,7 +75,7 @@ pub(crate) fn polynomial(c: &[f64], low: f64, high: f64) -> Roots {
         // Most calls end here, without a search.
         Some((0, _)) => return roots,
         Some((1, rising)) => {
-            roots.push(bracketed(c, low, high, rising));
+            roots.push(find_bracketed_root(c, low, high, rising));
             return roots;
         }
         _ => {}
@@ -96,7 +96,7 @@ pub(crate) fn polynomial(c: &[f64], low: f64, high: f64) -> Roots {
         if at_left.is_zero() {
             roots.push(left);
         } else if !at_right.is_zero() && (at_left.value < 0.0) != (at_right.value < 0.0) {
-            roots.push(bracketed(c, left, right, at_left.value < 0.0));
+            roots.push(find_bracketed_root(c, left, right, at_left.value < 0.0));
         }
         (left, at_left) = (right, at_right);
     }
@@ -215,7 +215,7 @@ fn value_and_slope(c: &[f64], x: f64) -> (f64, f64) {
 
 /// Finds the root between two ends of different sign by Newton's method, with bisection where it would leave the
 /// bracket.
-fn bracketed(c: &[f64], mut left: f64, mut right: f64, rising: bool) -> f64 {
+fn find_bracketed_root(c: &[f64], mut left: f64, mut right: f64, rising: bool) -> f64 {
     let mut x = 0.5 * (left + right);
     let mut last_step = right - left;
     // Bisection alone needs about 60 steps; the limit only guards against a broken invariant.

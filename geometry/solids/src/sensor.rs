@@ -1,7 +1,7 @@
 //! Complete sensor: bodies, connections between them, camera and manufacturing chain.
 
 use crate::{
-    Adhesion, Body, Circuit, Kind, Leg, Lighting, LiquidSkin, Mark, NominalCamera, Pose, Step,
+    Adhesion, Body, Circuit, BodyKind, MotionLeg, Lighting, LiquidSkin, Marker, NominalCamera, Pose, Step,
     TouchSurface,
 };
 
@@ -31,13 +31,13 @@ pub struct PressFit {
 
 /// Layer that is cast onto a body that it does not stick to.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Loose {
+pub struct UnbondedLayer {
     /// Name of the step that casts it.
     pub step: String,
     /// Name of the layer.
     pub layer: String,
     /// Name of the body below it.
-    pub on: String,
+    pub substrate: String,
 }
 
 /// Detachable tip: bodies behind it may be wider, and fixtures go around the tip alone.
@@ -46,7 +46,7 @@ pub struct Detachable {
     /// Names of the bodies that are detached.
     pub bodies: Vec<String>,
     /// Path by which the rest returns to the tip, sensor frame.
-    pub back: Vec<Leg>,
+    pub back: Vec<MotionLeg>,
     /// The same path in words, without a full stop.
     pub instruction: String,
 }
@@ -71,25 +71,25 @@ pub struct Sensor {
     /// Intended overlaps.
     pub press_fits: Vec<PressFit>,
     /// Layers stated not to stick to the body below them.
-    pub loose: Vec<Loose>,
+    pub loose: Vec<UnbondedLayer>,
     /// Stated adhesion between bodies.
     pub adhesions: Vec<Adhesion>,
     /// Pairs of bodies that the camera tells apart because one is dark and the other light.
     pub contrasts: Vec<[String; 2]>,
     /// Markers that the camera tracks while the gel moves; empty if there are none.
-    pub marks: Vec<Mark>,
+    pub marks: Vec<Marker>,
     /// Lighting modes, the usual one first; empty if unknown.
     pub lightings: Vec<Lighting>,
     /// Bit depth of the camera's intensities.
-    pub grey_bits: u32,
+    pub intensity_bits: u32,
     /// JPEG quality of the camera's images, 1 to 100; `None` if they are not compressed.
     pub jpeg_quality: Option<u8>,
     /// Force that the touched surface must bear in every direction, N; `None` if there is no requirement.
-    pub load_n: Option<f64>,
+    pub required_load_n: Option<f64>,
     /// Nominal camera.
     pub camera: NominalCamera,
     /// Names of the bodies that the camera is meant to see; empty if there is no camera.
-    pub sight: Vec<String>,
+    pub visible_bodies: Vec<String>,
     /// Sensing surface; `None` if nothing is known to press it.
     pub touch: Option<TouchSurface>,
     /// Pressed skin with liquid channels, another kind of sensing surface.
@@ -104,13 +104,13 @@ pub struct Sensor {
 }
 
 /// Sorts parts before layers before components, each in their own order. All lists and files use this order.
-pub fn in_order(bodies: impl IntoIterator<Item = Body>) -> Vec<Body> {
+pub fn sort_by_kind(bodies: impl IntoIterator<Item = Body>) -> Vec<Body> {
     // A separate non-generic function, so that it is compiled once and not for every iterator type.
     fn sorted(mut bodies: Vec<Body>) -> Vec<Body> {
         bodies.sort_by_key(|body| match body.kind {
-            Kind::Made(_) => 0,
-            Kind::Cast => 1,
-            Kind::Bought => 2,
+            BodyKind::Made(_) => 0,
+            BodyKind::Cast => 1,
+            BodyKind::Bought => 2,
         });
         bodies
     }
@@ -130,7 +130,7 @@ impl Sensor {
             name: name.into(),
             title: title.into(),
             reference: reference.into(),
-            bodies: in_order(bodies),
+            bodies: sort_by_kind(bodies),
             chain: Vec::new(),
             print_groups: Vec::new(),
             press_fits: Vec::new(),
@@ -139,11 +139,11 @@ impl Sensor {
             contrasts: Vec::new(),
             marks: Vec::new(),
             lightings: Vec::new(),
-            grey_bits: 8,
+            intensity_bits: 8,
             jpeg_quality: None,
-            load_n: None,
+            required_load_n: None,
             camera,
-            sight: Vec::new(),
+            visible_bodies: Vec::new(),
             touch: None,
             liquid: None,
             detachable: None,
@@ -159,12 +159,12 @@ impl Sensor {
 
     /// Returns the cast layers.
     pub fn layers(&self) -> impl Iterator<Item = &Body> + Clone {
-        self.bodies.iter().filter(|body| body.kind == Kind::Cast)
+        self.bodies.iter().filter(|body| body.kind == BodyKind::Cast)
     }
 
     /// Returns the bought components.
     pub fn components(&self) -> impl Iterator<Item = &Body> + Clone {
-        self.bodies.iter().filter(|body| body.kind == Kind::Bought)
+        self.bodies.iter().filter(|body| body.kind == BodyKind::Bought)
     }
 
     /// Returns the body with this name.

@@ -8,7 +8,7 @@
 pub const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
 
 /// Golden angle as a fraction of a turn, in the opposite direction: the golden ratio minus 1.
-pub const GOLDEN_SHARE: f64 = 0.618_033_988_749_894_9;
+pub const GOLDEN_RATIO_CONJUGATE: f64 = 0.618_033_988_749_894_9;
 
 /// Quasirandom points that fill a unit square or cube evenly, for any number of points: no gap is larger than a few
 /// cells.
@@ -110,7 +110,7 @@ fn halton_coordinate(index: u64, axis: usize, seed: u64) -> f64 {
 
 /// Returns the image of a digit under a random permutation of `0..base` that is determined by `key`.
 fn permuted(digit: u32, base: u32, key: [u64; 3]) -> u32 {
-    let mix = |state| Random::new(state).bits();
+    let mix = |state| SplitMix64::new(state).bits();
     let mut order: Vec<u32> = (0..base).collect();
     // Arbitrary start value; each part of the key is mixed in before the next.
     let mut state = key.iter().fold(0x51ee_b0a7, |state, k| mix(state ^ mix(*k)));
@@ -132,9 +132,9 @@ fn permuted(digit: u32, base: u32, key: [u64; 3]) -> u32 {
 /// assert!((0.0..1.0).contains(&random.unit()));
 /// ```
 #[derive(Clone, Debug)]
-pub struct Random(u64);
+pub struct SplitMix64(u64);
 
-impl Random {
+impl SplitMix64 {
     /// Creates a generator; the same seed gives the same numbers.
     pub const fn new(seed: u64) -> Self {
         Self(seed)
@@ -168,7 +168,7 @@ impl Random {
     ///
     /// # Panics
     /// If the slice is empty.
-    pub fn one_of<'a, T>(&mut self, of: &'a [T]) -> &'a T {
+    pub fn choose<'a, T>(&mut self, of: &'a [T]) -> &'a T {
         &of[self.below(of.len())]
     }
 
@@ -206,13 +206,13 @@ mod tests {
         of(&EvenPoints::cube([0.0; 3]).steps, 4);
         assert_eq!(GOLDEN_ANGLE_RAD, std::f64::consts::PI * (3.0 - 5.0f64.sqrt()));
         let turns = 1.0 - GOLDEN_ANGLE_RAD / std::f64::consts::TAU;
-        assert!((turns - GOLDEN_SHARE).abs() < 1e-15, "{turns}");
+        assert!((turns - GOLDEN_RATIO_CONJUGATE).abs() < 1e-15, "{turns}");
     }
 
     #[test]
     fn points_fill_every_cell_of_a_grid_alike_for_any_shift() {
         for seed in 0..20 {
-            let mut random = Random::new(seed);
+            let mut random = SplitMix64::new(seed);
             let square = EvenPoints::square([0; 2].map(|_| random.unit()));
             let cube = EvenPoints::cube([0; 3].map(|_| random.unit()));
             let (mut cells, mut blocks) = ([0u32; 64], [0u32; 64]);
@@ -269,7 +269,7 @@ mod tests {
 
     #[test]
     fn random_numbers_have_their_moments_and_orders_lose_nothing() {
-        let mut random = Random::new(7);
+        let mut random = SplitMix64::new(7);
         let count = 20_000;
         let normal: Vec<f64> = (0..count).map(|_| random.normal()).collect();
         let mean = normal.iter().sum::<f64>() / f64::from(count);

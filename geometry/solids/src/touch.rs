@@ -23,9 +23,9 @@ pub struct PlaneSurface {
     /// Height of the lower end of the pad's free sides, mm.
     pub foot_z_mm: f64,
     /// Largest indentation, mm: the thickness of the material that yields measurably.
-    pub soft_mm: f64,
+    pub max_indentation_mm: f64,
     /// Rigid part that fixtures hold.
-    pub grip: Grip,
+    pub grip: FixtureGrip,
 }
 
 /// Dome around z, with a straight wall below its centre.
@@ -41,14 +41,14 @@ pub struct DomeSurface {
     /// Height of the lower end of the surface in the sensor frame, mm.
     pub foot_z_mm: f64,
     /// Largest indentation, mm: the thickness of the material that yields measurably.
-    pub soft_mm: f64,
+    pub max_indentation_mm: f64,
     /// Rigid part that fixtures hold.
-    pub grip: Grip,
+    pub grip: FixtureGrip,
 }
 
 /// Rigid part of a sensor below its surface.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Grip {
+pub struct FixtureGrip {
     /// Outline seen along z, the same at every height between `bottom_z_mm` and `top_z_mm` except for an upper edge
     /// that may be rounded. Fixtures hold the part below the edge and stand on the lower end.
     pub outline: Path,
@@ -84,7 +84,7 @@ impl TouchSurface {
     }
 
     /// Returns the rigid part that fixtures hold.
-    pub fn grip(&self) -> &Grip {
+    pub fn grip(&self) -> &FixtureGrip {
         match self {
             Self::Dome(dome) => &dome.grip,
             Self::Plane(plane) => &plane.grip,
@@ -92,10 +92,10 @@ impl TouchSurface {
     }
 
     /// Returns the largest indentation, mm.
-    pub fn soft_mm(&self) -> f64 {
+    pub fn max_indentation_mm(&self) -> f64 {
         match self {
-            Self::Dome(dome) => dome.soft_mm,
-            Self::Plane(plane) => plane.soft_mm,
+            Self::Dome(dome) => dome.max_indentation_mm,
+            Self::Plane(plane) => plane.max_indentation_mm,
         }
     }
 
@@ -189,7 +189,7 @@ impl PlaneSurface {
     /// ```
     pub fn solid(&self, by_mm: f64, from_z_mm: f64) -> Solid {
         let height_mm = self.top_z_mm + by_mm - from_z_mm;
-        Solid::extrusion(self.outline.grown(by_mm), height_mm).at_z(from_z_mm)
+        Solid::extrusion(self.outline.offset_outwards(by_mm), height_mm).at_z(from_z_mm)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Validation of solids.
 
-use crate::outline::{self, MAX_SEGMENTS};
+use crate::profile_validity::{self, MAX_SEGMENTS};
 use crate::{Path, Profile, Segment, Solid};
 
 /// Largest depth of a tree. The limit protects the stack, and lets every valid tree survive JSON: readers stop at 128
@@ -183,7 +183,7 @@ impl Checker {
         }
         // Segments can be compared with each other only if each is valid by itself.
         if self.violations.len() == before {
-            for problem in outline::problems(profile) {
+            for problem in profile_validity::find_violations(profile) {
                 self.report(problem);
             }
         }

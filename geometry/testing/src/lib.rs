@@ -2,13 +2,13 @@
 //!
 //! All solids are in general position: random rotations and shifts keep faces from coinciding.
 
-mod known;
+mod reference_parts;
 
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-pub use self::known::{dimpled_mold, perforated_dome};
+pub use self::reference_parts::{dimpled_mold, perforated_dome};
 use fabkit_geometry::{Angle, Path, Pose, Profile, Ray, Solid};
 
 /// Returns a configuration with `count` cases and a fixed seed, so that every run tests the same cases.

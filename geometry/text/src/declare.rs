@@ -4,30 +4,30 @@ use std::ops::{Deref, RangeInclusive};
 
 use serde_json::{Value as Json, json};
 
-use crate::{Kind, Reader, Scalar};
+use crate::{ValueKind, Reader, Scalar};
 
 /// Parameter or section, as declared.
 #[derive(Clone, Debug)]
-pub struct Field {
+pub struct FieldDeclaration {
     /// Key in YAML.
     pub name: &'static str,
     /// First paragraph of the documentation.
     pub summary: String,
     /// Content of the key.
-    pub shape: Shape,
+    pub shape: FieldShape,
 }
 
 /// Content of a key.
 #[derive(Clone, Debug)]
-pub enum Shape {
+pub enum FieldShape {
     /// Section with further keys.
-    Section(Vec<Field>),
+    Section(Vec<FieldDeclaration>),
     /// Value, or list of values.
     Value {
         /// True for a sequence of scalars, false for one scalar.
         is_list: bool,
         /// Kind of the value; of lists, of each item.
-        kind: Kind,
+        kind: ValueKind,
         /// Description of the allowed values, for people.
         allowed: String,
         /// JSON Schema of the plain form.
@@ -41,14 +41,14 @@ pub trait Parameter: Sized + Clone {
     type Limits;
 
     /// Returns the content of the key.
-    fn shape(limits: &Self::Limits) -> Shape;
+    fn shape(limits: &Self::Limits) -> FieldShape;
 
     /// Reads the value at `path`. Problems go to the reader.
     fn read(reader: &mut Reader, path: &str, summary: &str, limits: &Self::Limits) -> Option<Self>;
 
     /// Calls `look` with copies of itself, each with one value at or below `path` changed to another allowed value, and
     /// with the path of that value. Used to find dependencies. For the amount of change see [`Scalar::neighbours`].
-    fn neighbours(&self, path: &str, limits: &Self::Limits, share: f64, look: Look<Self>);
+    fn neighbours(&self, path: &str, limits: &Self::Limits, share: f64, look: NeighbourCallback<Self>);
 
     /// Returns the path behind a key of the section at `section`.
     fn path_in(section: &str, key: &str) -> String {
@@ -56,27 +56,27 @@ pub trait Parameter: Sized + Clone {
     }
 
     /// Returns the fields that the containing section gets from it, behind `key`.
-    fn fields_behind(key: &'static str, summary: String, limits: &Self::Limits) -> Vec<Field> {
-        vec![Field { name: key, summary, shape: Self::shape(limits) }]
+    fn fields_behind(key: &'static str, summary: String, limits: &Self::Limits) -> Vec<FieldDeclaration> {
+        vec![FieldDeclaration { name: key, summary, shape: Self::shape(limits) }]
     }
 }
 
 /// Callback for a copy with another value, and the path of that value. Every field of every struct passes its copies to
 /// the callback of the whole struct. A dynamic function is used because a chain of generic iterators took a fifth of
 /// the compile time of the families.
-pub type Look<'a, P> = &'a mut dyn FnMut(&str, P);
+pub type NeighbourCallback<'a, P> = &'a mut dyn FnMut(&str, P);
 
 /// Struct declared with [`parameters!`](crate::parameters!).
 pub trait Section: Parameter<Limits = ()> {
     /// Returns its keys, in order.
-    fn fields() -> Vec<Field>;
+    fn fields() -> Vec<FieldDeclaration>;
 }
 
 impl<T: Scalar> Parameter for T {
     type Limits = T::Limits;
 
-    fn shape(limits: &T::Limits) -> Shape {
-        Shape::Value {
+    fn shape(limits: &T::Limits) -> FieldShape {
+        FieldShape::Value {
             is_list: false,
             kind: T::KIND,
             allowed: T::allowed(limits),
@@ -85,10 +85,10 @@ impl<T: Scalar> Parameter for T {
     }
 
     fn read(reader: &mut Reader, path: &str, summary: &str, limits: &T::Limits) -> Option<Self> {
-        reader.scalar(path, summary, limits)
+        reader.read_scalar(path, summary, limits)
     }
 
-    fn neighbours(&self, path: &str, limits: &T::Limits, share: f64, look: Look<Self>) {
+    fn neighbours(&self, path: &str, limits: &T::Limits, share: f64, look: NeighbourCallback<Self>) {
         for other in Scalar::neighbours(self, limits, share) {
             look(path, other);
         }
@@ -99,19 +99,19 @@ impl<T: Scalar> Parameter for T {
 impl<T: Scalar> Parameter for Option<T> {
     type Limits = T::Limits;
 
-    fn shape(limits: &T::Limits) -> Shape {
+    fn shape(limits: &T::Limits) -> FieldShape {
         T::shape(limits)
     }
 
     fn read(reader: &mut Reader, path: &str, summary: &str, limits: &T::Limits) -> Option<Self> {
         match reader.is_written(path) {
-            true => reader.scalar(path, summary, limits).map(Some),
+            true => reader.read_scalar(path, summary, limits).map(Some),
             // Omitted is not missing: nothing is reported.
             false => Some(None),
         }
     }
 
-    fn neighbours(&self, path: &str, limits: &T::Limits, share: f64, look: Look<Self>) {
+    fn neighbours(&self, path: &str, limits: &T::Limits, share: f64, look: NeighbourCallback<Self>) {
         if let Some(value) = self {
             Parameter::neighbours(value, path, limits, share, &mut |path, other| {
                 look(path, Some(other));
@@ -136,7 +136,7 @@ impl<S> Deref for Inline<S> {
 impl<S: Section> Parameter for Inline<S> {
     type Limits = ();
 
-    fn shape((): &()) -> Shape {
+    fn shape((): &()) -> FieldShape {
         S::shape(&())
     }
 
@@ -144,7 +144,7 @@ impl<S: Section> Parameter for Inline<S> {
         S::read(reader, path, summary, &()).map(Self)
     }
 
-    fn neighbours(&self, path: &str, (): &(), share: f64, look: Look<Self>) {
+    fn neighbours(&self, path: &str, (): &(), share: f64, look: NeighbourCallback<Self>) {
         self.0.neighbours(path, &(), share, &mut |path, other| look(path, Self(other)));
     }
 
@@ -152,22 +152,22 @@ impl<S: Section> Parameter for Inline<S> {
         section.to_owned()
     }
 
-    fn fields_behind(_key: &'static str, _summary: String, (): &()) -> Vec<Field> {
+    fn fields_behind(_key: &'static str, _summary: String, (): &()) -> Vec<FieldDeclaration> {
         S::fields()
     }
 }
 
 /// Maximum number of list items that are moved one by one. Items of longer lists are moved together, because a thousand
 /// single moves take seconds.
-const ONE_BY_ONE: usize = 12;
+const MAX_ITEMS_MOVED_SINGLY: usize = 12;
 
 /// Limits: number of items, and limits of each item.
 impl<T: Scalar> Parameter for Vec<T> {
     type Limits = (RangeInclusive<usize>, T::Limits);
 
-    fn shape((count, each): &Self::Limits) -> Shape {
+    fn shape((count, each): &Self::Limits) -> FieldShape {
         let (low, high) = (count.start(), count.end());
-        Shape::Value {
+        FieldShape::Value {
             is_list: true,
             kind: T::KIND,
             allowed: format!("{low} to {high} items, each {}", T::allowed(each)),
@@ -186,11 +186,11 @@ impl<T: Scalar> Parameter for Vec<T> {
         summary: &str,
         (count, each): &Self::Limits,
     ) -> Option<Self> {
-        reader.list(path, summary, count, each)
+        reader.read_list(path, summary, count, each)
     }
 
-    fn neighbours(&self, path: &str, (count, each): &Self::Limits, share: f64, look: Look<Self>) {
-        if self.len() > ONE_BY_ONE {
+    fn neighbours(&self, path: &str, (count, each): &Self::Limits, share: f64, look: NeighbourCallback<Self>) {
+        if self.len() > MAX_ITEMS_MOVED_SINGLY {
             let others: Vec<Vec<T>> =
                 self.iter().map(|item| Scalar::neighbours(item, each, share)).collect();
             // Choices have more neighbours than numbers, so items may differ in how many they have.

@@ -5,7 +5,7 @@ pub const UNKNOWN_PARAMETER: &str = "unknown_parameter";
 
 /// Machine-readable part of a problem. Values are written with their units.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Facts {
+pub struct ProblemFacts {
     /// Stable short name of the kind of problem, such as `out_of_range`.
     pub code: &'static str,
     /// Smallest allowed value, if there is one.
@@ -27,25 +27,25 @@ pub struct Suggestion {
     pub value: String,
 }
 
-impl Default for Facts {
+impl Default for ProblemFacts {
     fn default() -> Self {
-        Self::of("invalid")
+        Self::new("invalid")
     }
 }
 
-impl Facts {
+impl ProblemFacts {
     /// Creates facts with nothing but the code.
-    pub fn of(code: &'static str) -> Self {
+    pub fn new(code: &'static str) -> Self {
         Self { code, at_least: None, at_most: None, choices: Vec::new(), suggestion: None }
     }
 
     /// Creates the facts of a limit that several values set together; `offer` is text such as `at most 3 mm`.
-    pub(crate) fn of_limit(path: &str, offer: Option<&str>) -> Self {
+    pub(crate) fn from_limit(path: &str, offer: Option<&str>) -> Self {
         let after = |words| offer.and_then(|offer| offer.strip_prefix(words)).map(str::to_owned);
         let (at_least, at_most) = (after("at least "), after("at most "));
         let value = at_least.as_ref().or(at_most.as_ref()).cloned();
         let suggestion = value.map(|value| Suggestion { path: path.into(), value });
-        Self { at_least, at_most, suggestion, ..Self::of("limit_broken") }
+        Self { at_least, at_most, suggestion, ..Self::new("limit_broken") }
     }
 }
 

@@ -17,7 +17,7 @@ pub enum TextLayer {
 
 impl TextLayer {
     /// Returns whether values of this layer replace those of another.
-    pub(crate) fn is_over(self, other: Self) -> bool {
+    pub(crate) fn overrides(self, other: Self) -> bool {
         let height = |layer| match layer {
             Self::Default => 0,
             Self::Base => 1,

@@ -2,36 +2,36 @@
 
 use std::collections::BTreeMap;
 
-use crate::document::{Document, plain};
+use crate::parameter_table::{ParameterTable, read_plain_value};
 use crate::parse::parse;
-use crate::place::{Found, Place, Written, WrittenText};
-use crate::{Shape, Source, TextLayer, UNKNOWN_PARAMETER, shown};
+use crate::place::{LocatedProblem, TextPlace, WrittenValue, WrittenText};
+use crate::{FieldShape, ValueSource, TextLayer, UNKNOWN_PARAMETER, printable};
 
 /// File name in problems of overrides: the command's option.
-pub const OVERRIDES: &str = "--set";
+pub const OVERRIDE_FILE_NAME: &str = "--set";
 
 /// Merges `path=value` overrides over a document. Problems go to the document.
-pub fn apply_overrides(document: &mut Document, overrides: &[String]) {
-    let place = Place::new(TextLayer::Override, OVERRIDES, document.root.dialect);
+pub fn apply_overrides(document: &mut ParameterTable, overrides: &[String]) {
+    let place = TextPlace::new(TextLayer::Override, OVERRIDE_FILE_NAME, document.root.dialect);
     // First value of each path, to report paths that are set twice.
     let mut first: BTreeMap<&str, &str> = BTreeMap::new();
     for text in overrides {
         let Some((path, value)) = text.split_once('=') else {
-            let message = format!("`{}` is not an override", shown(text));
-            let found = place.problem("", &shown(text), message);
+            let message = format!("`{}` is not an override", to_printable(text));
+            let found = place.problem("", &to_printable(text), message);
             let hint = "write `--set path=value`, for example `name=wide`";
             document.found.push(found.hint(hint).code("bad_override"));
             continue;
         };
         let (path, value) = (path.trim(), value.trim());
         if let Some(first) = first.insert(path, value) {
-            let (path, first, second) = (shown(path), shown(first), shown(value));
+            let (path, first, second) = (to_printable(path), to_printable(first), to_printable(value));
             let message = format!("{path} is set twice: to `{first}` and to `{second}`");
             let found = place.problem(&path, &second, message).hint("keep one of them");
             document.found.push(found.code("set_twice"));
             continue;
         }
-        match written(document, path, value, &place) {
+        match parse_override(document, path, value, &place) {
             Ok(written) => document.set(path, written),
             Err(found) => document.found.push(*found),
         }
@@ -39,19 +39,19 @@ pub fn apply_overrides(document: &mut Document, overrides: &[String]) {
 }
 
 /// Reads one override as the value of its parameter.
-fn written(
-    document: &Document,
+fn parse_override(
+    document: &ParameterTable,
     path: &str,
     value: &str,
-    place: &Place,
-) -> Result<Written, Box<Found>> {
+    place: &TextPlace,
+) -> Result<WrittenValue, Box<LocatedProblem>> {
     let problem = |code, message: String, hint: String| {
-        Box::new(place.problem(&shown(path), &shown(value), message).hint(hint).code(code))
+        Box::new(place.problem(&to_printable(path), &to_printable(value), message).hint(hint).code(code))
     };
     // The declaration decides whether the text is parsed as a list.
     let is_list = match document.field(path).map(|field| &field.shape) {
-        Some(Shape::Value { is_list, .. }) => *is_list,
-        Some(Shape::Section(fields)) => {
+        Some(FieldShape::Value { is_list, .. }) => *is_list,
+        Some(FieldShape::Section(fields)) => {
             let keys: Vec<String> = fields.iter().map(|f| format!("{path}.{}", f.name)).collect();
             return Err(problem(
                 "wrong_shape",
@@ -60,11 +60,11 @@ fn written(
             ));
         }
         None => {
-            let message = format!("`{}` is not a parameter", shown(path));
-            let found = problem(UNKNOWN_PARAMETER, message, suggest(document, path));
-            return Err(match document.mistyped(path) {
+            let message = format!("`{}` is not a parameter", to_printable(path));
+            let found = problem(UNKNOWN_PARAMETER, message, suggest_hint(document, path));
+            return Err(match document.find_correction(path) {
                 // A machine-readable correction needs a value to set.
-                Some(meant) if !value.is_empty() => Box::new(found.suggest(&meant, &shown(value))),
+                Some(meant) if !value.is_empty() => Box::new(found.suggest(&meant, &to_printable(value))),
                 _ => found,
             });
         }
@@ -80,22 +80,22 @@ fn written(
             problem("bad_yaml", message, "write `[a, b]`".into())
         })?;
         // Line and column inside an override mean nothing to the user.
-        let without_position = |mut found: Box<Found>| {
+        let without_position = |mut found: Box<LocatedProblem>| {
             (found.problem.line, found.problem.column) = (None, None);
             found
         };
-        let (text, _) = plain(path, true, node, place).map_err(without_position)?;
-        text.placed(place)
+        let (text, _) = read_plain_value(path, true, node, place).map_err(without_position)?;
+        text.with_place(place)
     } else {
         WrittenText::Scalar(value.to_owned())
     };
-    let source = Source::user(OVERRIDES);
-    Ok(Written::new(place.clone(), text, source))
+    let source = ValueSource::user(OVERRIDE_FILE_NAME);
+    Ok(WrittenValue::new(place.clone(), text, source))
 }
 
 impl WrittenText {
     /// Gives every list item the same place.
-    fn placed(self, place: &Place) -> Self {
+    fn with_place(self, place: &TextPlace) -> Self {
         match self {
             Self::Scalar(text) => Self::Scalar(text),
             Self::List(items) => {
@@ -106,11 +106,11 @@ impl WrittenText {
 }
 
 /// Writes a hint for an unknown path.
-fn suggest(document: &Document, path: &str) -> String {
+fn suggest_hint(document: &ParameterTable, path: &str) -> String {
     if is_decided_by_the_file(path) {
         return "this is decided by the file, not by an override".into();
     }
-    document.suggest(path)
+    document.suggest_hint(path)
 }
 
 /// Returns whether a key selects how the file is read, so that it cannot be overridden.

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use granit_parser::{ErrorKind, Event, Marker, Parser, ScalarStyle, Span};
 
-use crate::tree::{Content, Dialect, Entry, Fault, Node, Position};
+use crate::tree::{YamlContent, Dialect, YamlEntry, YamlFault, YamlNode, Position};
 
 /// Maximum length of a text, bytes.
 pub const MAX_BYTES: usize = 1 << 20;
@@ -17,17 +17,17 @@ pub const MAX_NODES: usize = 20_000;
 pub const MAX_DEPTH: usize = 64;
 
 /// Tree of a text, and a fault for every key written twice (the first one counts).
-pub type Parsed = (Node, Vec<Fault>);
+pub type Parsed = (YamlNode, Vec<YamlFault>);
 
 /// Parses a whole text.
 ///
 /// # Errors
 /// The first fault that makes the text unreadable: what follows it would be guesswork.
-pub fn parse(text: &str, dialect: &'static Dialect) -> Result<Parsed, Fault> {
+pub fn parse(text: &str, dialect: &'static Dialect) -> Result<Parsed, YamlFault> {
     if text.len() > MAX_BYTES {
         let message = format!("the file has {} bytes; at most {MAX_BYTES} are read", text.len());
         let hint = format!("a {} file is a few kilobytes; is this the right file?", dialect.noun);
-        return Err(Fault::new(None, "", message).hint(hint));
+        return Err(YamlFault::new(None, "", message).hint(hint));
     }
     // Byte order mark, which some editors write.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -41,9 +41,9 @@ pub fn parse(text: &str, dialect: &'static Dialect) -> Result<Parsed, Fault> {
     for event in Parser::new_from_str_with_options(text, options) {
         let (event, span) =
             event.map_err(|e| syntax_fault(e.kind(), *e.marker(), text, dialect))?;
-        builder.take(event, span)?;
+        builder.handle_event(event, span)?;
     }
-    let empty = Node { position: Position { line: 1, column: 1 }, content: Content::Nothing };
+    let empty = YamlNode { position: Position { line: 1, column: 1 }, content: YamlContent::Nothing };
     Ok((builder.root.unwrap_or(empty), builder.duplicates))
 }
 
@@ -53,7 +53,7 @@ fn position(marker: Marker) -> Position {
 }
 
 /// Translates a parser error into the words of somebody who edits the file.
-fn syntax_fault(kind: &ErrorKind, marker: Marker, text: &str, dialect: &Dialect) -> Fault {
+fn syntax_fault(kind: &ErrorKind, marker: Marker, text: &str, dialect: &Dialect) -> YamlFault {
     let at = position(marker);
     let tab_indented = text
         .lines()
@@ -62,15 +62,15 @@ fn syntax_fault(kind: &ErrorKind, marker: Marker, text: &str, dialect: &Dialect)
     match kind {
         // YAML parsers report tabs in many ways, so the line itself is examined first.
         _ if tab_indented => {
-            Fault::at(at, "a tab is used for indentation", "indent with spaces, two per level")
+            YamlFault::at(at, "a tab is used for indentation", "indent with spaces, two per level")
         }
         ErrorKind::RecursionLimitExceeded => too_deep(at, dialect),
-        ErrorKind::DirectiveDisallowed => Fault::at(
+        ErrorKind::DirectiveDisallowed => YamlFault::at(
             at,
             format!("directives such as `%YAML` are not used in {} files", dialect.noun),
             "remove the line",
         ),
-        _ => Fault::at(
+        _ => YamlFault::at(
             at,
             format!("this is not YAML: {kind}"),
             "check the indentation, the colon and space after each key, and that quotes and \
@@ -80,40 +80,40 @@ fn syntax_fault(kind: &ErrorKind, marker: Marker, text: &str, dialect: &Dialect)
 }
 
 /// Creates the fault of too deep nesting.
-fn too_deep(at: Position, dialect: &Dialect) -> Fault {
+fn too_deep(at: Position, dialect: &Dialect) -> YamlFault {
     let hint = format!("{} files need four levels", dialect.noun);
-    Fault::at(at, format!("nested more than {MAX_DEPTH} deep"), hint)
+    YamlFault::at(at, format!("nested more than {MAX_DEPTH} deep"), hint)
 }
 
 /// Mapping or sequence that is still open.
-struct Open {
-    node: Node,
+struct OpenNode {
+    node: YamlNode,
     /// In a mapping: key without a value so far.
     key: Option<(String, Position)>,
     /// In a mapping: position of the first occurrence of each key.
-    seen: BTreeMap<String, Position>,
+    first_positions: BTreeMap<String, Position>,
 }
 
 /// Builder of the tree from the events of the YAML parser.
 struct Builder {
     dialect: &'static Dialect,
-    open: Vec<Open>,
-    root: Option<Node>,
+    open: Vec<OpenNode>,
+    root: Option<YamlNode>,
     nodes: usize,
-    duplicates: Vec<Fault>,
+    duplicates: Vec<YamlFault>,
 }
 
 impl Builder {
     /// Processes one event of the YAML parser.
-    fn take(&mut self, event: Event<'_>, span: Span) -> Result<(), Fault> {
+    fn handle_event(&mut self, event: Event<'_>, span: Span) -> Result<(), YamlFault> {
         let at = position(span.start);
         let refuse_alias = |at| {
-            Err(Fault::at(at, "aliases (`*name`) are not allowed", "write the value out in full"))
+            Err(YamlFault::at(at, "aliases (`*name`) are not allowed", "write the value out in full"))
         };
         match event {
             Event::Alias(_) | Event::UnresolvedAlias(_) => return refuse_alias(at),
             Event::DocumentStart(..) if self.root.is_some() => {
-                return Err(Fault::at(
+                return Err(YamlFault::at(
                     at,
                     "a second document starts here",
                     format!("one file describes one {}; remove the `---`", self.dialect.noun),
@@ -122,29 +122,29 @@ impl Builder {
             Event::Scalar(text, style, anchor, tag) => {
                 refuse_anchor(at, anchor)?;
                 self.refuse_tag(at, tag.is_some())?;
-                self.count(at)?;
+                self.count_node(at)?;
                 // Only unquoted: `"null"` in quotes is a text.
                 let missing = style == ScalarStyle::Plain && matches!(&*text, "" | "~" | "null");
                 let content = match missing {
-                    true => Content::Nothing,
-                    false => Content::Scalar(text.into_owned()),
+                    true => YamlContent::Nothing,
+                    false => YamlContent::Scalar(text.into_owned()),
                 };
-                self.place(Node { position: at, content })?;
+                self.attach(YamlNode { position: at, content })?;
             }
             Event::SequenceStart(_, anchor, tag) => {
                 refuse_anchor(at, anchor)?;
                 self.refuse_tag(at, tag.is_some())?;
-                self.start(at, Content::List(Vec::new()))?;
+                self.open_node(at, YamlContent::List(Vec::new()))?;
             }
             Event::MappingStart(_, anchor, tag) => {
                 refuse_anchor(at, anchor)?;
                 let is_known = |suffix: &str| self.dialect.tags.contains(&suffix);
                 self.refuse_tag(at, tag.is_some_and(|tag| !is_known(tag.suffix())))?;
-                self.start(at, Content::Map(Vec::new()))?;
+                self.open_node(at, YamlContent::Map(Vec::new()))?;
             }
             Event::SequenceEnd | Event::MappingEnd => {
                 if let Some(closed) = self.open.pop() {
-                    self.place(closed.node)?;
+                    self.attach(closed.node)?;
                 }
             }
             _ => {}
@@ -153,10 +153,10 @@ impl Builder {
     }
 
     /// Counts a node and refuses more than [`MAX_NODES`].
-    fn count(&mut self, at: Position) -> Result<(), Fault> {
+    fn count_node(&mut self, at: Position) -> Result<(), YamlFault> {
         self.nodes += 1;
         if self.nodes > MAX_NODES {
-            return Err(Fault::at(
+            return Err(YamlFault::at(
                 at,
                 format!("more than {MAX_NODES} keys and values"),
                 format!("a {} file has a few hundred; is this the right file?", self.dialect.noun),
@@ -166,98 +166,98 @@ impl Builder {
     }
 
     /// Opens a list or mapping.
-    fn start(&mut self, at: Position, content: Content) -> Result<(), Fault> {
-        self.count(at)?;
+    fn open_node(&mut self, at: Position, content: YamlContent) -> Result<(), YamlFault> {
+        self.count_node(at)?;
         if self.open.len() >= MAX_DEPTH {
             return Err(too_deep(at, self.dialect));
         }
         // A list or mapping in place of a key.
-        if let Some(Open { node: Node { content: Content::Map(_), .. }, key: None, .. }) =
+        if let Some(OpenNode { node: YamlNode { content: YamlContent::Map(_), .. }, key: None, .. }) =
             self.open.last()
         {
-            return Err(key_fault(at));
+            return Err(not_a_key(at));
         }
-        let node = Node { position: at, content };
-        self.open.push(Open { node, key: None, seen: BTreeMap::new() });
+        let node = YamlNode { position: at, content };
+        self.open.push(OpenNode { node, key: None, first_positions: BTreeMap::new() });
         Ok(())
     }
 
     /// Attaches a finished node: as the root, an item, a key, or the value of a key.
-    fn place(&mut self, node: Node) -> Result<(), Fault> {
+    fn attach(&mut self, node: YamlNode) -> Result<(), YamlFault> {
         let path = self.path();
         let Some(open) = self.open.last_mut() else {
             self.root = Some(node);
             return Ok(());
         };
         match (&mut open.node.content, open.key.take()) {
-            (Content::List(items), _) => items.push(node),
-            (Content::Map(entries), Some((key, key_position))) => {
-                match open.seen.get(&key) {
+            (YamlContent::List(items), _) => items.push(node),
+            (YamlContent::Map(entries), Some((key, key_position))) => {
+                match open.first_positions.get(&key) {
                     None => {
-                        open.seen.insert(key.clone(), key_position);
-                        entries.push(Entry { key, key_position, value: node });
+                        open.first_positions.insert(key.clone(), key_position);
+                        entries.push(YamlEntry { key, key_position, value: node });
                     }
                     // Reported only: the first occurrence counts, so that the rest can still be read.
-                    Some(first) => self.duplicates.push(Fault {
+                    Some(first) => self.duplicates.push(YamlFault {
                         position: Some(key_position),
                         message: format!(
                             "`{path}` is written twice: on line {} and on line {}",
                             first.line, key_position.line
                         ),
                         path,
-                        written: crate::shown(&key),
+                        written: crate::to_printable(&key),
                         hint: Some("keep one of them".into()),
                     }),
                 }
             }
-            (Content::Map(_), None) => match node.content {
-                Content::Scalar(key) if key == "<<" => {
+            (YamlContent::Map(_), None) => match node.content {
+                YamlContent::Scalar(key) if key == "<<" => {
                     let hint = match self.dialect.base {
                         "" => "write each key where it is used".into(),
                         base => format!("use `extends: NAME` to start from {base}"),
                     };
-                    return Err(Fault::at(
+                    return Err(YamlFault::at(
                         node.position,
                         "merge keys (`<<`) are not allowed",
                         hint,
                     ));
                 }
-                Content::Scalar(key) => open.key = Some((key, node.position)),
-                _ => return Err(key_fault(node.position)),
+                YamlContent::Scalar(key) => open.key = Some((key, node.position)),
+                _ => return Err(not_a_key(node.position)),
             },
             // `start` opens only lists and mappings.
-            (Content::Scalar(_) | Content::Nothing, _) => {}
+            (YamlContent::Scalar(_) | YamlContent::Nothing, _) => {}
         }
         Ok(())
     }
 
     /// Refuses a tag that the dialect does not have.
-    fn refuse_tag(&self, at: Position, is_foreign: bool) -> Result<(), Fault> {
+    fn refuse_tag(&self, at: Position, is_foreign: bool) -> Result<(), YamlFault> {
         let message = match self.dialect.tags {
             _ if !is_foreign => return Ok(()),
             [] => "tags (`!name`) are not allowed".into(),
             known => format!("of all tags only `!!{}` is read", known.join("`, `!!")),
         };
-        Err(Fault::at(at, message, "write the plain value"))
+        Err(YamlFault::at(at, message, "write the plain value"))
     }
 
     /// Returns the dotted path of the value that is being attached.
     fn path(&self) -> String {
         let keys = self.open.iter().filter_map(|open| Some(&*open.key.as_ref()?.0));
-        crate::shown(&keys.collect::<Vec<_>>().join("."))
+        crate::to_printable(&keys.collect::<Vec<_>>().join("."))
     }
 }
 
 /// Creates the fault of a list or mapping in place of a key.
-fn key_fault(at: Position) -> Fault {
-    Fault::at(at, "this is not a key", "a key is one word, followed by a colon and a space")
+fn not_a_key(at: Position) -> YamlFault {
+    YamlFault::at(at, "this is not a key", "a key is one word, followed by a colon and a space")
 }
 
 /// Refuses an anchor; 0 is the parser's number for none.
-fn refuse_anchor(at: Position, anchor: usize) -> Result<(), Fault> {
+fn refuse_anchor(at: Position, anchor: usize) -> Result<(), YamlFault> {
     match anchor {
         0 => Ok(()),
-        _ => Err(Fault::at(
+        _ => Err(YamlFault::at(
             at,
             "anchors (`&name`) are not allowed",
             "write each value where it is used",
@@ -295,9 +295,9 @@ mod tests {
     }
 
     #[test]
-    fn tags_that_a_kind_of_file_has_mean_nothing_and_others_are_refused() {
+    fn known_tags_are_ignored_and_others_refused() {
         let (root, twice) = parse("k: !!matrix {rows: 3, rows: 4}\n", &CAMERA).unwrap();
-        let rows = root.get("k").and_then(|k| k.get("rows")).and_then(Node::text);
+        let rows = root.get("k").and_then(|k| k.get("rows")).and_then(YamlNode::text);
         assert_eq!((rows, twice.len()), (Some("3"), 1));
         let told = "line 1: `k.rows` is written twice: on line 1 and on line 1 (keep one of them)";
         assert_eq!(twice[0].to_string(), told);

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use crate::expression::Formula;
 use crate::layer::TextLayer;
-use crate::tree::{Dialect, Fault, Position};
-use crate::{Facts, Problem, Source, Suggestion, shown};
+use crate::tree::{Dialect, YamlFault, Position};
+use crate::{ProblemFacts, Problem, ValueSource, Suggestion, printable};
 
 /// Place in one of the texts.
 #[derive(Clone, Debug)]
-pub struct Place {
+pub struct TextPlace {
     /// Layer of the text.
     pub layer: TextLayer,
     /// Name of the text in messages.
@@ -20,7 +20,7 @@ pub struct Place {
     pub position: Option<Position>,
 }
 
-impl Place {
+impl TextPlace {
     /// Creates the place of a whole text.
     pub fn new(layer: TextLayer, file: &str, dialect: &'static Dialect) -> Self {
         Self { layer, file: file.into(), dialect, position: None }
@@ -32,8 +32,8 @@ impl Place {
     }
 
     /// Creates a problem at this place.
-    pub fn problem(&self, path: &str, value: &str, message: String) -> Found {
-        Found {
+    pub fn problem(&self, path: &str, value: &str, message: String) -> LocatedProblem {
+        LocatedProblem {
             layer: self.layer,
             problem: Problem {
                 file: self.file.to_string(),
@@ -43,7 +43,7 @@ impl Place {
                 value: value.to_owned(),
                 message,
                 hint: None,
-                facts: Facts::default(),
+                facts: ProblemFacts::default(),
             },
         }
     }
@@ -51,14 +51,14 @@ impl Place {
 
 /// Problem with the layer of its text, by which problems are sorted.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct LocatedProblem {
     /// Layer of the text.
     pub layer: TextLayer,
     /// The problem.
     pub problem: Problem,
 }
 
-impl Found {
+impl LocatedProblem {
     /// Sets the hint.
     #[must_use]
     pub fn hint(mut self, hint: impl Into<String>) -> Self {
@@ -67,12 +67,12 @@ impl Found {
     }
 
     /// Creates a problem from a fault of the text at `place`.
-    pub fn fault(fault: Fault, place: &Place) -> Self {
+    pub fn from_fault(fault: YamlFault, place: &TextPlace) -> Self {
         Self { layer: place.layer, problem: fault.in_file(&place.file) }
     }
 
     /// Sorts problems: those of the file in its order, then those of `--set`, then those of extended files.
-    pub fn sorted(mut found: Vec<Self>) -> Vec<Problem> {
+    pub fn sort(mut found: Vec<Self>) -> Vec<Problem> {
         found.sort_by_key(|f| (f.layer, f.problem.line, f.problem.column));
         found.into_iter().map(|f| f.problem).collect()
     }
@@ -80,20 +80,20 @@ impl Found {
 
 /// Value as written.
 #[derive(Clone, Debug)]
-pub struct Written {
+pub struct WrittenValue {
     /// Place of the value.
-    pub place: Place,
+    pub place: TextPlace,
     /// Text of the value.
     pub text: WrittenText,
     /// Source of the value.
-    pub source: Source,
+    pub source: ValueSource,
     /// Expression that the text was computed from, if any.
     pub formula: Option<Formula>,
 }
 
-impl Written {
+impl WrittenValue {
     /// Creates a value that is not computed.
-    pub(crate) fn new(place: Place, text: WrittenText, source: Source) -> Self {
+    pub(crate) fn new(place: TextPlace, text: WrittenText, source: ValueSource) -> Self {
         Self { place, text, source, formula: None }
     }
 }
@@ -104,23 +104,23 @@ pub enum WrittenText {
     /// Single value.
     Scalar(String),
     /// List items with their places.
-    List(Vec<(String, Place)>),
+    List(Vec<(String, TextPlace)>),
 }
 
 impl WrittenText {
     /// Formats the text on one line, for messages.
-    pub fn shown(&self) -> String {
+    pub fn to_printable(&self) -> String {
         match self {
-            Self::Scalar(text) => shown(text),
+            Self::Scalar(text) => to_printable(text),
             Self::List(items) => {
                 let items: Vec<&str> = items.iter().map(|(text, _)| &**text).collect();
-                shown(&format!("[{}]", items.join(", ")))
+                to_printable(&format!("[{}]", items.join(", ")))
             }
         }
     }
 }
 
-impl Found {
+impl LocatedProblem {
     /// Sets the code: the short name of the kind of problem.
     #[must_use]
     pub fn code(mut self, code: &'static str) -> Self {

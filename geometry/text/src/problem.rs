@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::facts::Facts;
+use crate::facts::ProblemFacts;
 
 /// One problem of a design.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -22,7 +22,7 @@ pub struct Problem {
     /// Suggested correction.
     pub hint: Option<String>,
     /// Machine-readable part.
-    pub facts: Facts,
+    pub facts: ProblemFacts,
 }
 
 impl fmt::Display for Problem {

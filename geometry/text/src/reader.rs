@@ -5,25 +5,25 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use crate::document::Document;
+use crate::parameter_table::ParameterTable;
 use crate::expression::resolve;
-use crate::place::{Found, Place, Written, WrittenText};
-use crate::suggest::either;
-use crate::{Kind, Refusal, Report, Scalar, Setting, Shape, Suggestion, TextLayer, join};
+use crate::place::{LocatedProblem, TextPlace, WrittenValue, WrittenText};
+use crate::suggest::join_words;
+use crate::{ValueKind, Refusal, RuleReport, Scalar, Setting, FieldShape, Suggestion, TextLayer, join};
 
 /// Reader of parameters by path.
 #[derive(Debug)]
 pub struct Reader {
-    document: Document,
+    document: ParameterTable,
     settings: Vec<Setting>,
     missing: Vec<String>,
-    found: Vec<Found>,
+    found: Vec<LocatedProblem>,
     known: Option<Arc<dyn Any + Send + Sync>>,
 }
 
 impl Reader {
     /// Creates a reader and resolves the expressions of `document`.
-    pub fn new(mut document: Document) -> Self {
+    pub fn new(mut document: ParameterTable) -> Self {
         resolve(&mut document);
         // Includes the problems of expressions, which were resolved just before.
         let found = std::mem::take(&mut document.found);
@@ -32,41 +32,41 @@ impl Reader {
 
     /// Attaches data for look-ups by [`Reader::known`].
     #[must_use]
-    pub fn knowing<K: Any + Send + Sync>(self, known: K) -> Self {
+    pub fn with_context<K: Any + Send + Sync>(self, known: K) -> Self {
         Self { known: Some(Arc::new(known)), ..self }
     }
 
     /// Returns the attached data that values may name, for example materials.
-    pub fn known<K: Any + Send + Sync>(&self) -> Option<&K> {
+    pub fn context<K: Any + Send + Sync>(&self) -> Option<&K> {
         self.known.as_deref()?.downcast_ref()
     }
 
     /// Returns whether anything was written at a path, even if it is wrong.
     pub fn is_written(&self, path: &str) -> bool {
-        self.document.value(path).is_some() || self.document.is_broken(path)
+        self.document.value(path).is_some() || self.document.is_unreadable(path)
     }
 
     /// Reads a text that names something else, and records the name that `fabkit show` prints for it. `allowed`
     /// describes the allowed texts for people.
-    pub fn looked_up<T>(
+    pub fn read_lookup<T>(
         &mut self,
         path: &str,
         summary: &str,
         allowed: &str,
         look_up: impl FnOnce(&str) -> Result<(T, String), Refusal>,
     ) -> Option<T> {
-        let written = self.written(path)?;
+        let written = self.find_written(path)?;
         let WrittenText::Scalar(text) = &written.text else { return None };
         match look_up(text) {
             Ok((value, shown)) => {
-                let setting = plain_setting(path, summary, shown, Kind::Text, &written);
+                let setting = plain_setting(path, summary, shown, ValueKind::Text, &written);
                 self.settings.push(Setting { limits: allowed.to_owned(), ..setting });
                 Some(value)
             }
             Err(Refusal { says, hint, code, instead }) => {
-                let message = format!("{path} is `{}`, {says}", crate::shown(text.trim()));
+                let message = format!("{path} is `{}`, {says}", crate::to_printable(text.trim()));
                 let mut found =
-                    written.place.problem(path, &crate::shown(text), message).code(code);
+                    written.place.problem(path, &crate::to_printable(text), message).code(code);
                 found.problem.hint = hint;
                 // A correction found by the caller, if there is one.
                 found.problem.facts.suggestion =
@@ -78,34 +78,34 @@ impl Reader {
     }
 
     /// Reads one scalar.
-    pub(crate) fn scalar<T: Scalar>(
+    pub(crate) fn read_scalar<T: Scalar>(
         &mut self,
         path: &str,
         summary: &str,
         limits: &T::Limits,
     ) -> Option<T> {
-        let written = self.written(path)?;
+        let written = self.find_written(path)?;
         let WrittenText::Scalar(text) = &written.text else { return None };
-        match read::<T>(path, text, limits, &written.place) {
+        match read_scalar_text::<T>(path, text, limits, &written.place) {
             Ok(value) => {
-                self.setting::<T>(path, summary, value.show(), T::KIND, limits, &written);
+                self.record_setting::<T>(path, summary, value.show(), T::KIND, limits, &written);
                 Some(value)
             }
             Err(found) => {
-                self.found.push(self.of_formula(*found, &written));
+                self.found.push(self.add_formula_context(*found, &written));
                 None
             }
         }
     }
 
     /// Adds the expression and its inputs to a problem of a computed value: it cannot be mended where it stands.
-    fn of_formula(&self, mut found: Found, written: &Written) -> Found {
+    fn add_formula_context(&self, mut found: LocatedProblem, written: &WrittenValue) -> LocatedProblem {
         let Some(formula) = &written.formula else { return found };
         let problem = &mut found.problem;
-        problem.message = format!("{} (it is `{}`)", problem.message, crate::shown(&formula.text));
+        problem.message = format!("{} (it is `{}`)", problem.message, crate::to_printable(&formula.text));
         let inputs: Vec<String> =
-            self.document.inputs(formula).into_iter().map(|path| format!("`{path}`")).collect();
-        let change = either(&inputs, "or");
+            self.document.ordered_inputs(formula).into_iter().map(|path| format!("`{path}`")).collect();
+        let change = join_words(&inputs, "or");
         problem.hint = Some(match problem.hint.take() {
             Some(hint) if !inputs.is_empty() => format!("{hint}; or change {change}"),
             Some(hint) => hint,
@@ -115,7 +115,7 @@ impl Reader {
     }
 
     /// Reads a list.
-    pub(crate) fn list<T: Scalar>(
+    pub(crate) fn read_list<T: Scalar>(
         &mut self,
         path: &str,
         summary: &str,
@@ -123,7 +123,7 @@ impl Reader {
         each: &T::Limits,
     ) -> Option<Vec<T>> {
         // A path without a value ends here; if necessary, it has been recorded as missing.
-        let written = self.written(path)?;
+        let written = self.find_written(path)?;
         let WrittenText::List(items) = &written.text else { return None };
         if !count.contains(&items.len()) {
             let message = format!(
@@ -132,16 +132,16 @@ impl Reader {
                 count.start(),
                 count.end()
             );
-            let shown = written.text.shown();
+            let shown = written.text.to_printable();
             self.found.push(written.place.problem(path, &shown, message).code("wrong_count"));
             return None;
         }
         let mut values = Vec::new();
         for (i, (text, place)) in items.iter().enumerate() {
             let path = format!("{path}[{i}]");
-            match read::<T>(&path, text, each, place) {
+            match read_scalar_text::<T>(&path, text, each, place) {
                 Ok(value) => values.push(value),
-                Err(found) => self.found.push(self.of_formula(*found, &written)),
+                Err(found) => self.found.push(self.add_formula_context(*found, &written)),
             }
         }
         // The faulty items have been reported.
@@ -152,7 +152,7 @@ impl Reader {
         let allowed =
             format!("{} to {} items, each {}", count.start(), count.end(), T::allowed(each));
         let shown = format!("[{}]", shown.join(", "));
-        self.setting::<T>(path, summary, shown, Kind::List, each, &written);
+        self.record_setting::<T>(path, summary, shown, ValueKind::List, each, &written);
         if let Some(setting) = self.settings.last_mut() {
             setting.limits = allowed;
         }
@@ -160,23 +160,23 @@ impl Reader {
     }
 
     /// Returns the value at a path. A path that is neither written nor broken is recorded as missing.
-    fn written(&mut self, path: &str) -> Option<Written> {
+    fn find_written(&mut self, path: &str) -> Option<WrittenValue> {
         let written = self.document.value(path).cloned();
-        if written.is_none() && !self.document.is_broken(path) {
+        if written.is_none() && !self.document.is_unreadable(path) {
             self.missing.push(path.to_owned());
         }
         written
     }
 
     /// Records a parameter for `fabkit show`.
-    fn setting<T: Scalar>(
+    fn record_setting<T: Scalar>(
         &mut self,
         path: &str,
         summary: &str,
         value: String,
-        kind: Kind,
+        kind: ValueKind,
         limits: &T::Limits,
-        written: &Written,
+        written: &WrittenValue,
     ) {
         self.settings.push(Setting {
             limits: T::allowed(limits),
@@ -192,29 +192,29 @@ impl Reader {
     }
 
     /// Ends reading: reports missing parameters, with lines of the example, and returns the report for rules.
-    pub fn finish(mut self, example: Option<&Example>) -> Report {
+    pub fn finish(mut self, example: Option<&Example>) -> RuleReport {
         // All parameters missing from one section are reported as one problem.
         let mut by_section: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
         for path in &self.missing {
             by_section.entry(self.nearest_section(path)).or_default().push(path);
         }
-        let found: Vec<Found> = by_section
+        let found: Vec<LocatedProblem> = by_section
             .into_iter()
-            .map(|(section, paths)| self.missing_from(section, &paths, example))
+            .map(|(section, paths)| self.describe_missing(section, &paths, example))
             .collect();
         self.found.extend(found);
-        self.drop_followers();
-        Report::new(self.document.into_values(), self.found)
+        self.drop_consequential_problems();
+        RuleReport::new(self.document.into_values(), self.found)
     }
 
     /// Drops problems of computed values whose inputs are wrong too: they are consequences.
-    fn drop_followers(&mut self) {
+    fn drop_consequential_problems(&mut self) {
         let wrong: BTreeSet<String> = self.found.iter().map(|f| f.problem.path.clone()).collect();
         self.found.retain(|found| {
             let written = self.document.value(&found.problem.path);
             let inputs = written.and_then(|written| written.formula.as_ref());
             !inputs.is_some_and(|formula| {
-                self.document.all_inputs(formula).iter().any(|input| wrong.contains(input))
+                self.document.collect_inputs(formula).iter().any(|input| wrong.contains(input))
             })
         });
     }
@@ -232,7 +232,7 @@ impl Reader {
     }
 
     /// Describes what a section lacks, with example lines.
-    fn missing_from(&self, section: &str, paths: &[&str], example: Option<&Example>) -> Found {
+    fn describe_missing(&self, section: &str, paths: &[&str], example: Option<&Example>) -> LocatedProblem {
         /// Maximum number of examples in a hint, enough to show the form.
         const EXAMPLES: usize = 3;
         let mut keys: Vec<String> = Vec::new();
@@ -242,7 +242,7 @@ impl Reader {
             let key = inner.split('.').next().unwrap_or(inner);
             let is_section = matches!(
                 self.document.field(&join(section, key)).map(|field| &field.shape),
-                Some(Shape::Section(_))
+                Some(FieldShape::Section(_))
             );
             let key = if is_section { format!("the section `{key}`") } else { format!("`{key}`") };
             if !keys.contains(&key) {
@@ -250,7 +250,7 @@ impl Reader {
             }
         }
         let whole = if section.is_empty() { "the file" } else { section };
-        let message = format!("{whole} lacks {}", either(&keys, "and"));
+        let message = format!("{whole} lacks {}", join_words(&keys, "and"));
         let place = self.document.section(section).unwrap_or(&self.document.root);
         // A single missing parameter is named itself.
         let path = if let [one] = paths { one } else { section };
@@ -283,13 +283,13 @@ pub struct Example {
 }
 
 /// Parses one scalar and checks its limits. The error says in one sentence what is wrong and what to do.
-pub(crate) fn read<T: Scalar>(
+pub(crate) fn read_scalar_text<T: Scalar>(
     path: &str,
     text: &str,
     limits: &T::Limits,
-    place: &Place,
-) -> Result<T, Box<Found>> {
-    let written = crate::shown(text.trim());
+    place: &TextPlace,
+) -> Result<T, Box<LocatedProblem>> {
+    let written = crate::to_printable(text.trim());
     let (message, hint, code, instead) = match T::parse(text) {
         Ok(value) if value.is_within(limits) => return Ok(value),
         Ok(value) => {
@@ -313,7 +313,7 @@ pub(crate) fn read<T: Scalar>(
             }
         }
     };
-    let mut found = place.problem(path, &crate::shown(text), message).code(code);
+    let mut found = place.problem(path, &crate::to_printable(text), message).code(code);
     found.problem.hint = hint;
     let facts = &mut found.problem.facts;
     [facts.at_least, facts.at_most] = match T::bounds(limits) {
@@ -338,8 +338,8 @@ fn plain_setting(
     path: &str,
     summary: &str,
     value: String,
-    kind: Kind,
-    written: &Written,
+    kind: ValueKind,
+    written: &WrittenValue,
 ) -> Setting {
     Setting {
         path: path.to_owned(),

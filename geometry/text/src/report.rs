@@ -6,61 +6,61 @@ use std::panic::Location;
 
 use fabkit_geometry::{Angle, Length};
 
-use crate::document::changed_above;
-use crate::place::{Found, Place, Written, WrittenText};
-use crate::suggest::either;
-use crate::{Facts, InvalidDesign, Parameter, SourceKind, UNKNOWN_PARAMETER, shown};
+use crate::parameter_table::find_changed_inputs;
+use crate::place::{LocatedProblem, TextPlace, WrittenValue, WrittenText};
+use crate::suggest::join_words;
+use crate::{ProblemFacts, InvalidDesign, Parameter, SourceKind, UNKNOWN_PARAMETER, printable};
 
 /// Tolerance when values are compared with limits, for rounding in the computation of a limit.
-const SAME: f64 = 1e-9;
+const TOLERANCE: f64 = 1e-9;
 
 /// Relative changes of parameters that find out what a limit depends on: first a small one, yet far above rounding;
 /// then larger ones, for limits that are saturated by something else.
-const SHARES: [f64; 3] = [1e-5, 0.25, 1.0];
+const RELATIVE_CHANGES: [f64; 3] = [1e-5, 0.25, 1.0];
 
 /// Number with a unit for which limits can be stated.
-pub trait Quantity: Copy + Display {
+pub trait LimitedQuantity: Copy + Display {
     /// Text behind the number, such as ` mm`.
     const UNIT: &'static str;
     /// Steps per unit: recommended values are whole multiples of 1 / `STEPS`.
-    const STEPS: f64;
+    const STEPS_PER_UNIT: f64;
 
     /// Returns the number in that unit.
-    fn number(self) -> f64;
+    fn value(self) -> f64;
 }
 
-impl Quantity for Length {
+impl LimitedQuantity for Length {
     const UNIT: &'static str = " mm";
-    const STEPS: f64 = 1e3;
+    const STEPS_PER_UNIT: f64 = 1e3;
 
-    fn number(self) -> f64 {
+    fn value(self) -> f64 {
         self.mm()
     }
 }
 
-impl Quantity for Angle {
+impl LimitedQuantity for Angle {
     const UNIT: &'static str = " deg";
-    const STEPS: f64 = 10.0;
+    const STEPS_PER_UNIT: f64 = 10.0;
 
-    fn number(self) -> f64 {
+    fn value(self) -> f64 {
         self.deg()
     }
 }
 
-impl Quantity for u32 {
+impl LimitedQuantity for u32 {
     const UNIT: &'static str = "";
-    const STEPS: f64 = 1.0;
+    const STEPS_PER_UNIT: f64 = 1.0;
 
-    fn number(self) -> f64 {
+    fn value(self) -> f64 {
         self.into()
     }
 }
 
-impl Quantity for f64 {
+impl LimitedQuantity for f64 {
     const UNIT: &'static str = "";
-    const STEPS: f64 = 1e3;
+    const STEPS_PER_UNIT: f64 = 1e3;
 
-    fn number(self) -> f64 {
+    fn value(self) -> f64 {
         self
     }
 }
@@ -133,53 +133,53 @@ const MESSAGE_LENGTH: usize = 180;
 
 /// Collector of violated rules, each at the place where the value was written.
 #[derive(Clone, Debug)]
-pub struct Report {
-    written: BTreeMap<String, Written>,
-    found: Vec<Found>,
-    limits: BTreeMap<Constraint, f64>,
+pub struct RuleReport {
+    written: BTreeMap<String, WrittenValue>,
+    found: Vec<LocatedProblem>,
+    limits: BTreeMap<LimitId, f64>,
     /// Problems that come from [`Report::require`] instead of a limit: index of the problem and location of the rule in
     /// the code.
     required: Vec<(usize, &'static Location<'static>)>,
     /// Limit that was stated last.
-    last: Option<Constraint>,
+    last: Option<LimitId>,
     broken: Vec<BrokenLimit>,
 }
 
 /// Identity of a stated limit: location in the code, path, and count of earlier ones with the same two.
-type Constraint = (&'static Location<'static>, String, usize);
+type LimitId = (&'static Location<'static>, String, usize);
 
 /// Identity of a limit, of a rule, or of the range of one value.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Rule {
+pub struct RuleId {
     path: String,
     /// File, line and column of the statement in the code; `None` for the range of one value.
-    stated: Option<(&'static str, u32, u32)>,
+    location: Option<(&'static str, u32, u32)>,
     /// Number among the rules stated at one location for one path.
     nth: usize,
 }
 
-impl Rule {
+impl RuleId {
     /// Returns whether it limits a single value, so that it holds whatever else is wrong.
     pub fn is_range(&self) -> bool {
-        self.stated.is_none()
+        self.location.is_none()
     }
 }
 
 /// Violated rule, for searches that try other values.
 #[derive(Clone, Debug)]
-pub struct Broken {
+pub struct BrokenRule {
     /// Identity of the rule.
-    pub rule: Rule,
+    pub rule: RuleId,
     /// Path of the limited parameter.
     pub path: String,
     /// Distance to the limit, in the parameter's unit; `None` for rules that only hold or do not.
-    pub missing: Option<f64>,
+    pub excess: Option<f64>,
     /// Limit in words, such as `at most 3 mm`, if it can be met.
     pub limit: Option<String>,
     /// Reason of the limit, if it depends on other values.
     pub because: Option<String>,
     /// Paths that the limit depends on, as far as they have been found.
-    pub from: Vec<String>,
+    pub inputs: Vec<String>,
     /// Whole message.
     pub message: String,
     /// Index of the problem, in the order of discovery.
@@ -189,22 +189,22 @@ pub struct Broken {
 /// Violated limit.
 #[derive(Clone, Debug)]
 struct BrokenLimit {
-    constraint: Constraint,
+    constraint: LimitId,
     value: String,
     /// Distance of the value beyond the limit.
-    missing: f64,
+    excess: f64,
     /// Limit in words, such as `at most 3 mm`, if it can be met.
     limit: Option<String>,
     because: String,
     /// Index of its problem.
     found: usize,
     /// Paths that the limit depends on, if stated or found.
-    named: Vec<String>,
+    inputs: Vec<String>,
 }
 
-impl Report {
+impl RuleReport {
     /// Creates a report from the values and the problems found while reading.
-    pub(crate) fn new(written: BTreeMap<String, Written>, found: Vec<Found>) -> Self {
+    pub(crate) fn new(written: BTreeMap<String, WrittenValue>, found: Vec<LocatedProblem>) -> Self {
         Self {
             written,
             found,
@@ -232,10 +232,10 @@ impl Report {
     }
 
     /// Lists the violated rules, in the order of checking.
-    pub fn broken_rules(&self) -> Vec<Broken> {
+    pub fn broken_rules(&self) -> Vec<BrokenRule> {
         let stated = |at: &'static Location<'static>| Some((at.file(), at.line(), at.column()));
-        let mut rules: Vec<Broken> = Vec::new();
-        for (problem, Found { problem: said, .. }) in self.found.iter().enumerate() {
+        let mut rules: Vec<BrokenRule> = Vec::new();
+        for (problem, LocatedProblem { problem: said, .. }) in self.found.iter().enumerate() {
             let path = said.path.clone();
             let message = said.message.clone();
             let limit = self.broken.iter().find(|limit| limit.found == problem);
@@ -243,19 +243,19 @@ impl Report {
             rules.push(match (limit, required) {
                 (Some(broken), _) => {
                     let (at, _, nth) = &broken.constraint;
-                    let rule = Rule { path: path.clone(), stated: stated(at), nth: *nth };
-                    let (limit, from) = (broken.limit.clone(), broken.named.clone());
-                    let (missing, because) = (Some(broken.missing), Some(broken.because.clone()));
-                    Broken { rule, path, missing, limit, because, from, message, problem }
+                    let rule = RuleId { path: path.clone(), location: stated(at), nth: *nth };
+                    let (limit, from) = (broken.limit.clone(), broken.inputs.clone());
+                    let (missing, because) = (Some(broken.excess), Some(broken.because.clone()));
+                    BrokenRule { rule, path, excess: missing, limit, because, inputs: from, message, problem }
                 }
                 // Not a limit: a rule of `require`, or a range error that the reader found.
                 (None, at) => {
                     let stated = at.and_then(|(_, at)| stated(at));
-                    let same = |b: &&Broken| b.path == path && b.rule.stated == stated;
+                    let same = |b: &&BrokenRule| b.path == path && b.rule.location == stated;
                     let nth = rules.iter().filter(same).count();
-                    let rule = Rule { path: path.clone(), stated, nth };
+                    let rule = RuleId { path: path.clone(), location: stated, nth };
                     let (missing, limit, because, from) = (None, None, None, Vec::new());
-                    Broken { rule, path, missing, limit, because, from, message, problem }
+                    BrokenRule { rule, path, excess: missing, limit, because, inputs: from, message, problem }
                 }
             });
         }
@@ -273,7 +273,7 @@ impl Report {
 
     /// Returns all problems, those of the file in its order, then those of the overrides.
     pub fn into_invalid(self) -> InvalidDesign {
-        InvalidDesign { problems: Found::sorted(self.found) }
+        InvalidDesign { problems: LocatedProblem::sort(self.found) }
     }
 
     /// Reports a problem at `path` unless `holds`.
@@ -293,7 +293,7 @@ impl Report {
         hint: impl FnOnce() -> String,
     ) {
         // Looked up even if the rule holds, so that a wrong path panics in any case.
-        let (place, text) = self.item(path);
+        let (place, text) = self.find_item(path);
         if !holds {
             let found = place.problem(path, &text, message());
             self.required.push((self.found.len(), Location::caller()));
@@ -309,20 +309,20 @@ impl Report {
     /// # Panics
     /// As [`Report::require`].
     #[track_caller]
-    pub fn at_most<Q: Quantity>(
+    pub fn at_most<Q: LimitedQuantity>(
         &mut self,
         path: &str,
         value: Q,
         limit: f64,
         because: impl Display,
     ) {
-        let holds = value.number() <= limit + SAME;
+        let holds = value.value() <= limit + TOLERANCE;
         // Rounded down, so that the recommended value satisfies the limit.
-        let works = ((limit + SAME) * Q::STEPS).floor() / Q::STEPS;
+        let works = ((limit + TOLERANCE) * Q::STEPS_PER_UNIT).floor() / Q::STEPS_PER_UNIT;
         // A limit of 0 or less cannot be recommended: other values have left no room.
-        let offer = (works > 0.0).then(|| format!("at most {}", in_unit::<Q>(works)));
-        let missing = value.number() - limit;
-        self.limit((holds, missing), path, value.to_string(), limit, offer, because);
+        let offer = (works > 0.0).then(|| format!("at most {}", format_with_unit::<Q>(works)));
+        let missing = value.value() - limit;
+        self.check_limit((holds, missing), path, value.to_string(), limit, offer, because);
     }
 
     /// Requires `value` to be at most `limit`, where 0 means that the part is absent. With no room at all, 0 is
@@ -331,7 +331,7 @@ impl Report {
     /// # Panics
     /// As [`Report::require`].
     #[track_caller]
-    pub fn at_most_if_any<Q: Quantity>(
+    pub fn at_most_or_absent<Q: LimitedQuantity>(
         &mut self,
         path: &str,
         value: Q,
@@ -339,11 +339,11 @@ impl Report {
         because: impl Display,
     ) {
         let limit = limit.max(0.0);
-        let holds = value.number() <= limit + SAME;
-        let works = ((limit + SAME) * Q::STEPS).floor() / Q::STEPS;
-        let offer = Some(format!("at most {}", in_unit::<Q>(works)));
-        let missing = value.number() - limit;
-        self.limit((holds, missing), path, value.to_string(), limit, offer, because);
+        let holds = value.value() <= limit + TOLERANCE;
+        let works = ((limit + TOLERANCE) * Q::STEPS_PER_UNIT).floor() / Q::STEPS_PER_UNIT;
+        let offer = Some(format!("at most {}", format_with_unit::<Q>(works)));
+        let missing = value.value() - limit;
+        self.check_limit((holds, missing), path, value.to_string(), limit, offer, because);
     }
 
     /// Requires `value`, written at `path`, to be at least `limit`; otherwise like [`Report::at_most`].
@@ -351,24 +351,24 @@ impl Report {
     /// # Panics
     /// As [`Report::require`].
     #[track_caller]
-    pub fn at_least<Q: Quantity>(
+    pub fn at_least<Q: LimitedQuantity>(
         &mut self,
         path: &str,
         value: Q,
         limit: f64,
         because: impl Display,
     ) {
-        let holds = value.number() >= limit - SAME;
+        let holds = value.value() >= limit - TOLERANCE;
         // Rounded up, so that the recommended value satisfies the limit.
-        let works = ((limit - SAME) * Q::STEPS).ceil() / Q::STEPS;
-        let offer = Some(format!("at least {}", in_unit::<Q>(works)));
-        let missing = limit - value.number();
-        self.limit((holds, missing), path, value.to_string(), limit, offer, because);
+        let works = ((limit - TOLERANCE) * Q::STEPS_PER_UNIT).ceil() / Q::STEPS_PER_UNIT;
+        let offer = Some(format!("at least {}", format_with_unit::<Q>(works)));
+        let missing = limit - value.value();
+        self.check_limit((holds, missing), path, value.to_string(), limit, offer, because);
     }
 
     /// Checks a limit and records it, whether or not it holds. `missing` is the distance beyond the limit.
     #[track_caller]
-    fn limit(
+    fn check_limit(
         &mut self,
         (holds, missing): (bool, f64),
         path: &str,
@@ -393,24 +393,24 @@ impl Report {
             self.broken.push(BrokenLimit {
                 constraint,
                 value,
-                missing,
+                excess: missing,
                 limit: offer,
                 because,
                 found,
-                named,
+                inputs: named,
             });
-            self.say(self.broken.len() - 1, &[]);
+            self.write_message(self.broken.len() - 1, &[]);
         }
     }
 
     /// States the paths that the last limit depends on, for limits where [`Report::trace`] would take too long. Does
     /// nothing if that limit holds.
-    pub fn follows_from(&mut self, paths: &[&str]) {
+    pub fn set_inputs_of_last_limit(&mut self, paths: &[&str]) {
         let is_last = |broken: &BrokenLimit| self.last.as_ref() == Some(&broken.constraint);
         if let Some(i) = self.broken.iter().position(is_last) {
             let named: Vec<String> = paths.iter().map(|path| (*path).to_owned()).collect();
-            self.broken[i].named.clone_from(&named);
-            self.say(i, &named);
+            self.broken[i].inputs.clone_from(&named);
+            self.write_message(i, &named);
         }
     }
 
@@ -419,7 +419,7 @@ impl Report {
     /// No list of inputs is kept by hand, which could be incomplete. Instead `check` is run once more for each
     /// neighbour of the parameters ([`Parameter::neighbours`]), and a limit depends on every parameter whose change
     /// moves it. Of a minimum of two limits, only inputs of the smaller are found.
-    pub fn trace<P: Parameter<Limits = ()>>(
+    pub fn find_limit_inputs<P: Parameter<Limits = ()>>(
         &mut self,
         path: &str,
         parameters: &P,
@@ -428,9 +428,9 @@ impl Report {
         if self.broken.is_empty() {
             return;
         }
-        let mut from: Vec<_> = self.broken.iter().map(|broken| broken.named.clone()).collect();
+        let mut from: Vec<_> = self.broken.iter().map(|broken| broken.inputs.clone()).collect();
         // Larger changes are tried only for limits that smaller ones have not explained.
-        for share in SHARES {
+        for share in RELATIVE_CHANGES {
             let unknown: Vec<usize> = (0..from.len()).filter(|i| from[*i].is_empty()).collect();
             if unknown.is_empty() {
                 break;
@@ -438,20 +438,20 @@ impl Report {
             parameters.neighbours(path, &(), share, &mut |input, neighbour| {
                 let mut report = Self::new(self.written.clone(), Vec::new());
                 check(&neighbour, &mut report);
-                self.add_moved(&report, input, &unknown, &mut from);
+                self.add_moved_input(&report, input, &unknown, &mut from);
             });
         }
         self.name_inputs(from);
     }
 
     /// Adds `input` to the dependencies of those limits that have moved in `other`.
-    fn add_moved(&self, other: &Self, input: &str, unknown: &[usize], from: &mut [Vec<String>]) {
+    fn add_moved_input(&self, other: &Self, input: &str, unknown: &[usize], from: &mut [Vec<String>]) {
         for &i in unknown {
             let constraint = &self.broken[i].constraint;
             // A limit cannot depend on its own value, and neighbours of one input follow each other.
             let is_known =
                 constraint.1 == input || from[i].last().is_some_and(|last| last == input);
-            if !is_known && self.is_moved(other, constraint) {
+            if !is_known && self.limit_differs(other, constraint) {
                 from[i].push(input.to_owned());
             }
         }
@@ -460,32 +460,32 @@ impl Report {
     /// Writes the messages of all violated limits with their dependencies.
     fn name_inputs(&mut self, mut from: Vec<Vec<String>>) {
         for (i, from) in from.iter_mut().enumerate() {
-            self.add_changed(i, from);
+            self.add_changed_inputs(i, from);
             // Parameters that the user has written come first: they will look there first.
             from.sort_by_key(|path| self.written(path).source.kind != SourceKind::User);
-            self.say(i, from);
-            self.broken[i].named.clone_from(from);
+            self.write_message(i, from);
+            self.broken[i].inputs.clone_from(from);
         }
     }
 
     /// Returns whether `other` has a different limit for the same constraint.
-    fn is_moved(&self, other: &Self, constraint: &Constraint) -> bool {
+    fn limit_differs(&self, other: &Self, constraint: &LimitId) -> bool {
         let limits = (self.limits.get(constraint), other.limits.get(constraint));
         let (Some(was), Some(is)) = limits else { return false };
         let moved = (was - is).abs();
         // NaN differs from itself, so bits are compared first.
-        was.to_bits() != is.to_bits() && (moved > SAME || moved.is_nan())
+        was.to_bits() != is.to_bits() && (moved > TOLERANCE || moved.is_nan())
     }
 
     /// Adds values that the user has changed and that reach the limit through expressions.
-    fn add_changed(&self, broken: usize, from: &mut Vec<String>) {
+    fn add_changed_inputs(&self, broken: usize, from: &mut Vec<String>) {
         let own = &self.broken[broken].constraint.1;
         let formulas: Vec<_> = std::iter::once(own)
             .chain(from.iter())
             .filter_map(|path| self.written(path).formula.as_ref())
             .collect();
         let changed: BTreeSet<String> =
-            formulas.iter().flat_map(|formula| changed_above(&self.written, formula)).collect();
+            formulas.iter().flat_map(|formula| find_changed_inputs(&self.written, formula)).collect();
         for path in changed {
             if path != *own && !from.contains(&path) {
                 from.push(path);
@@ -494,7 +494,7 @@ impl Report {
     }
 
     /// Writes message and hint of a violated limit.
-    fn say(&mut self, broken: usize, from: &[String]) {
+    fn write_message(&mut self, broken: usize, from: &[String]) {
         let BrokenLimit { constraint: (_, path, _), value, limit, because, found, .. } =
             &self.broken[broken];
         let must = match limit {
@@ -505,14 +505,14 @@ impl Report {
         let message = self.with_inputs(sentence, from);
         let paths: Vec<String> =
             from.iter().take(MOST_NAMED).map(|path| format!("`{path}`")).collect();
-        let change = either(&paths, "or");
+        let change = join_words(&paths, "or");
         let hint = match (limit, paths.is_empty()) {
             (Some(limit), true) => format!("write {limit}"),
             (Some(limit), false) => format!("write {limit}, or change {change}"),
             (None, _) => format!("change {change}"),
         };
         let hint = (limit.is_some() || !paths.is_empty()).then_some(hint);
-        let facts = Facts::of_limit(path, limit.as_deref());
+        let facts = ProblemFacts::from_limit(path, limit.as_deref());
         let problem = &mut self.found[*found].problem;
         (problem.message, problem.hint, problem.facts) = (message, hint, facts);
     }
@@ -521,7 +521,7 @@ impl Report {
     fn with_inputs(&self, sentence: String, from: &[String]) -> String {
         let mut inputs = String::new();
         for path in from.iter().take(MOST_NAMED) {
-            let input = self.related(path);
+            let input = self.describe_input(path);
             if !inputs.is_empty() && sentence.len() + inputs.len() + input.len() > MESSAGE_LENGTH {
                 break;
             }
@@ -532,9 +532,9 @@ impl Report {
     }
 
     /// Describes a value and its place: `surface.radius is 15.0 mm in rtac0.yaml:9`.
-    fn related(&self, path: &str) -> String {
+    fn describe_input(&self, path: &str) -> String {
         let written = self.written(path);
-        let value = written.text.shown();
+        let value = written.text.to_printable();
         if written.source.kind != SourceKind::User {
             return format!("{path} is {value}");
         }
@@ -543,27 +543,27 @@ impl Report {
     }
 
     /// Returns the place and one-line text of a value, or of an item of a list.
-    fn item(&self, path: &str) -> (&Place, String) {
+    fn find_item(&self, path: &str) -> (&TextPlace, String) {
         let item = path.strip_suffix(']').and_then(|path| path.rsplit_once('['));
         if let Some((list, index)) = item
             && let WrittenText::List(items) = &self.written(list).text
             && let Some((text, place)) = index.parse().ok().and_then(|i: usize| items.get(i))
         {
-            return (place, shown(text));
+            return (place, to_printable(text));
         }
         let written = self.written(path);
-        (&written.place, written.text.shown())
+        (&written.place, written.text.to_printable())
     }
 
     /// Returns the value at a path; panics if there is none.
-    fn written(&self, path: &str) -> &Written {
+    fn written(&self, path: &str) -> &WrittenValue {
         let written = self.written.get(path);
         written.unwrap_or_else(|| panic!("`{path}` is not a parameter of this family"))
     }
 }
 
 /// Formats a number with the unit of `Q`.
-fn in_unit<Q: Quantity>(number: f64) -> String {
+fn format_with_unit<Q: LimitedQuantity>(number: f64) -> String {
     // Adding 0 turns `-0` into `0`.
     format!("{}{}", number + 0.0, Q::UNIT)
 }

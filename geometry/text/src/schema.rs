@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value as Json, json};
 
-use crate::{Field, Kind, Shape, SourceKind, join};
+use crate::{FieldDeclaration, ValueKind, FieldShape, SourceKind, join};
 
 /// Input of the schema for one family.
 pub struct FamilySchema<'a> {
@@ -13,7 +13,7 @@ pub struct FamilySchema<'a> {
     /// Description in one line.
     pub summary: &'a str,
     /// Keys of the file, without `format`, `family` and `extends`.
-    pub fields: Vec<Field>,
+    pub fields: Vec<FieldDeclaration>,
     /// Names of the family's built-in sensors.
     pub sensors: Vec<&'a str>,
     /// Paths of values that a file may omit.
@@ -24,7 +24,7 @@ pub struct FamilySchema<'a> {
 pub fn root_schema(
     format: u32,
     families: &[FamilySchema<'_>],
-    extensions: &[(&str, &str, Vec<Field>)],
+    extensions: &[(&str, &str, Vec<FieldDeclaration>)],
 ) -> Json {
     let names: Vec<&str> = families.iter().map(|f| f.name).collect();
     let sensors: Vec<&str> = families.iter().flat_map(|f| f.sensors.iter().copied()).collect();
@@ -60,7 +60,7 @@ pub fn root_schema(
         }));
         // The same keys twice: all required, or none.
         for (name, is_complete) in [(complete, true), (partial, false)] {
-            let mut schema = section(
+            let mut schema = build_section(
                 &family.fields,
                 family.summary,
                 is_complete.then_some(("", &family.optional)),
@@ -71,7 +71,7 @@ pub fn root_schema(
             {
                 properties.extend(head.clone());
                 for (key, summary, fields) in extensions {
-                    properties.insert((*key).to_owned(), section(fields, summary, None));
+                    properties.insert((*key).to_owned(), build_section(fields, summary, None));
                 }
             }
             definitions.insert(name, schema);
@@ -93,25 +93,25 @@ pub fn root_schema(
 }
 
 /// Builds the schema of a section in which every key may be omitted.
-pub fn section_schema(fields: &[Field], summary: &str) -> Json {
-    section(fields, summary, None)
+pub fn section_schema(fields: &[FieldDeclaration], summary: &str) -> Json {
+    build_section(fields, summary, None)
 }
 
 /// Path of a section that must be complete, and the paths that may be omitted; `None` if all may be.
-type Complete<'a> = Option<(&'a str, &'a BTreeSet<String>)>;
+type Completeness<'a> = Option<(&'a str, &'a BTreeSet<String>)>;
 
 /// Builds the schema of a section.
-fn section(fields: &[Field], summary: &str, complete: Complete) -> Json {
-    let property = |field: &Field| {
+fn build_section(fields: &[FieldDeclaration], summary: &str, complete: Completeness) -> Json {
+    let property = |field: &FieldDeclaration| {
         let schema = match &field.shape {
-            Shape::Section(inner) => {
+            FieldShape::Section(inner) => {
                 let path = complete.map(|(path, _)| join(path, field.name)).unwrap_or_default();
-                section(inner, &field.summary, complete.map(|(_, optional)| (&*path, optional)))
+                build_section(inner, &field.summary, complete.map(|(_, optional)| (&*path, optional)))
             }
-            Shape::Value { allowed, schema, kind, is_list } => {
+            FieldShape::Value { allowed, schema, kind, is_list } => {
                 let expressions =
-                    matches!(kind, Kind::Length | Kind::Angle | Kind::Count | Kind::Number);
-                value(&field.summary, allowed, schema, expressions, *is_list)
+                    matches!(kind, ValueKind::Length | ValueKind::Angle | ValueKind::Count | ValueKind::Number);
+                build_value(&field.summary, allowed, schema, expressions, *is_list)
             }
         };
         (field.name.to_owned(), schema)
@@ -131,16 +131,16 @@ fn section(fields: &[Field], summary: &str, complete: Complete) -> Json {
 }
 
 /// Returns whether a value may be omitted; for a section, whether all its values may be.
-fn is_optional(field: &Field, path: &str, optional: &BTreeSet<String>) -> bool {
+fn is_optional(field: &FieldDeclaration, path: &str, optional: &BTreeSet<String>) -> bool {
     let path = join(path, field.name);
     match &field.shape {
-        Shape::Section(inner) => inner.iter().all(|field| is_optional(field, &path, optional)),
-        Shape::Value { .. } => optional.contains(&path),
+        FieldShape::Section(inner) => inner.iter().all(|field| is_optional(field, &path, optional)),
+        FieldShape::Value { .. } => optional.contains(&path),
     }
 }
 
 /// Builds the schema of a value: alone, or in a mapping with its source. Numbers may also be expressions.
-fn value(summary: &str, allowed: &str, plain: &Json, has_expressions: bool, is_list: bool) -> Json {
+fn build_value(summary: &str, allowed: &str, plain: &Json, has_expressions: bool, is_list: bool) -> Json {
     // Any text that begins with `=`; its grammar is checked when the file is read.
     let expression = json!({ "type": "string", "pattern": "^ *=" });
     let mut plain = plain.clone();

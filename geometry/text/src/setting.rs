@@ -1,7 +1,7 @@
 //! Parameter with its present value.
 
-use crate::source::Source;
-use crate::value::Kind;
+use crate::source::ValueSource;
+use crate::value::ValueKind;
 
 /// Parameter with its present value, for `fabkit show`.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,9 +11,9 @@ pub struct Setting {
     /// Value with unit, as it would be written in YAML.
     pub value: String,
     /// Kind of the value.
-    pub kind: Kind,
+    pub kind: ValueKind,
     /// Source of the value.
-    pub source: Source,
+    pub source: ValueSource,
     /// Description in one line.
     pub summary: String,
     /// Allowed values, for people, for example `2 mm to 60 mm`.

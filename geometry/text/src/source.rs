@@ -41,7 +41,7 @@ impl fmt::Display for SourceKind {
 
 /// Source of one value.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Source {
+pub struct ValueSource {
     /// Kind of the source.
     pub kind: SourceKind,
     /// Section, file or reason.
@@ -50,7 +50,7 @@ pub struct Source {
     pub tolerance: Option<String>,
 }
 
-impl Source {
+impl ValueSource {
     /// Creates the source of a value that the user gave, of which nothing more is known.
     pub fn user(note: impl Into<String>) -> Self {
         Self { kind: SourceKind::User, note: note.into(), tolerance: None }

@@ -2,18 +2,18 @@
 
 /// Minimum similarity of two words (normalized Damerau-Levenshtein, 0 to 1) for a suggestion. At 0.6 a swap of
 /// neighbouring letters still counts (`raduis`), unrelated words of the same length do not.
-const LIKENESS: f64 = 0.6;
+const MIN_SIMILARITY: f64 = 0.6;
 
 /// Maximum number of suggestions.
-const MOST: usize = 3;
+const MAX_SUGGESTIONS: usize = 3;
 
 /// Returns the known names that are similar to `written`, best first.
-pub fn similar<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
-    similar_of(written, known.into_iter().collect())
+pub fn find_similar<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    find_similar_in(written, known.into_iter().collect())
 }
 
 /// Same as [`similar`], without type parameters, so that it is compiled once.
-fn similar_of<'a>(written: &str, known: Vec<&'a str>) -> Vec<&'a str> {
+fn find_similar_in<'a>(written: &str, known: Vec<&'a str>) -> Vec<&'a str> {
     // The comparison is quadratic in length, and a name this long is no typing error.
     if written.len() > 200 {
         return Vec::new();
@@ -25,10 +25,10 @@ fn similar_of<'a>(written: &str, known: Vec<&'a str>) -> Vec<&'a str> {
         .map(|name| {
             (strsim::normalized_damerau_levenshtein(&written, &name.replace('-', "_")), name)
         })
-        .filter(|(score, _)| *score >= LIKENESS)
+        .filter(|(score, _)| *score >= MIN_SIMILARITY)
         .collect();
     scored.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(b.1)));
-    scored.into_iter().take(MOST).map(|(_, name)| name).collect()
+    scored.into_iter().take(MAX_SUGGESTIONS).map(|(_, name)| name).collect()
 }
 
 /// Characters that a list of names may take in a hint.
@@ -48,9 +48,9 @@ pub fn list_names(names: &[&str]) -> String {
 }
 
 /// Writes `did you mean ...?`, or lists all known names if none is similar.
-pub fn hint<'a>(written: &str, known: impl IntoIterator<Item = &'a str>, what: &str) -> String {
+pub fn suggest_or_list<'a>(written: &str, known: impl IntoIterator<Item = &'a str>, what: &str) -> String {
     let known: Vec<&str> = known.into_iter().collect();
-    match similar_of(written, known.clone()) {
+    match find_similar_in(written, known.clone()) {
         similar if similar.is_empty() => format!("{what}: {}", list_names(&known)),
         similar => did_you_mean(&similar),
     }
@@ -59,11 +59,11 @@ pub fn hint<'a>(written: &str, known: impl IntoIterator<Item = &'a str>, what: &
 /// Writes ``did you mean `a` or `b`?``.
 pub fn did_you_mean(names: &[&str]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-    format!("did you mean {}?", either(&quoted, "or"))
+    format!("did you mean {}?", join_words(&quoted, "or"))
 }
 
 /// Joins words as `a, b or c`.
-pub(crate) fn either(words: &[String], conjunction: &str) -> String {
+pub(crate) fn join_words(words: &[String], conjunction: &str) -> String {
     match words {
         [] => String::new(),
         [one] => one.clone(),
@@ -76,13 +76,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn suggests_slips_but_not_strangers() {
+    fn suggests_misspelt_names_but_not_unrelated_ones() {
         let known = ["radius", "wall_height", "field_of_view"];
-        assert_eq!(similar("raduis", known), ["radius"]);
-        assert_eq!(similar("Wall-Height", known), ["wall_height"]);
-        assert!(similar("pitch", known).is_empty());
-        assert!(similar(&"r".repeat(1 << 20), known).is_empty());
-        assert_eq!(hint("pitch", known, "known"), "known: radius, wall_height, field_of_view");
+        assert_eq!(find_similar("raduis", known), ["radius"]);
+        assert_eq!(find_similar("Wall-Height", known), ["wall_height"]);
+        assert!(find_similar("pitch", known).is_empty());
+        assert!(find_similar(&"r".repeat(1 << 20), known).is_empty());
+        assert_eq!(suggest_or_list("pitch", known, "known"), "known: radius, wall_height, field_of_view");
     }
 
     #[test]

@@ -38,23 +38,23 @@ pub struct Position {
 
 /// One YAML value.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Node {
+pub struct YamlNode {
     /// Position of its first character.
     pub position: Position,
     /// Content of the node.
-    pub content: Content,
+    pub content: YamlContent,
 }
 
-impl Node {
+impl YamlNode {
     /// Returns the value of a key, if this is a mapping that has it.
     pub fn get(&self, key: &str) -> Option<&Self> {
         self.entries().iter().find(|entry| entry.key == key).map(|entry| &entry.value)
     }
 
     /// Returns all keys with their values; empty if this is not a mapping.
-    pub fn entries(&self) -> &[Entry] {
+    pub fn entries(&self) -> &[YamlEntry] {
         match &self.content {
-            Content::Map(entries) => entries,
+            YamlContent::Map(entries) => entries,
             _ => &[],
         }
     }
@@ -62,22 +62,22 @@ impl Node {
     /// Returns the items of a list; empty if this is not a list.
     pub fn items(&self) -> &[Self] {
         match &self.content {
-            Content::List(items) => items,
+            YamlContent::List(items) => items,
             _ => &[],
         }
     }
 
     /// Returns whether this is a list, empty or not.
     pub fn is_list(&self) -> bool {
-        matches!(self.content, Content::List(_))
+        matches!(self.content, YamlContent::List(_))
     }
 
     /// Returns the text of a scalar (empty for a missing value); `None` for lists and mappings.
     pub fn text(&self) -> Option<&str> {
         match &self.content {
-            Content::Scalar(text) => Some(text),
+            YamlContent::Scalar(text) => Some(text),
             // A missing value reads as an empty text.
-            Content::Nothing => Some(""),
+            YamlContent::Nothing => Some(""),
             _ => None,
         }
     }
@@ -85,31 +85,31 @@ impl Node {
 
 /// Content of a YAML node.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Content {
+pub enum YamlContent {
     /// Missing value, as in `radius:` or `radius: null`.
     Nothing,
     /// Scalar, as text.
     Scalar(String),
     /// Sequence: `[a, b]`, or lines that begin with `-`.
-    List(Vec<Node>),
+    List(Vec<YamlNode>),
     /// Mapping `key: value`, in the order of the file.
-    Map(Vec<Entry>),
+    Map(Vec<YamlEntry>),
 }
 
 /// One `key: value` pair.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
+pub struct YamlEntry {
     /// Name of the key.
     pub key: String,
     /// Position of the key.
     pub key_position: Position,
     /// Value behind the key.
-    pub value: Node,
+    pub value: YamlNode,
 }
 
 /// Reason why a text cannot be read.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fault {
+pub struct YamlFault {
     /// Position, if it is one place.
     pub position: Option<Position>,
     /// Dotted path of the key at fault, if there is one.
@@ -122,7 +122,7 @@ pub struct Fault {
     pub hint: Option<String>,
 }
 
-impl Fault {
+impl YamlFault {
     /// Creates a fault, at one position if that is known.
     pub fn new(
         position: impl Into<Option<Position>>,
@@ -155,7 +155,7 @@ impl Fault {
             value: self.written,
             message: self.message,
             hint: self.hint,
-            facts: crate::Facts::of("bad_yaml"),
+            facts: crate::ProblemFacts::new("bad_yaml"),
         }
     }
 
@@ -169,7 +169,7 @@ impl Fault {
     }
 }
 
-impl fmt::Display for Fault {
+impl fmt::Display for YamlFault {
     /// Writes `line 3: lens.k1: what is wrong (what to do)`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(Position { line, .. }) = self.position {

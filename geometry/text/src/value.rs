@@ -35,14 +35,14 @@ impl Refusal {
     pub fn not_a_choice(written: &str, words: &[&str]) -> Self {
         let hint = crate::suggestion(written, words.iter().copied(), "write one of");
         // The most similar word, as a correction for programs.
-        let instead = crate::similar(written, words.iter().copied()).first().map(|w| (*w).into());
+        let instead = crate::find_similar(written, words.iter().copied()).first().map(|w| (*w).into());
         Self { instead, ..Self::new("is not one of the choices", &hint).code("unknown_choice") }
     }
 }
 
 /// Kind of a value, for callers that compute new ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ValueKind {
     /// A length with its unit.
     Length,
     /// An angle with its unit.
@@ -62,7 +62,7 @@ pub enum Kind {
 /// Single value: one YAML scalar.
 pub trait Scalar: Sized + Clone {
     /// Kind of the value.
-    const KIND: Kind;
+    const KIND: ValueKind;
     /// Type of the limits; `()` where the type itself is the limit.
     type Limits;
 
@@ -105,7 +105,7 @@ pub trait Scalar: Sized + Clone {
 }
 
 /// Describes a range, to complete "it must be ...".
-fn between(low: impl Display, high: impl Display) -> String {
+fn describe_range(low: impl Display, high: impl Display) -> String {
     format!("between {low} and {high}")
 }
 
@@ -118,12 +118,12 @@ fn unit_refusal(error: UnitError, units: &str, example: &str) -> Refusal {
         UnitError::MissingUnit { text, .. } => {
             // The first unit of the list is the usual one.
             let unit = units.split(", ").next().unwrap_or_default();
-            let instead = format!("{} {unit}", crate::shown(text.trim()));
+            let instead = format!("{} {unit}", crate::to_printable(text.trim()));
             let refusal = Refusal::new("has no unit", &format!("write `{instead}`"));
             Refusal { instead: Some(instead), ..refusal.code("missing_unit") }
         }
         UnitError::UnknownUnit { unit, quantity, .. } => Refusal::new(
-            format!("is in `{}`, not in a unit of {quantity}", crate::shown(&unit)),
+            format!("is in `{}`, not in a unit of {quantity}", crate::to_printable(&unit)),
             &format!("write a number and one of {units}, for example `{example}`"),
         )
         .code("wrong_unit"),
@@ -140,14 +140,14 @@ fn unit_refusal(error: UnitError, units: &str, example: &str) -> Refusal {
 }
 
 /// Returns the number changed down and up by `share` of its size. Sizes below 1 count as 1.
-fn near(number: f64, share: f64) -> [f64; 2] {
+fn neighbour_numbers(number: f64, share: f64) -> [f64; 2] {
     let by = share * number.abs().max(1.0);
     [number - by, number + by]
 }
 
 /// Limits are in millimetres.
 impl Scalar for Length {
-    const KIND: Kind = Kind::Length;
+    const KIND: ValueKind = ValueKind::Length;
     type Limits = RangeInclusive<f64>;
 
     fn parse(text: &str) -> Result<Self, Refusal> {
@@ -163,7 +163,7 @@ impl Scalar for Length {
     }
 
     fn neighbours(&self, limits: &Self::Limits, share: f64) -> Vec<Self> {
-        let near = near(self.mm(), share).map(Self::from_mm);
+        let near = neighbour_numbers(self.mm(), share).map(Self::from_mm);
         near.into_iter().flatten().filter(|other| other.is_within(limits)).collect()
     }
 
@@ -176,7 +176,7 @@ impl Scalar for Length {
     }
 
     fn must_be(limits: &Self::Limits) -> String {
-        between(format!("{} mm", limits.start()), format!("{} mm", limits.end()))
+        describe_range(format!("{} mm", limits.start()), format!("{} mm", limits.end()))
     }
 
     fn bounds(limits: &Self::Limits) -> Option<[String; 2]> {
@@ -190,7 +190,7 @@ impl Scalar for Length {
 
 /// Limits are in degrees.
 impl Scalar for Angle {
-    const KIND: Kind = Kind::Angle;
+    const KIND: ValueKind = ValueKind::Angle;
     type Limits = RangeInclusive<f64>;
 
     fn parse(text: &str) -> Result<Self, Refusal> {
@@ -208,7 +208,7 @@ impl Scalar for Angle {
     }
 
     fn neighbours(&self, limits: &Self::Limits, share: f64) -> Vec<Self> {
-        let near = near(self.deg(), share).map(Self::from_deg);
+        let near = neighbour_numbers(self.deg(), share).map(Self::from_deg);
         near.into_iter().flatten().filter(|other| other.is_within(limits)).collect()
     }
 
@@ -221,7 +221,7 @@ impl Scalar for Angle {
     }
 
     fn must_be(limits: &Self::Limits) -> String {
-        between(format!("{} deg", limits.start()), format!("{} deg", limits.end()))
+        describe_range(format!("{} deg", limits.start()), format!("{} deg", limits.end()))
     }
 
     fn bounds(limits: &Self::Limits) -> Option<[String; 2]> {
@@ -246,7 +246,7 @@ fn nearest(value: f64, limits: &RangeInclusive<f64>) -> f64 {
 
 /// Count: a whole number, 0 or more.
 impl Scalar for u32 {
-    const KIND: Kind = Kind::Count;
+    const KIND: ValueKind = ValueKind::Count;
     type Limits = RangeInclusive<u32>;
 
     fn parse(text: &str) -> Result<Self, Refusal> {
@@ -287,7 +287,7 @@ impl Scalar for u32 {
     }
 
     fn must_be(limits: &Self::Limits) -> String {
-        between(limits.start(), limits.end())
+        describe_range(limits.start(), limits.end())
     }
 
     fn bounds(limits: &Self::Limits) -> Option<[String; 2]> {
@@ -301,7 +301,7 @@ impl Scalar for u32 {
 
 /// Plain number without unit.
 impl Scalar for f64 {
-    const KIND: Kind = Kind::Number;
+    const KIND: ValueKind = ValueKind::Number;
     type Limits = RangeInclusive<f64>;
 
     fn parse(text: &str) -> Result<Self, Refusal> {
@@ -332,7 +332,7 @@ impl Scalar for f64 {
     }
 
     fn neighbours(&self, limits: &Self::Limits, share: f64) -> Vec<Self> {
-        near(*self, share).into_iter().filter(|other| other.is_within(limits)).collect()
+        neighbour_numbers(*self, share).into_iter().filter(|other| other.is_within(limits)).collect()
     }
 
     fn show(&self) -> String {
@@ -344,7 +344,7 @@ impl Scalar for f64 {
     }
 
     fn must_be(limits: &Self::Limits) -> String {
-        between(limits.start(), limits.end())
+        describe_range(limits.start(), limits.end())
     }
 
     fn bounds(limits: &Self::Limits) -> Option<[String; 2]> {
@@ -357,7 +357,7 @@ impl Scalar for f64 {
 }
 
 impl Scalar for bool {
-    const KIND: Kind = Kind::Switch;
+    const KIND: ValueKind = ValueKind::Switch;
     type Limits = ();
 
     fn parse(text: &str) -> Result<Self, Refusal> {
@@ -395,7 +395,7 @@ impl Scalar for bool {
 
 /// One line of text. Limits are in characters.
 impl Scalar for String {
-    const KIND: Kind = Kind::Text;
+    const KIND: ValueKind = ValueKind::Text;
     type Limits = RangeInclusive<usize>;
 
     fn parse(text: &str) -> Result<Self, Refusal> {
@@ -427,7 +427,7 @@ impl Scalar for String {
     }
 
     fn must_be(limits: &Self::Limits) -> String {
-        between(limits.start(), format!("{} characters long", limits.end()))
+        describe_range(limits.start(), format!("{} characters long", limits.end()))
     }
 
     fn schema(limits: &Self::Limits) -> Json {
@@ -437,17 +437,17 @@ impl Scalar for String {
 
 /// Name that is also a file name: `[a-z0-9-]{1,64}`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Name(String);
+pub struct FileSafeName(String);
 
-impl Name {
+impl FileSafeName {
     /// Returns the name.
     pub fn as_str(&self) -> &str {
         &self.0
     }
 }
 
-impl Scalar for Name {
-    const KIND: Kind = Kind::Text;
+impl Scalar for FileSafeName {
+    const KIND: ValueKind = ValueKind::Text;
     type Limits = ();
 
     fn parse(text: &str) -> Result<Self, Refusal> {

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use std::time::Instant;
 
-use fabkit_depth::{Actor, Picture, View, contact_sheet, render};
+use fabkit_depth::{Actor, RenderedImage, View, contact_sheet, render};
 use fabkit_geometry::{Angle, CompiledSolid, Point3, Pose, Solid, Vector3};
 
 const BLACK: [u8; 3] = [34, 34, 36];
@@ -125,7 +125,7 @@ fn turned(turns: f64) -> Angle {
     Angle::from_rad(turns * TAU).expect("finite")
 }
 
-fn write_png(path: &Path, picture: &Picture) -> Result<(), Box<dyn Error>> {
+fn write_png(path: &Path, picture: &RenderedImage) -> Result<(), Box<dyn Error>> {
     let file = std::io::BufWriter::new(std::fs::File::create(path)?);
     let mut encoder = png::Encoder::new(file, picture.width_px, picture.height_px);
     encoder.set_color(png::ColorType::Rgb);

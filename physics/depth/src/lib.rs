@@ -25,11 +25,11 @@
 //! ```
 
 mod cast;
-mod picture;
-pub mod truth;
+mod rendering;
+pub mod ground_truth;
 
 pub use cast::{Hit, Scene, SceneScratch};
-pub use picture::{
-    Actor, Framing, Glimpse, MAX_PIXELS, Picture, RenderError, SectionCut, View, ViewProjection,
-    contact_sheet, render, render_framed, render_seen, render_watched,
+pub use rendering::{
+    Actor, Framing, PixelContent, MAX_PIXELS, RenderedImage, RenderError, SectionCut, View, ViewProjection,
+    contact_sheet, render, render_with_framing, render_camera_view, render_with_progress,
 };

@@ -12,7 +12,7 @@ use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
 
 use fabkit_elastic::{
-    Ball, Body, Curve, Division, FiniteStack, Hold, Layer, Material, Press, Stack,
+    BallIndenter, LayeredBody, MeridianCurve, MeshDensity, FiniteStack, BoundaryCondition, ElasticLayer, ElasticMaterial, Press, ElasticStack,
 };
 use fabkit_geometry::{Point3, Vector3};
 
@@ -22,15 +22,15 @@ const OFF: f64 = 0.1;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let spacing_mm = std::env::args().nth(1).map_or(Ok(0.1), |text| text.parse())?;
-    let layer = |young_mpa: f64| -> Result<Layer, Box<dyn Error>> {
-        let material = Material::new(young_mpa, 0.495)?;
-        Ok(Layer { name: format!("{young_mpa} MPa"), material })
+    let layer = |young_mpa: f64| -> Result<ElasticLayer, Box<dyn Error>> {
+        let material = ElasticMaterial::new(young_mpa, 0.495)?;
+        Ok(ElasticLayer { name: format!("{young_mpa} MPa"), material })
     };
-    let two = || -> Result<Body, Box<dyn Error>> {
-        Ok(Body::pad(12.0, vec![(layer(0.07)?, 1.5), (layer(1.7)?, 1.5)]))
+    let two = || -> Result<LayeredBody, Box<dyn Error>> {
+        Ok(LayeredBody::pad(12.0, vec![(layer(0.07)?, 1.5), (layer(1.7)?, 1.5)]))
     };
     let bodies = [
-        ("a pad, 3 mm of one gel", Body::pad(12.0, vec![(layer(0.1)?, 3.0)]), BALL_MM, 1.5),
+        ("a pad, 3 mm of one gel", LayeredBody::pad(12.0, vec![(layer(0.1)?, 3.0)]), BALL_MM, 1.5),
         ("a pad, 1.5 mm soft on 1.5 mm stiff", two()?, BALL_MM, 1.1),
         ("the same under a pin", two()?, 0.8, 0.7),
         (
@@ -49,10 +49,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     ];
     for (name, body, radius_mm, deepest_mm) in bodies {
         println!("{name}");
-        let division = Division::around_pole(spacing_mm * radius_mm / BALL_MM, 1.25 * radius_mm, 0);
-        let linear = Stack::new(&body, &division, 1)?;
+        let division = MeshDensity::around_pole(spacing_mm * radius_mm / BALL_MM, 1.25 * radius_mm, 0);
+        let linear = ElasticStack::new(&body, &division, 1)?;
         let finite = FiniteStack::new(&body, &division)?;
-        let ball = Ball::new(Point3::new(0.0, 0.0, 40.0), radius_mm)?;
+        let ball = BallIndenter::new(Point3::new(0.0, 0.0, 40.0), radius_mm)?;
         let steps = 10;
         let depths: Vec<f64> =
             (1..=steps).map(|i| deepest_mm * f64::from(i) / f64::from(steps)).collect();
@@ -83,32 +83,32 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Builds spherical layers, bonded to a rigid ball inside and at their rim.
-fn dome(radii_mm: &[f64], layers: Vec<Layer>) -> Body {
+fn dome(radii_mm: &[f64], layers: Vec<ElasticLayer>) -> LayeredBody {
     let arc = |radius_mm: f64| {
-        Curve::new(move |s| {
+        MeridianCurve::new(move |s| {
             let (sin, cos) = (s * FRAC_PI_2).sin_cos();
             [radius_mm * sin, radius_mm * cos]
         })
     };
-    Body {
+    LayeredBody {
         interfaces: radii_mm.iter().map(|&radius_mm| arc(radius_mm)).collect(),
         layers,
-        inner: Hold::Bonded,
+        inner: BoundaryCondition::Bonded,
         is_rim_bonded: true,
         kinks: Vec::new(),
     }
 }
 
 /// Builds a half ball, bonded to the rigid disc that it stands on.
-fn half_ball(radius_mm: f64, layer: Layer) -> Body {
+fn half_ball(radius_mm: f64, layer: ElasticLayer) -> LayeredBody {
     let arc = move |s: f64| {
         let (sin, cos) = (s * FRAC_PI_2).sin_cos();
         [radius_mm * sin, radius_mm * cos]
     };
-    Body {
-        interfaces: vec![Curve::new(arc), Curve::new(move |s| [arc(s)[0], 0.0])],
+    LayeredBody {
+        interfaces: vec![MeridianCurve::new(arc), MeridianCurve::new(move |s| [arc(s)[0], 0.0])],
         layers: vec![layer],
-        inner: Hold::Bonded,
+        inner: BoundaryCondition::Bonded,
         is_rim_bonded: true,
         kinks: Vec::new(),
     }

@@ -17,7 +17,7 @@ use std::io::Read;
 use std::time::Instant;
 
 use fabkit_elastic::{
-    Body, Curve, Division, FiniteStack, Hold, Layer, Material, Outcome, Press, SolidPresser, Stack,
+    LayeredBody, MeridianCurve, MeshDensity, FiniteStack, BoundaryCondition, ElasticLayer, ElasticMaterial, PressOutcome, Press, SolidIndenter, ElasticStack,
 };
 use fabkit_geometry::{CompiledSolid, Pose, Solid, Vector3};
 use serde_json::{Value, json};
@@ -31,22 +31,22 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut layers = Vec::new();
     for layer in asked["layers"].as_array().ok_or("layers are missing")? {
         let number = |key: &str| layer[key].as_f64().ok_or_else(|| format!("a layer lacks {key}"));
-        let material = Material::new(number("young_mpa")?, number("poisson")?)?;
+        let material = ElasticMaterial::new(number("young_mpa")?, number("poisson")?)?;
         let name = format!("layer {}", layers.len() + 1);
-        layers.push((Layer { name, material }, number("thickness_mm")?));
+        layers.push((ElasticLayer { name, material }, number("thickness_mm")?));
     }
     let body = match asked["cap_mm"].as_f64() {
         Some(height_mm) => cap(number("radius_mm")?, height_mm, layers),
-        None => Body::pad(number("radius_mm")?, layers),
+        None => LayeredBody::pad(number("radius_mm")?, layers),
     };
     let max_harmonic = asked["max_harmonic"].as_u64().unwrap_or(0) as usize;
-    let division = Division {
+    let division = MeshDensity {
         reach_mm: asked["reach_mm"].as_f64().unwrap_or(f64::INFINITY),
         growth: 1.15,
-        ..Division::even(number("spacing_mm")?, max_harmonic)
+        ..MeshDensity::uniform(number("spacing_mm")?, max_harmonic)
     };
     let start = Instant::now();
-    let stack = Stack::new(&body, &division, 1)?;
+    let stack = ElasticStack::new(&body, &division, 1)?;
     let setup_s = start.elapsed().as_secs_f64();
 
     let at = |i: usize| asked["at_mm"][i].as_f64().unwrap_or(0.0);
@@ -58,11 +58,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         _ => return Err("presser is missing: ball_mm or pin_mm".into()),
     };
     let solid = CompiledSolid::new(&solid)?;
-    let presser = SolidPresser::new(&solid, &Pose::translation(at(0), at(1), 50.0));
+    let presser = SolidIndenter::new(&solid, &Pose::translation(at(0), at(1), 50.0));
     let mut press = Press::along(-Vector3::z(), number("depth_mm")?)?;
     if let Some(friction) = asked["friction"].as_f64() {
         let shear = |i: usize| asked["shear_mm"][i].as_f64().unwrap_or(0.0);
-        press = press.sheared(friction, Vector3::new(shear(0), shear(1), 0.0), 1)?;
+        press = press.with_shear(friction, Vector3::new(shear(0), shear(1), 0.0), 1)?;
     }
     let start = Instant::now();
     let outcome = match asked["level"].as_str() {
@@ -89,7 +89,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Builds the first layer as a spherical cap, bonded to its flat base.
-fn cap(radius_mm: f64, height_mm: f64, layers: Vec<(Layer, f64)>) -> Body {
+fn cap(radius_mm: f64, height_mm: f64, layers: Vec<(ElasticLayer, f64)>) -> LayeredBody {
     let ball_mm = (radius_mm.powi(2) + height_mm.powi(2)) / (2.0 * height_mm);
     let widest = (radius_mm / ball_mm).asin();
     let outer = move |s: f64| {
@@ -97,17 +97,17 @@ fn cap(radius_mm: f64, height_mm: f64, layers: Vec<(Layer, f64)>) -> Body {
         [ball_mm * angle.sin(), height_mm - ball_mm * (1.0 - angle.cos())]
     };
     let base = move |s: f64| [outer(s)[0], 0.0];
-    Body {
-        interfaces: vec![Curve::new(outer), Curve::new(base)],
+    LayeredBody {
+        interfaces: vec![MeridianCurve::new(outer), MeridianCurve::new(base)],
         layers: layers.into_iter().take(1).map(|(layer, _)| layer).collect(),
-        inner: Hold::Bonded,
+        inner: BoundaryCondition::Bonded,
         is_rim_bonded: true,
         kinks: Vec::new(),
     }
 }
 
 /// Finds the s at which the touched surface has a radius.
-fn along(outcome: &Outcome, radius_mm: f64) -> f64 {
+fn along(outcome: &PressOutcome, radius_mm: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..50 {
         let middle = 0.5 * (low + high);
@@ -120,7 +120,7 @@ fn along(outcome: &Outcome, radius_mm: f64) -> f64 {
     0.5 * (low + high)
 }
 
-fn described(stack: &Stack, outcome: &Outcome, setup_s: f64, press_s: f64) -> Value {
+fn described(stack: &ElasticStack, outcome: &PressOutcome, setup_s: f64, press_s: f64) -> Value {
     // Along azimuth 0, for comparison with axisymmetric solutions.
     let profile = |interface: usize| {
         let at = |s: &f64| {

@@ -10,7 +10,7 @@
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-use fabkit_elastic::{Ball, Body, Curve, Division, Hold, Layer, Material, Press, Stack};
+use fabkit_elastic::{BallIndenter, LayeredBody, MeridianCurve, MeshDensity, BoundaryCondition, ElasticLayer, ElasticMaterial, Press, ElasticStack};
 use fabkit_geometry::{Point3, Vector3};
 
 const RADII_MM: [f64; 3] = [14.0, 12.5, 11.0];
@@ -21,27 +21,27 @@ fn main() -> Result<(), Box<dyn Error>> {
     let max_harmonic = arguments.next().map_or(Ok(40), |text| text.parse())?;
     let threads = arguments.next().map_or(Ok(1), |text| text.parse())?;
     let arc = |radius_mm: f64| {
-        Curve::new(move |s| {
+        MeridianCurve::new(move |s| {
             let (sin, cos) = (s * std::f64::consts::FRAC_PI_2).sin_cos();
             [radius_mm * sin, radius_mm * cos]
         })
     };
     let layer = |name: &str, young_mpa| {
-        Ok::<_, Box<dyn Error>>(Layer {
+        Ok::<_, Box<dyn Error>>(ElasticLayer {
             name: name.to_owned(),
-            material: Material::new(young_mpa, 0.495)?,
+            material: ElasticMaterial::new(young_mpa, 0.495)?,
         })
     };
-    let body = Body {
+    let body = LayeredBody {
         interfaces: RADII_MM.map(arc).into(),
         layers: vec![layer("soft", 0.07)?, layer("stiff", 1.7)?],
-        inner: Hold::Bonded,
+        inner: BoundaryCondition::Bonded,
         is_rim_bonded: true,
         kinks: Vec::new(),
     };
     let start = Instant::now();
-    let stack = Stack::new(&body, &Division::even(spacing_mm, max_harmonic), threads)?;
-    let [unknowns, harmonics] = stack.size();
+    let stack = ElasticStack::new(&body, &MeshDensity::uniform(spacing_mm, max_harmonic), threads)?;
+    let [unknowns, harmonics] = stack.unknowns_and_max_harmonic();
     println!(
         "setup {:.2} s on {threads} threads: {} surface nodes, {unknowns} unknowns, \
          harmonics 0 to {harmonics}",
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     {
         let (sin, cos) = tilt_deg.to_radians().sin_cos();
         let outward = Vector3::new(sin, 0.0, cos);
-        let ball = Ball::new(Point3::from(30.0 * outward), 4.0)?;
+        let ball = BallIndenter::new(Point3::from(30.0 * outward), 4.0)?;
         let press = Press::along(-outward, depth_mm)?;
         let mut best = Duration::MAX;
         let mut outcome = stack.press(&ball, &press)?;
@@ -72,7 +72,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
         let shear_mm = 0.3 * outward.cross(&Vector3::y());
         let start = Instant::now();
-        let sheared = stack.press(&ball, &press.sheared(0.6, shear_mm, 2)?)?;
+        let sheared = stack.press(&ball, &press.with_shear(0.6, shear_mm, 2)?)?;
         println!(
             "    sheared by 0.3 mm with friction 0.6: {:.1} ms; {:.4} N along, {:.0} % of its area sticks",
             start.elapsed().as_secs_f64() * 1e3,

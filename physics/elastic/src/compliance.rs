@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use fabkit_sparse::RightSides;
+use fabkit_sparse::RightHandSides;
 
 use crate::ElasticError;
 use crate::element::Shape;
@@ -26,34 +26,34 @@ pub(crate) const AROUND: usize = 2;
 
 /// Rings that are always solved for together, whatever else a press needs. The same traction then has the same
 /// solution, to the last bit, in every stack of a body.
-const TOGETHER: usize = 8;
+const RING_GROUP: usize = 8;
 
 /// Set of unit tractions to solve for.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Loads {
+pub(crate) struct LoadSet {
     /// Loaded rings: whole groups of [`TOGETHER`].
     rings: Range<usize>,
     /// 1 for pressures alone, 3 with tangential tractions.
     components: usize,
 }
 
-impl Loads {
+impl LoadSet {
     /// Creates the loads for a range of rings of a surface with `count` rings, rounded out to whole groups.
     pub fn new(rings: &Range<usize>, is_dragged: bool, count: usize) -> Self {
-        let start = rings.start / TOGETHER * TOGETHER;
-        let end = rings.end.next_multiple_of(TOGETHER).min(count);
+        let start = rings.start / RING_GROUP * RING_GROUP;
+        let end = rings.end.next_multiple_of(RING_GROUP).min(count);
         Self { rings: start..end, components: if is_dragged { 3 } else { 1 } }
     }
 
     /// Returns whether `others` are a subset of these loads.
-    pub fn hold(&self, others: &Self) -> bool {
+    pub fn contains(&self, others: &Self) -> bool {
         self.components >= others.components
             && self.rings.start <= others.rings.start
             && self.rings.end >= others.rings.end
     }
 
     /// Returns the union of both, including the rings between them.
-    pub fn and(&self, others: &Self) -> Self {
+    pub fn union(&self, others: &Self) -> Self {
         let start = self.rings.start.min(others.rings.start);
         Self {
             rings: start..self.rings.end.max(others.rings.end),
@@ -99,25 +99,25 @@ impl Compliance {
         mesh: &Mesh,
         rings: &Rings,
         harmonic: usize,
-        loads: &Loads,
+        loads: &LoadSet,
     ) -> Result<Self, ElasticError> {
-        let solver = assembly.harmonic(harmonic)?;
+        let solver = assembly.factorise(harmonic)?;
         let loaded = loads.with(rings, harmonic);
         let (count, components) = (loaded.len(), loads.components);
         let mut contact = Vec::with_capacity((components * count).pow(2));
         let mut field = Vec::with_capacity(components * count * field_rows(mesh));
-        let mut solution = RightSides::new(solver.unknowns.count, TOGETHER);
+        let mut solution = RightHandSides::new(solver.unknowns.count, RING_GROUP);
         for component in 0..components {
             let mut begin = loaded.start;
             while begin < loaded.end {
                 // Ends at fixed multiples, so that a group does not depend on where the range begins.
-                let group = begin..(begin + 1).next_multiple_of(TOGETHER).min(loaded.end);
+                let group = begin..(begin + 1).next_multiple_of(RING_GROUP).min(loaded.end);
                 solution.clear();
                 for (load, ring) in group.clone().enumerate() {
                     let side = solution.column_mut(load);
-                    for &(column, share) in &rings.rings[ring].shares {
+                    for &(column, share) in &rings.rings[ring].column_weights {
                         for (direction, part) in directions(mesh, column, component) {
-                            let unknown = solver.unknowns.of(column * mesh.rows, direction);
+                            let unknown = solver.unknowns.index_and_sign(column * mesh.rows, direction);
                             if let Some((row, sign)) = unknown {
                                 side[row] += sign * share * part;
                             }
@@ -128,13 +128,13 @@ impl Compliance {
                 for load in 0..group.len() {
                     let solved = solution.column(load);
                     let value = |node: usize, direction: usize| {
-                        let unknown = solver.unknowns.of(node, direction);
+                        let unknown = solver.unknowns.index_and_sign(node, direction);
                         unknown.map_or(0.0, |(row, sign)| sign * solved[row])
                     };
                     for moved in 0..components {
                         contact.extend(rings.rings[loaded.clone()].iter().map(|ring| {
                             // Mean over the ring's hat function; by reciprocity it has the weights of the load.
-                            let shares = ring.shares.iter().map(|&(column, share)| {
+                            let shares = ring.column_weights.iter().map(|&(column, share)| {
                                 let along =
                                     |(d, part): (usize, f64)| part * value(column * mesh.rows, d);
                                 share
@@ -177,7 +177,7 @@ pub(crate) fn directions(mesh: &Mesh, column: usize, component: usize) -> [(usiz
 ///
 /// # Errors
 /// Matrices that take more memory than [`LIMIT_MIB`].
-fn check_size(mesh: &Mesh, rings: &Rings, loads: &Loads) -> Result<(), ElasticError> {
+fn check_size(mesh: &Mesh, rings: &Rings, loads: &LoadSet) -> Result<(), ElasticError> {
     let harmonics = loads.harmonics(rings);
     let numbers: usize = (0..=harmonics)
         .map(|harmonic| {
@@ -202,10 +202,10 @@ fn check_size(mesh: &Mesh, rings: &Rings, loads: &Loads) -> Result<(), ElasticEr
 ///
 /// # Errors
 /// More memory than [`LIMIT_MIB`], or the error of the lowest harmonic that cannot be factorised.
-pub(crate) fn all(
+pub(crate) fn solve_all(
     mesh: &Mesh,
     rings: &Rings,
-    loads: &Loads,
+    loads: &LoadSet,
     threads: usize,
 ) -> Result<Vec<Compliance>, ElasticError> {
     check_size(mesh, rings, loads)?;
@@ -245,26 +245,26 @@ pub(crate) fn all(
 /// A body that is not held.
 pub(crate) fn dilations(mesh: &Mesh, rings: &Rings) -> Result<Vec<Vec<f64>>, ElasticError> {
     let assembly = Assembly::new(mesh, 0)?;
-    let solver = assembly.harmonic(0)?;
+    let solver = assembly.factorise(0)?;
     let shape = Shape::new();
     // By reciprocity one solution per layer suffices: the load is the layer's dilation by each displacement.
-    let mut solution = RightSides::new(solver.unknowns.count, mesh.materials.len());
+    let mut solution = RightHandSides::new(solver.unknowns.count, mesh.materials.len());
     for element in mesh.elements() {
         let nodes = mesh.element_nodes(element);
         for (i, dilation) in shape.dilation(&mesh.element_places(element)).into_iter().enumerate() {
-            if let Some((row, sign)) = solver.unknowns.of(nodes[i / 3], i % 3) {
-                solution.column_mut(mesh.layer_of[element[1]])[row] += sign * dilation;
+            if let Some((row, sign)) = solver.unknowns.index_and_sign(nodes[i / 3], i % 3) {
+                solution.column_mut(mesh.layer_by_row[element[1]])[row] += sign * dilation;
             }
         }
     }
     solver.solve(&mut solution);
     let per_radian = |layer: usize, component: usize, ring: usize| {
-        let parts = rings.rings[ring].shares.iter().flat_map(|&(column, share)| {
+        let parts = rings.rings[ring].column_weights.iter().flat_map(|&(column, share)| {
             directions(mesh, column, component)
                 .map(|(d, part)| (column * mesh.rows, d, share * part))
         });
         let terms = parts.map(|(node, direction, part)| {
-            let (row, sign) = solver.unknowns.of(node, direction)?;
+            let (row, sign) = solver.unknowns.index_and_sign(node, direction)?;
             Some(part * sign * solution.column(layer)[row])
         });
         terms.flatten().sum::<f64>()

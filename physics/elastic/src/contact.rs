@@ -6,7 +6,7 @@
 
 use crate::ElasticError;
 use crate::compliance::NORMAL;
-use crate::patch::{Patch, Work};
+use crate::patch::{Patch, Workspace};
 
 /// Tolerance of nodes' distances from the indenter, relative to the depth of the press.
 pub(crate) const TOLERANCE: f64 = 1e-7;
@@ -31,7 +31,7 @@ pub(crate) fn solve(
     gaps: &[f64],
     depth_mm: f64,
     start: Option<&[f64]>,
-    work: &mut Work,
+    work: &mut Workspace,
 ) -> Result<Contact, ElasticError> {
     let areas = patch.areas();
     let count = gaps.len();
@@ -103,7 +103,7 @@ pub(crate) fn solve(
 }
 
 /// Computes the inward displacements that pressures cause, mm.
-fn product(patch: &Patch<'_>, pressures: &[f64], moved: &mut [f64], work: &mut Work) {
+fn product(patch: &Patch<'_>, pressures: &[f64], moved: &mut [f64], work: &mut Workspace) {
     let mut loads = [None; 3];
     loads[NORMAL] = Some(pressures);
     patch.apply(loads, [Some(moved), None, None], work);

@@ -8,7 +8,7 @@
 
 use nalgebra::{Matrix3, SMatrix};
 
-use crate::Material;
+use crate::ElasticMaterial;
 
 /// Displacements of the nine nodes: radial, circumferential and axial each.
 pub(crate) const UNKNOWNS: usize = 27;
@@ -98,7 +98,7 @@ impl Shape {
 
     /// Returns a Gauss point where the element's area is not positive or the radius is not, or `None` for a sound
     /// element.
-    pub fn folded_at(&self, places: &[[f64; 2]; 9]) -> Option<[f64; 2]> {
+    pub fn find_fold(&self, places: &[[f64; 2]; 9]) -> Option<[f64; 2]> {
         let is_good = |area: f64| area > 0.0 && area.is_finite();
         self.points(places)
             .find(|point| !is_good(point.area) || point.place[0] <= 0.0)
@@ -109,7 +109,7 @@ impl Shape {
     ///
     /// Displacements are `u_r = U cos m phi`, `u_phi = V sin m phi`, `u_z = W cos m phi`; the unknowns are U, V and W,
     /// node after node. Returns `None` for an element without area, whose pressures cannot be eliminated.
-    pub fn stiffness(&self, places: &[[f64; 2]; 9], material: &Material) -> Option<Parts> {
+    pub fn stiffness(&self, places: &[[f64; 2]; 9], material: &ElasticMaterial) -> Option<StiffnessPolynomial> {
         let (shear, lame) = (material.shear_modulus_mpa(), material.lame_mpa());
         let (centre, scale) = centre(places);
         let mut parts = [Stiffness::zeros(); 3];
@@ -163,7 +163,7 @@ impl Shape {
         // Eliminates the pressures: divergence^T M^-1 divergence, times Lame's first constant.
         let inverse = pressures.try_inverse()?;
         add_products(&mut parts, lame, &volumes, &volumes.map(|volumes| inverse * volumes));
-        Some(Parts(parts))
+        Some(StiffnessPolynomial(parts))
     }
 
     /// Computes the change of the element's volume by each unknown of harmonic 0, mm2 per radian.
@@ -185,11 +185,11 @@ impl Shape {
 pub(crate) type Stiffness = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 
 /// A stiffness that is quadratic in the harmonic m: the constant part and the factors of m and of m squared.
-pub(crate) struct Parts([Stiffness; 3]);
+pub(crate) struct StiffnessPolynomial([Stiffness; 3]);
 
-impl Parts {
+impl StiffnessPolynomial {
     /// Evaluates the stiffness for one harmonic.
-    pub fn of(&self, harmonic: usize) -> Stiffness {
+    pub fn evaluate(&self, harmonic: usize) -> Stiffness {
         let m = harmonic as f64;
         let [even, by_m, by_square] = &self.0;
         even + m * (by_m + m * by_square)

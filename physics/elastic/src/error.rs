@@ -67,10 +67,10 @@ pub enum ElasticError {
     },
     /// Body without a bonded boundary.
     #[error("nothing holds the body: bond its innermost interface, or its rim")]
-    Loose,
+    NotBonded,
     /// Invalid number of a division.
     #[error("{what} of {value} cannot divide a body; {hint}")]
-    Division {
+    MeshDensity {
         /// Name of the number.
         what: &'static str,
         /// Given value.

@@ -5,17 +5,17 @@ use std::f64::consts::TAU;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
-use crate::outcome::Outcome;
-use crate::stack::Stack;
+use crate::outcome::PressOutcome;
+use crate::stack::ElasticStack;
 
 /// Table columns per wave of the highest harmonic. The cubic interpolation is then off by less than 1 % of that
 /// harmonic, which is the smallest.
-const STEPS_A_WAVE: usize = 4;
+const COLUMNS_PER_WAVE: usize = 4;
 /// Maximum number of table rows along the meridian.
 const MAX_ALONG: usize = 1024;
 
 /// Columns that are stored twice, so that any four neighbours lie contiguously in memory.
-const BESIDE: usize = 3;
+const DUPLICATED_COLUMNS: usize = 3;
 
 /// Displacement of an interface over s along its meridian and the azimuth, interpolated bicubically from a table.
 ///
@@ -38,7 +38,7 @@ const BESIDE: usize = 3;
 /// # Ok::<(), fabkit_elastic::ElasticError>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Field {
+pub struct DisplacementField {
     /// Index of the last row.
     along: usize,
     /// Number of distinct columns.
@@ -56,17 +56,17 @@ struct RingPressures {
     pressures_mpa: Vec<f64>,
 }
 
-impl Field {
+impl DisplacementField {
     /// Tabulates an interface of a pressed stack; 0 is the touched surface. Interfaces that cannot move yield zeros.
-    pub fn new(stack: &Stack, outcome: &Outcome, interface: usize) -> Self {
+    pub fn new(stack: &ElasticStack, outcome: &PressOutcome, interface: usize) -> Self {
         let mesh = &stack.mesh;
         let nearest = mesh.s.windows(2).map(|pair| pair[1] - pair[0]).fold(1.0, f64::min);
         // The finest spacing of mesh columns determines the number of rows.
         let along = ((1.0 / nearest).ceil() as usize).clamp(16, MAX_ALONG);
         let harmonics = outcome.amplitudes.len();
         // Even, so that the point behind the pole lies exactly half of the columns away.
-        let around = (STEPS_A_WAVE * harmonics).max(8);
-        let width = around + BESIDE;
+        let around = (COLUMNS_PER_WAVE * harmonics).max(8);
+        let width = around + DUPLICATED_COLUMNS;
         let mut parts = [(); 3].map(|()| vec![0.0; (along + 1) * width]);
         if interface < mesh.moving_interfaces() {
             let plan = FftPlanner::new().plan_fft_inverse(around);
@@ -157,11 +157,11 @@ impl Field {
         let row = s * self.along as f64;
         let turns = azimuth / TAU;
         // An azimuth a hair below a whole turn may round to one.
-        let column = ((turns - whole(turns)) * self.around as f64).min(self.around as f64 - 1e-9);
+        let column = ((turns - floor(turns)) * self.around as f64).min(self.around as f64 - 1e-9);
         let (first_row, first_column) = (row as isize, column as usize);
-        let by_row = cubic(row - first_row as f64);
-        let by_column = cubic(column - first_column as f64);
-        let width = self.around + BESIDE;
+        let by_row = catmull_rom_weights(row - first_row as f64);
+        let by_column = catmull_rom_weights(column - first_column as f64);
+        let width = self.around + DUPLICATED_COLUMNS;
         let mut sum = 0.0;
         for (i, by_row) in (-1..).zip(by_row) {
             let row = first_row + i;
@@ -184,14 +184,14 @@ impl Field {
 
 /// Rounds down. `f64::floor` is a function call on processors that are not known to have an instruction for it.
 #[inline]
-fn whole(turns: f64) -> f64 {
+fn floor(turns: f64) -> f64 {
     let whole = turns as i64 as f64;
     if whole > turns { whole - 1.0 } else { whole }
 }
 
 /// Weights of the four values around a point between the middle two (Catmull and Rom).
 #[inline]
-fn cubic(t: f64) -> [f64; 4] {
+fn catmull_rom_weights(t: f64) -> [f64; 4] {
     let (t2, t3) = (t * t, t * t * t);
     [
         0.5 * (-t3 + 2.0 * t2 - t),

@@ -10,9 +10,9 @@ use fabkit_geometry::Vector3;
 use crate::ElasticError;
 use crate::compliance::{ALONG, AROUND, NORMAL};
 use crate::contact::{self, Contact};
-use crate::patch::{Patch, Work};
-use crate::presser::{Press, Presser};
-use crate::stack::Stack;
+use crate::patch::{Patch, Workspace};
+use crate::indenter::{Press, Indenter};
+use crate::stack::ElasticStack;
 
 /// Tolerance of the motion of sticking nodes, relative to the indenter's step.
 const TOLERANCE: f64 = 1e-4;
@@ -25,13 +25,13 @@ const MAX_TURNS: usize = 60;
 const FREE_TURNS: usize = 6;
 /// Turns after which the contact region stays where it is: at a sharp edge, nodes that come and go would move it for
 /// ever.
-const HELD_TURNS: usize = 24;
+const FIXED_PRINT_TURNS: usize = 24;
 /// Tolerance of the contact region's place once it stays, relative to the indenter's path.
 const PRINT_TOLERANCE: f64 = 0.03;
 const MAX_ITERATIONS: usize = 3000;
 /// Number of previous energies that bound a step's energy (Birgin, Martinez and Raydan, "Nonmonotone spectral projected
 /// gradient methods on convex sets", SIAM J. Optim. 10, 2000).
-const MEMORY: usize = 10;
+const ENERGY_HISTORY: usize = 10;
 
 /// Tangential tractions of the indenter on the body, MPa: along s and around the axis.
 pub(crate) struct Shear {
@@ -39,8 +39,8 @@ pub(crate) struct Shear {
 }
 
 /// Indenter, its press and its displacement.
-pub(crate) struct Way<'a> {
-    pub presser: &'a dyn Presser,
+pub(crate) struct ShearPath<'a> {
+    pub presser: &'a dyn Indenter,
     pub press: &'a Press,
     /// Displacement of the indenter at the end of pressing, mm.
     pub shift_mm: Vector3<f64>,
@@ -53,9 +53,9 @@ pub(crate) struct Way<'a> {
 /// Iterations that do not converge.
 pub(crate) fn solve(
     patch: &Patch<'_>,
-    way: &Way<'_>,
+    way: &ShearPath<'_>,
     mut contact: Contact,
-    work: &mut Work,
+    work: &mut Workspace,
 ) -> Result<(Contact, Shear), ElasticError> {
     let count = patch.nodes();
     let frames = frames(patch);
@@ -65,7 +65,7 @@ pub(crate) fn solve(
     let step_mm = way.press.shear_mm / steps as f64;
     // Mean drag of the surface in contact, and the tangential displacement that pressing alone causes at each node.
     let mut print_mm = Vector3::zeros();
-    let mut before = by_pressure(patch, &contact.pressures, work);
+    let mut before = compute_pressure_displacements(patch, &contact.pressures, work);
     for step in 1..=steps {
         let mut turns = 0;
         loop {
@@ -73,13 +73,13 @@ pub(crate) fn solve(
             let across_mm = way.shift_mm + step as f64 * step_mm - print_mm;
             let mut gaps = patch.stack.gaps(patch, way.presser, &across_mm, way.depth_mm);
             // Tangential tractions lift or lower the surface, which changes the gaps.
-            let lifted = moved(patch, &tractions, NORMAL, work);
+            let lifted = compute_shear_displacements(patch, &tractions, NORMAL, work);
             for (i, gap) in gaps.iter_mut().enumerate() {
                 *gap += frames[i][0].dot(&print_mm) - lifted[0][i];
             }
             let last = contact.pressures.clone();
             contact = contact::solve(patch, &gaps, way.depth_mm, Some(&last), work)?;
-            let pressed = by_pressure(patch, &contact.pressures, work);
+            let pressed = compute_pressure_displacements(patch, &contact.pressures, work);
             // Displacements that tractions must add for the surface to follow the indenter's step.
             let targets: [Vec<f64>; 2] = std::array::from_fn(|k| {
                 let target =
@@ -88,7 +88,7 @@ pub(crate) fn solve(
             });
             let limits: Vec<f64> = contact.pressures.iter().map(|p| friction * p).collect();
             let by_tractions =
-                drag(patch, &targets, &limits, &areas, step_mm.norm(), &mut tractions, work)?;
+                solve_tractions(patch, &targets, &limits, &areas, step_mm.norm(), &mut tractions, work)?;
             let peak = contact.pressures.iter().copied().fold(0.0, f64::max);
             if peak == 0.0 {
                 let gap_mm = gaps.iter().copied().fold(f64::INFINITY, f64::min);
@@ -101,11 +101,11 @@ pub(crate) fn solve(
             turns += 1;
             if turns < FREE_TURNS {
                 print_mm = now_mm;
-            } else if turns < HELD_TURNS {
+            } else if turns < FIXED_PRINT_TURNS {
                 print_mm += (now_mm - print_mm) / (turns - FREE_TURNS + 2) as f64;
             }
             // The print no longer moves, so that only its distance from the dragged surface is checked.
-            let is_held = turns >= HELD_TURNS && of_way <= PRINT_TOLERANCE;
+            let is_held = turns >= FIXED_PRINT_TURNS && of_way <= PRINT_TOLERANCE;
             let change = if is_held { of_pressure } else { of_pressure.max(of_way) };
             if change <= TURN_TOLERANCE {
                 for k in 0..2 {
@@ -135,7 +135,7 @@ pub(crate) fn frames(patch: &Patch<'_>) -> Vec<[Vector3<f64>; 3]> {
     rings.flat_map(of_ring).map(|(ring, node)| frame(patch.stack, ring, node)).collect()
 }
 
-fn frame(stack: &Stack, ring: usize, node: usize) -> [Vector3<f64>; 3] {
+fn frame(stack: &ElasticStack, ring: usize, node: usize) -> [Vector3<f64>; 3] {
     let (sin, cos) = stack.rings.azimuth(ring, node).sin_cos();
     let frame = &stack.mesh.frames[ring];
     let [normal, along] =
@@ -144,7 +144,7 @@ fn frame(stack: &Stack, ring: usize, node: usize) -> [Vector3<f64>; 3] {
 }
 
 /// Computes the displacements along s and around the axis that pressures alone cause, mm.
-fn by_pressure(patch: &Patch<'_>, pressures: &[f64], work: &mut Work) -> [Vec<f64>; 2] {
+fn compute_pressure_displacements(patch: &Patch<'_>, pressures: &[f64], work: &mut Workspace) -> [Vec<f64>; 2] {
     let pushed: Vec<f64> = pressures.iter().map(|pressure| -pressure).collect();
     let (mut along, mut around) = (vec![0.0; pushed.len()], vec![0.0; pushed.len()]);
     patch.apply([Some(&pushed), None, None], [None, Some(&mut along), Some(&mut around)], work);
@@ -153,11 +153,11 @@ fn by_pressure(patch: &Patch<'_>, pressures: &[f64], work: &mut Work) -> [Vec<f6
 
 /// Computes the displacements that tangential tractions cause, mm: along the normal (in the first array; the second
 /// stays zero), or along s and around the axis.
-fn moved(
+fn compute_shear_displacements(
     patch: &Patch<'_>,
     by: &[Vec<f64>; 2],
     component: usize,
-    work: &mut Work,
+    work: &mut Workspace,
 ) -> [Vec<f64>; 2] {
     let (mut first, mut second) = (vec![0.0; by[0].len()], vec![0.0; by[0].len()]);
     let loads = [None, Some(by[0].as_slice()), Some(by[1].as_slice())];
@@ -192,14 +192,14 @@ fn mean(
 ///
 /// # Errors
 /// Iterations that do not converge.
-fn drag(
+fn solve_tractions(
     patch: &Patch<'_>,
     targets: &[Vec<f64>; 2],
     limits: &[f64],
     areas: &[f64],
     way_mm: f64,
     tractions: &mut [Vec<f64>; 2],
-    work: &mut Work,
+    work: &mut Workspace,
 ) -> Result<[Vec<f64>; 2], ElasticError> {
     let count = limits.len();
     let held: Vec<usize> = (0..count).filter(|&i| limits[i] > 0.0).collect();
@@ -215,16 +215,16 @@ fn drag(
         (tractions[0][i], tractions[1][i]) = (clipped[0], clipped[1]);
     }
     if held.is_empty() {
-        return Ok(moved(patch, tractions, ALONG, work));
+        return Ok(compute_shear_displacements(patch, tractions, ALONG, work));
     }
     // Uniform drag is the softest motion: its compliance is about the largest one, and its inverse a safe step.
     let only_held: [Vec<f64>; 2] = std::array::from_fn(|k| {
         (0..count).map(|i| if limits[i] > 0.0 { targets[k][i] } else { 0.0 }).collect()
     });
     let size = product(&only_held, &only_held);
-    let softest = product(&only_held, &moved(patch, &only_held, ALONG, work));
+    let softest = product(&only_held, &compute_shear_displacements(patch, &only_held, ALONG, work));
     let stiffness = if softest > 0.0 { size / softest } else { 1.0 };
-    let mut gradient = moved(patch, tractions, ALONG, work);
+    let mut gradient = compute_shear_displacements(patch, tractions, ALONG, work);
     for k in 0..2 {
         for i in 0..count {
             gradient[k][i] -= targets[k][i];
@@ -254,13 +254,13 @@ fn drag(
                     tractions[k][i] += least[k][i];
                 }
             }
-            return Ok(moved(patch, tractions, ALONG, work));
+            return Ok(compute_shear_displacements(patch, tractions, ALONG, work));
         }
         let way = towards(stride);
-        let by_way = moved(patch, &way, ALONG, work);
+        let by_way = compute_shear_displacements(patch, &way, ALONG, work);
         let (slope, bend) = (product(&gradient, &way), product(&way, &by_way));
         energies.push(energy);
-        let highest = energies.iter().rev().take(MEMORY).copied().fold(f64::NEG_INFINITY, f64::max);
+        let highest = energies.iter().rev().take(ENERGY_HISTORY).copied().fold(f64::NEG_INFINITY, f64::max);
         // Nonmonotone line search on the exact quadratic energy.
         let whole = energy + slope + 0.5 * bend;
         let part = match whole <= highest + 1e-4 * slope || bend <= 0.0 {

@@ -1,9 +1,9 @@
 //! Unknowns and factorised stiffness of one harmonic of the azimuth.
 
-use fabkit_sparse::{Factors, RightSides, SparseError, Symmetric};
+use fabkit_sparse::{Factors, RightHandSides, SparseError, SymmetricPattern};
 
 use crate::ElasticError;
-use crate::element::{Parts, Shape, UNKNOWNS};
+use crate::element::{StiffnessPolynomial, Shape, UNKNOWNS};
 use crate::mesh::Mesh;
 
 /// Maps each displacement component of each node to an unknown and a sign.
@@ -12,14 +12,14 @@ use crate::mesh::Mesh;
 /// and harmonic 1 is one motion across it, `V = -U`.
 pub(crate) struct Unknowns {
     /// Unknown and sign by node and component (radial, circumferential, axial).
-    of: Vec<Option<(usize, f64)>>,
+    indices: Vec<Option<(usize, f64)>>,
     pub count: usize,
 }
 
 impl Unknowns {
     /// Numbers the unknowns of a harmonic. The pattern is the same for all harmonics from 2 on.
     pub fn new(mesh: &Mesh, harmonic: usize) -> Self {
-        let mut of = Vec::with_capacity(3 * mesh.nodes.len());
+        let mut indices = Vec::with_capacity(3 * mesh.nodes.len());
         let mut count = 0;
         let mut next = || {
             count += 1;
@@ -29,21 +29,21 @@ impl Unknowns {
             let on_axis = place[0] == 0.0;
             match (mesh.is_fixed[node], on_axis, harmonic) {
                 // See `Unknowns` for what moves on the axis.
-                (true, _, _) | (false, true, 2..) => of.extend([None; 3]),
-                (false, true, 0) => of.extend([None, None, next()]),
+                (true, _, _) | (false, true, 2..) => indices.extend([None; 3]),
+                (false, true, 0) => indices.extend([None, None, next()]),
                 (false, true, 1) => {
                     let across = next();
-                    of.extend([across, across.map(|(index, _)| (index, -1.0)), None]);
+                    indices.extend([across, across.map(|(index, _)| (index, -1.0)), None]);
                 }
-                (false, false, _) => of.extend([next(), next(), next()]),
+                (false, false, _) => indices.extend([next(), next(), next()]),
             }
         }
-        Self { of, count }
+        Self { indices, count }
     }
 
     /// Returns the unknown and the sign of a node's component, or `None` if it cannot move.
-    pub fn of(&self, node: usize, component: usize) -> Option<(usize, f64)> {
-        self.of[3 * node + component]
+    pub fn index_and_sign(&self, node: usize, component: usize) -> Option<(usize, f64)> {
+        self.indices[3 * node + component]
     }
 }
 
@@ -51,7 +51,7 @@ impl Unknowns {
 pub(crate) struct Assembly<'a> {
     mesh: &'a Mesh,
     /// Stiffness of each element.
-    parts: Vec<Parts>,
+    parts: Vec<StiffnessPolynomial>,
     /// Patterns of harmonic 0, of harmonic 1, and of all from 2 on.
     patterns: Vec<Pattern>,
 }
@@ -59,7 +59,7 @@ pub(crate) struct Assembly<'a> {
 /// Sparsity pattern of a stiffness matrix, with the unknowns that it belongs to.
 struct Pattern {
     unknowns: Unknowns,
-    matrix: Symmetric,
+    matrix: SymmetricPattern,
 }
 
 impl<'a> Assembly<'a> {
@@ -70,7 +70,7 @@ impl<'a> Assembly<'a> {
     pub fn new(mesh: &'a Mesh, most: usize) -> Result<Self, ElasticError> {
         let shape = Shape::new();
         let parts = mesh.elements().map(|element| {
-            let material = &mesh.materials[mesh.layer_of[element[1]]];
+            let material = &mesh.materials[mesh.layer_by_row[element[1]]];
             let parts = shape.stiffness(&mesh.element_places(element), material);
             let reason = || "an element has no area".to_owned();
             parts.ok_or_else(|| ElasticError::Factorisation { harmonic: 0, reason: reason() })
@@ -84,22 +84,22 @@ impl<'a> Assembly<'a> {
     ///
     /// # Errors
     /// A pivot that is not positive: the body is not held.
-    pub fn harmonic(&self, harmonic: usize) -> Result<Harmonic<'_>, ElasticError> {
+    pub fn factorise(&self, harmonic: usize) -> Result<FactorisedHarmonic<'_>, ElasticError> {
         let Pattern { unknowns, matrix } = &self.patterns[harmonic.min(self.patterns.len() - 1)];
         let mut values = Vec::new();
         for (element, parts) in self.mesh.elements().zip(&self.parts) {
-            let stiffness = parts.of(harmonic);
-            on_and_below(self.mesh, unknowns, element, |[i, j], _, sign| {
+            let stiffness = parts.evaluate(harmonic);
+            for_each_lower_entry(self.mesh, unknowns, element, |[i, j], _, sign| {
                 values.push(sign * stiffness[(i, j)]);
             });
         }
-        let factors = matrix.factorise(&values).map_err(failed(harmonic))?;
-        Ok(Harmonic { unknowns, factors })
+        let factors = matrix.factorise(&values).map_err(factorisation_error(harmonic))?;
+        Ok(FactorisedHarmonic { unknowns, factors })
     }
 }
 
 /// Returns a conversion of solver errors that names the harmonic.
-pub(crate) fn failed(harmonic: usize) -> impl Fn(SparseError) -> ElasticError {
+pub(crate) fn factorisation_error(harmonic: usize) -> impl Fn(SparseError) -> ElasticError {
     move |error| ElasticError::Factorisation { harmonic, reason: error.to_string() }
 }
 
@@ -109,23 +109,23 @@ impl Pattern {
         let unknowns = Unknowns::new(mesh, harmonic);
         let mut places = Vec::new();
         for element in mesh.elements() {
-            on_and_below(mesh, &unknowns, element, |_, place, _| places.push(place));
+            for_each_lower_entry(mesh, &unknowns, element, |_, place, _| places.push(place));
         }
-        let matrix = Symmetric::new(unknowns.count, places).map_err(failed(harmonic))?;
+        let matrix = SymmetricPattern::new(unknowns.count, places).map_err(factorisation_error(harmonic))?;
         Ok(Self { unknowns, matrix })
     }
 }
 
 /// Calls `entry` for each entry of an element on and below the diagonal, with its indices in the element, its indices
 /// in the body's matrix and its sign.
-fn on_and_below(
+fn for_each_lower_entry(
     mesh: &Mesh,
     unknowns: &Unknowns,
     element: [usize; 2],
     mut entry: impl FnMut([usize; 2], [usize; 2], f64),
 ) {
     let nodes = mesh.element_nodes(element);
-    let of: [_; UNKNOWNS] = std::array::from_fn(|i| unknowns.of(nodes[i / 3], i % 3));
+    let of: [_; UNKNOWNS] = std::array::from_fn(|i| unknowns.index_and_sign(nodes[i / 3], i % 3));
     for (i, of_row) in of.iter().enumerate() {
         let Some((row, sign_row)) = *of_row else { continue };
         for (j, of_column) in of.iter().enumerate() {
@@ -138,14 +138,14 @@ fn on_and_below(
 }
 
 /// Factorised stiffness of a harmonic.
-pub(crate) struct Harmonic<'a> {
+pub(crate) struct FactorisedHarmonic<'a> {
     pub unknowns: &'a Unknowns,
     factors: Factors,
 }
 
-impl Harmonic<'_> {
+impl FactorisedHarmonic<'_> {
     /// Replaces loads, one column each, by the displacements that they cause.
-    pub fn solve(&self, loads: &mut RightSides) {
+    pub fn solve(&self, loads: &mut RightHandSides) {
         self.factors.solve(loads);
     }
 }
@@ -153,28 +153,28 @@ impl Harmonic<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Body, Curve, Division, Hold, Layer, Material};
+    use crate::{LayeredBody, MeridianCurve, MeshDensity, BoundaryCondition, ElasticLayer, ElasticMaterial};
 
     /// A dome of two materials between a half ellipsoid and a ball, with a free rim: every side is curved.
     fn dome(poisson: f64) -> Mesh {
         let ellipse = |r: f64, z: f64| {
-            Curve::new(move |s| {
+            MeridianCurve::new(move |s| {
                 let angle = s * 1.3;
                 [r * angle.sin(), z * angle.cos()]
             })
         };
-        let layer = |young| Layer {
+        let layer = |young| ElasticLayer {
             name: "layer".to_owned(),
-            material: Material::new(young, poisson).unwrap(),
+            material: ElasticMaterial::new(young, poisson).unwrap(),
         };
-        let body = Body {
+        let body = LayeredBody {
             interfaces: vec![ellipse(6.0, 5.0), ellipse(5.0, 4.2), ellipse(4.0, 3.0)],
             layers: vec![layer(0.1), layer(1.0)],
-            inner: Hold::Bonded,
+            inner: BoundaryCondition::Bonded,
             is_rim_bonded: false,
             kinks: vec![0.37],
         };
-        Mesh::new(&body, &Division::even(0.5, 0)).unwrap()
+        Mesh::new(&body, &MeshDensity::uniform(0.5, 0)).unwrap()
     }
 
     /// Nodal forces of a displacement field given by U, V, W, and the largest entry of |K| |u| for comparison.
@@ -188,9 +188,9 @@ mod tests {
         let mut largest: f64 = 0.0;
         for element in mesh.elements() {
             let nodes = mesh.element_nodes(element);
-            let material = &mesh.materials[mesh.layer_of[element[1]]];
+            let material = &mesh.materials[mesh.layer_by_row[element[1]]];
             let stiffness =
-                shape.stiffness(&mesh.element_places(element), material).unwrap().of(harmonic);
+                shape.stiffness(&mesh.element_places(element), material).unwrap().evaluate(harmonic);
             let values: Vec<f64> = nodes.iter().flat_map(|&n| field(mesh.nodes[n])).collect();
             for i in 0..UNKNOWNS {
                 let terms = (0..UNKNOWNS).map(|j| stiffness[(i, j)] * values[j]);
@@ -269,14 +269,14 @@ mod tests {
         let mesh = dome(0.4999);
         for harmonic in [0, 1, 2, 7] {
             let assembly = Assembly::new(&mesh, harmonic).unwrap();
-            let solver = assembly.harmonic(harmonic).unwrap();
+            let solver = assembly.factorise(harmonic).unwrap();
             let node = mesh.interface_node(0, mesh.columns / 2);
-            let (row, _) = solver.unknowns.of(node, 0).unwrap();
-            let mut solution = RightSides::new(solver.unknowns.count, 1);
+            let (row, _) = solver.unknowns.index_and_sign(node, 0).unwrap();
+            let mut solution = RightHandSides::new(solver.unknowns.count, 1);
             solution.column_mut(0)[row] = 1.0;
             solver.solve(&mut solution);
             let solution = solution.column(0);
-            let value = |node: usize, component: usize| match solver.unknowns.of(node, component) {
+            let value = |node: usize, component: usize| match solver.unknowns.index_and_sign(node, component) {
                 Some((index, sign)) => sign * solution[index],
                 None => 0.0,
             };
@@ -284,11 +284,11 @@ mod tests {
             let mut forces = vec![0.0; solver.unknowns.count];
             for element in mesh.elements() {
                 let nodes = mesh.element_nodes(element);
-                let material = &mesh.materials[mesh.layer_of[element[1]]];
+                let material = &mesh.materials[mesh.layer_by_row[element[1]]];
                 let stiffness =
-                    shape.stiffness(&mesh.element_places(element), material).unwrap().of(harmonic);
+                    shape.stiffness(&mesh.element_places(element), material).unwrap().evaluate(harmonic);
                 for i in 0..UNKNOWNS {
-                    let Some((row, sign)) = solver.unknowns.of(nodes[i / 3], i % 3) else {
+                    let Some((row, sign)) = solver.unknowns.index_and_sign(nodes[i / 3], i % 3) else {
                         continue;
                     };
                     let sum: f64 =

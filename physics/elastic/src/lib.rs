@@ -70,10 +70,10 @@
 
 #![forbid(unsafe_code)]
 
-mod ball_test;
+mod ball_indentation;
 mod compliance;
 mod contact;
-mod division;
+mod mesh_density;
 mod element;
 mod error;
 mod field;
@@ -86,25 +86,25 @@ mod meridian;
 mod mesh;
 mod outcome;
 mod patch;
-mod presser;
+mod indenter;
 mod response;
 mod rings;
 mod slab;
 mod soft;
 mod stack;
 
-pub use ball_test::{BallModulus, BallReading, BallTest, BallTestError};
-pub use division::Division;
+pub use ball_indentation::{BallModulus, IndentationReading, BallIndentationTest, BallIndentationError};
+pub use mesh_density::MeshDensity;
 pub use error::{ElasticError, MAX_POISSON_RATIO};
-pub use field::Field;
+pub use field::DisplacementField;
 pub use finite::FiniteStack;
 pub use liquid::{
-    AIR_MPA, ChannelMoved, Column, LiquidOutcome, LiquidReady, LiquidStack, SkinNode,
+    AMBIENT_AIR_MPA, ChannelOutcome, LiquidColumn, LiquidOutcome, LiquidSolver, LiquidStack, SkinNode,
 };
-pub use material::Material;
-pub use meridian::{Body, Curve, Hold, Layer};
-pub use outcome::{Level, Outcome, SurfaceNode, Touch};
-pub use presser::{Ball, Press, Presser, SolidPresser};
-pub use slab::{Cell, Slab, SlabField};
-pub use soft::{BondLine, MarkMoved, Place, SoftError, SoftLayer, SoftStack, TipPress, Yielded};
-pub use stack::Stack;
+pub use material::ElasticMaterial;
+pub use meridian::{LayeredBody, MeridianCurve, BoundaryCondition, ElasticLayer};
+pub use outcome::{StrainTheory, PressOutcome, SurfaceNode, ContactState};
+pub use indenter::{BallIndenter, Press, Indenter, SolidIndenter};
+pub use slab::{BrickContents, Slab, SlabField};
+pub use soft::{BondLine, DisplacedMarker, PressPoint, SoftError, SoftLayer, SoftStack, TipPressOutcome, DeformedSurface};
+pub use stack::ElasticStack;

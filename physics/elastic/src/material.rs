@@ -12,12 +12,12 @@ use crate::error::{ElasticError, MAX_POISSON_RATIO};
 /// # Ok::<(), fabkit_elastic::ElasticError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Material {
+pub struct ElasticMaterial {
     young_mpa: f64,
     poisson: f64,
 }
 
-impl Material {
+impl ElasticMaterial {
     /// Creates a material from Young's modulus, MPa, and Poisson's ratio.
     ///
     /// # Errors
@@ -60,11 +60,11 @@ mod tests {
     #[test]
     fn what_no_material_has_is_refused_with_its_number() {
         for young_mpa in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            let error = Material::new(young_mpa, 0.4).unwrap_err().to_string();
+            let error = ElasticMaterial::new(young_mpa, 0.4).unwrap_err().to_string();
             assert!(error.contains(&format!("{young_mpa} MPa")), "{error}");
         }
         for poisson in [-0.1, 0.5, 0.49995, 0.7, f64::NAN] {
-            let error = Material::new(1.0, poisson).unwrap_err().to_string();
+            let error = ElasticMaterial::new(1.0, poisson).unwrap_err().to_string();
             assert!(error.contains(&poisson.to_string()), "{error}");
             assert!(error.contains("0.4999"), "{error}");
         }
@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn constants_give_youngs_modulus_back() {
-        let material = Material::new(1.7, 0.45).unwrap();
+        let material = ElasticMaterial::new(1.7, 0.45).unwrap();
         let (g, lame) = (material.shear_modulus_mpa(), material.lame_mpa());
         let young = g * (3.0 * lame + 2.0 * g) / (lame + g);
         assert!((young - 1.7).abs() < 1e-14);

@@ -3,16 +3,16 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::{ElasticError, Material};
+use crate::{ElasticError, ElasticMaterial};
 
 /// Function from s (0 on the axis, 1 at the rim) to radius, mm, and height, mm.
 type Meridian = Arc<dyn Fn(f64) -> [f64; 2] + Send + Sync>;
 
 /// The meridian of one interface between layers.
 #[derive(Clone)]
-pub struct Curve(Meridian);
+pub struct MeridianCurve(Meridian);
 
-impl Curve {
+impl MeridianCurve {
     /// Creates a curve from a function of s, which runs from 0 on the axis to 1 at the rim, to radius and height, mm.
     ///
     /// The curve must be smooth except at [`Body::kinks`]. Points of equal s on neighbouring curves should lie opposite
@@ -52,7 +52,7 @@ impl Curve {
     }
 }
 
-impl fmt::Debug for Curve {
+impl fmt::Debug for MeridianCurve {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Curve({:?} to {:?})", self.at(0.0), self.at(1.0))
     }
@@ -60,16 +60,16 @@ impl fmt::Debug for Curve {
 
 /// Soft layer between two interfaces.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Layer {
+pub struct ElasticLayer {
     /// Name used in messages.
     pub name: String,
     /// Material of the layer.
-    pub material: Material,
+    pub material: ElasticMaterial,
 }
 
 /// Boundary condition of an interface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Hold {
+pub enum BoundaryCondition {
     /// Free: no traction.
     Free,
     /// Bonded to a rigid part: no displacement.
@@ -78,9 +78,9 @@ pub enum Hold {
     BondedBeyond(f64),
 }
 
-impl Hold {
+impl BoundaryCondition {
     /// Returns whether the interface is bonded at s.
-    pub(crate) fn holds(self, s: f64) -> bool {
+    pub(crate) fn is_bonded_at(self, s: f64) -> bool {
         match self {
             Self::Free => false,
             Self::Bonded => true,
@@ -93,36 +93,36 @@ impl Hold {
 ///
 /// Interfaces of a flat pad are discs.
 #[derive(Clone, Debug)]
-pub struct Body {
+pub struct LayeredBody {
     /// Interfaces from the touched surface inwards; one more than layers.
-    pub interfaces: Vec<Curve>,
+    pub interfaces: Vec<MeridianCurve>,
     /// Layers from the touched surface inwards.
-    pub layers: Vec<Layer>,
+    pub layers: Vec<ElasticLayer>,
     /// Boundary condition of the innermost interface.
-    pub inner: Hold,
+    pub inner: BoundaryCondition,
     /// True if the rim, s = 1, of all layers is bonded to a rigid part.
     pub is_rim_bonded: bool,
     /// Values of s between 0 and 1 where a curve has a kink; elements end there.
     pub kinks: Vec<f64>,
 }
 
-impl Body {
+impl LayeredBody {
     /// Creates a pad of one or more flat layers, the touched one first, on a rigid floor at z = 0 with a free rim.
     ///
     /// Thicknesses are in mm.
-    pub fn pad(radius_mm: f64, layers: Vec<(Layer, f64)>) -> Self {
+    pub fn pad(radius_mm: f64, layers: Vec<(ElasticLayer, f64)>) -> Self {
         let mut height_mm: f64 = layers.iter().map(|(_, thickness_mm)| thickness_mm).sum();
-        let mut interfaces = vec![Curve::disc(radius_mm, height_mm)];
+        let mut interfaces = vec![MeridianCurve::disc(radius_mm, height_mm)];
         let last = layers.len().saturating_sub(1);
         for (i, (_, thickness_mm)) in layers.iter().enumerate() {
             // The last interface lies exactly on the floor, whatever rounding the sum left.
             height_mm = if i == last { 0.0 } else { height_mm - thickness_mm };
-            interfaces.push(Curve::disc(radius_mm, height_mm));
+            interfaces.push(MeridianCurve::disc(radius_mm, height_mm));
         }
         Self {
             interfaces,
             layers: layers.into_iter().map(|(layer, _)| layer).collect(),
-            inner: Hold::Bonded,
+            inner: BoundaryCondition::Bonded,
             is_rim_bonded: false,
             kinks: Vec::new(),
         }
@@ -138,17 +138,17 @@ impl Body {
             return Err(ElasticError::Interfaces { layers, interfaces });
         }
         let ends = match self.inner {
-            Hold::BondedBeyond(from) => vec![from],
-            Hold::Free | Hold::Bonded => Vec::new(),
+            BoundaryCondition::BondedBeyond(from) => vec![from],
+            BoundaryCondition::Free | BoundaryCondition::Bonded => Vec::new(),
         };
         for &value in self.kinks.iter().chain(&ends) {
             if !(value > 0.0 && value < 1.0) {
                 let hint = "a kink, or where a bond begins, lies between s = 0 and s = 1";
-                return Err(ElasticError::Division { what: "a kink", value, hint });
+                return Err(ElasticError::MeshDensity { what: "a kink", value, hint });
             }
         }
-        if self.inner == Hold::Free && !self.is_rim_bonded {
-            return Err(ElasticError::Loose);
+        if self.inner == BoundaryCondition::Free && !self.is_rim_bonded {
+            return Err(ElasticError::NotBonded);
         }
         Ok(())
     }
@@ -156,7 +156,7 @@ impl Body {
     /// Returns, in order, the values of s besides 0 and 1 where elements must end.
     pub(crate) fn ends(&self) -> Vec<f64> {
         let mut ends = self.kinks.clone();
-        if let Hold::BondedBeyond(from) = self.inner {
+        if let BoundaryCondition::BondedBeyond(from) = self.inner {
             ends.push(from);
         }
         ends.sort_by(f64::total_cmp);

@@ -2,10 +2,10 @@
 
 use fabkit_geometry::Point3;
 
-use crate::division::Division;
+use crate::mesh_density::MeshDensity;
 use crate::element::{Shape, quadratic};
-use crate::meridian::Body;
-use crate::{ElasticError, Material};
+use crate::meridian::LayeredBody;
+use crate::{ElasticError, ElasticMaterial};
 
 /// Elements and nodes of a meridian section.
 ///
@@ -22,11 +22,11 @@ pub(crate) struct Mesh {
     /// s of each column.
     pub s: Vec<f64>,
     /// Layer of each row of elements.
-    pub layer_of: Vec<usize>,
+    pub layer_by_row: Vec<usize>,
     /// Row of each interface.
     pub interface_rows: Vec<usize>,
     /// Material of each layer.
-    pub materials: Vec<Material>,
+    pub materials: Vec<ElasticMaterial>,
     /// Outward normal and tangent along s at each node of the touched surface, as radial and axial parts.
     pub frames: Vec<Frame>,
 }
@@ -45,12 +45,12 @@ impl Mesh {
     ///
     /// # Errors
     /// Whatever [`Body::check`] and [`Division::check`] reject, and layers that fold over.
-    pub fn new(body: &Body, division: &Division) -> Result<Self, ElasticError> {
+    pub fn new(body: &LayeredBody, division: &MeshDensity) -> Result<Self, ElasticError> {
         body.check()?;
         division.check()?;
-        let along = with_middles(&division.along(body)?);
+        let along = insert_midpoints(&division.boundaries_along(body)?);
         let through: Vec<Vec<f64>> =
-            division.through(body)?.iter().map(|ends| with_middles(ends)).collect();
+            division.boundaries_through(body)?.iter().map(|ends| insert_midpoints(ends)).collect();
         let mut layer_of = Vec::new();
         let mut interface_rows = vec![0];
         for (layer, fractions) in through.iter().enumerate() {
@@ -72,7 +72,7 @@ impl Mesh {
                 }
             }
             let innermost = is_fixed.len() - 1;
-            is_fixed[innermost] |= body.inner.holds(s);
+            is_fixed[innermost] |= body.inner.is_bonded_at(s);
         }
         let mut mesh = Self {
             columns: along.len(),
@@ -80,7 +80,7 @@ impl Mesh {
             nodes,
             is_fixed,
             s: along,
-            layer_of,
+            layer_by_row: layer_of,
             interface_rows,
             materials: body.layers.iter().map(|layer| layer.material).collect(),
             frames: Vec::new(),
@@ -93,7 +93,7 @@ impl Mesh {
 
     /// Iterates over the elements as pairs of column and row.
     pub fn elements(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
-        let through = self.layer_of.len();
+        let through = self.layer_by_row.len();
         (0..self.columns / 2).flat_map(move |column| (0..through).map(move |row| [column, row]))
     }
 
@@ -146,12 +146,12 @@ impl Mesh {
     }
 
     /// Checks that every element has a positive area.
-    fn check_elements(&self, body: &Body) -> Result<(), ElasticError> {
+    fn check_elements(&self, body: &LayeredBody) -> Result<(), ElasticError> {
         let shape = Shape::new();
         for element in self.elements() {
             let places = self.element_places(element);
-            if let Some([radius_mm, height_mm]) = shape.folded_at(&places) {
-                let layer = body.layers[self.layer_of[element[1]]].name.clone();
+            if let Some([radius_mm, height_mm]) = shape.find_fold(&places) {
+                let layer = body.layers[self.layer_by_row[element[1]]].name.clone();
                 return Err(ElasticError::Folded { layer, radius_mm, height_mm });
             }
         }
@@ -188,7 +188,7 @@ impl Mesh {
 }
 
 /// Inserts the midpoint between each pair of neighbouring values.
-fn with_middles(ends: &[f64]) -> Vec<f64> {
+fn insert_midpoints(ends: &[f64]) -> Vec<f64> {
     let mut all = Vec::with_capacity(2 * ends.len() - 1);
     for pair in ends.windows(2) {
         all.extend([pair[0], 0.5 * (pair[0] + pair[1])]);

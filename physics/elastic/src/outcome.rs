@@ -11,21 +11,21 @@ use crate::contact::Contact;
 use crate::friction::{Shear, frames};
 
 use crate::mesh::Mesh;
-use crate::patch::{Patch, Work};
-use crate::presser::Press;
-use crate::response::{field, resultants, surface, volumes};
-use crate::stack::Stack;
+use crate::patch::{Patch, Workspace};
+use crate::indenter::Press;
+use crate::response::{compute_displacement_amplitudes, resultants, compute_surface_nodes, compute_volume_changes};
+use crate::stack::ElasticStack;
 
 /// Theory by which a press is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Level {
+pub enum StrainTheory {
     /// Small strain: displacements are proportional to tractions.
     Linear,
     /// Large strain, neo-Hookean: axisymmetric presses at the pole.
     Finite,
 }
 
-impl Level {
+impl StrainTheory {
     /// Returns the name used in outputs.
     pub fn name(self) -> &'static str {
         match self {
@@ -52,23 +52,23 @@ pub struct SurfaceNode {
     /// Friction traction, perpendicular to the normal, MPa.
     pub shear_mpa: Vector3<f64>,
     /// State of contact.
-    pub touch: Touch,
+    pub touch: ContactState,
 }
 
 /// State of contact of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Touch {
+pub enum ContactState {
     /// No contact.
     Free,
     /// Contact with slip: friction is exhausted, or there is none.
-    Slips,
+    Slipping,
     /// Contact without slip: the surface moves with the indenter.
-    Sticks,
+    Sticking,
 }
 
 /// Result of a press, in the body's frame.
 #[derive(Clone, Debug)]
-pub struct Outcome {
+pub struct PressOutcome {
     mesh: Arc<Mesh>,
     /// Displacement amplitudes by harmonic: interface after interface, column after column, radial, circumferential,
     /// axial.
@@ -76,7 +76,7 @@ pub struct Outcome {
     /// Nodes of the touched surface, ring after ring from the pole outwards.
     pub nodes: Vec<SurfaceNode>,
     /// Theory of the computation.
-    pub level: Level,
+    pub level: StrainTheory,
     /// Depth to which the indenter reaches below the undeformed surface, along its normals, mm.
     pub depth_mm: f64,
     /// Force of the indenter on the body, N.
@@ -101,7 +101,7 @@ pub struct Outcome {
     pub iterations: usize,
 }
 
-impl Outcome {
+impl PressOutcome {
     /// Evaluates displacements, resultants and the state of contact from solved pressures and friction tractions.
     pub(crate) fn new(
         patch: &Patch<'_>,
@@ -109,7 +109,7 @@ impl Outcome {
         shear: Option<&Shear>,
         press: &Press,
         depth_mm: f64,
-        work: &mut Work,
+        work: &mut Workspace,
     ) -> Self {
         let stack = patch.stack;
         let pushed: Vec<f64> = contact.pressures.iter().map(|pressure| -pressure).collect();
@@ -117,14 +117,14 @@ impl Outcome {
         patch.analyse([Some(&pushed), across(0), across(1)], work);
         let components: &[usize] =
             if shear.is_some() { &[NORMAL, ALONG, AROUND] } else { &[NORMAL] };
-        let amplitudes = field(patch, components, work);
+        let amplitudes = compute_displacement_amplitudes(patch, components, work);
         let (force_n, moment_nmm) = resultants(patch, components, work);
-        let mut nodes = surface(stack, &amplitudes);
+        let mut nodes = compute_surface_nodes(stack, &amplitudes);
         let begin = stack.rings.rings[patch.rings.start].first;
         for (i, node) in nodes[begin..begin + pushed.len()].iter_mut().enumerate() {
             node.pressure_mpa = contact.pressures[i];
             if node.pressure_mpa > 0.0 {
-                node.touch = Touch::Slips;
+                node.touch = ContactState::Slipping;
             }
         }
         if let Some(shear) = shear {
@@ -134,22 +134,22 @@ impl Outcome {
                 let limit_mpa = press.friction * node.pressure_mpa;
                 // Tractions below the friction limit stick; the margin absorbs rounding.
                 if node.shear_mpa.norm() < limit_mpa * (1.0 - 1e-9) {
-                    node.touch = Touch::Sticks;
+                    node.touch = ContactState::Sticking;
                 }
             }
         }
-        let area = |touch: Touch| {
+        let area = |touch: ContactState| {
             let those = nodes.iter().filter(|node| node.touch == touch);
             those.map(|node| node.area_mm2).sum::<f64>()
         };
-        let (stick_area_mm2, slip_area_mm2) = (area(Touch::Sticks), area(Touch::Slips));
+        let (stick_area_mm2, slip_area_mm2) = (area(ContactState::Sticking), area(ContactState::Slipping));
         let outwards = |node: &SurfaceNode| node.displacement_mm.dot(&node.outward);
         let contact_area_mm2 = stick_area_mm2 + slip_area_mm2;
-        let volume_change_mm3 = volumes(patch, components, work);
+        let volume_change_mm3 = compute_volume_changes(patch, components, work);
         Self {
             mesh: Arc::clone(&stack.mesh),
             amplitudes,
-            level: Level::Linear,
+            level: StrainTheory::Linear,
             depth_mm,
             force_n,
             moment_nmm,
@@ -167,8 +167,8 @@ impl Outcome {
 
     /// Creates an outcome at large strain from the displacements of all mesh nodes, radial and axial, and the rings'
     /// pressures along the axis.
-    pub(crate) fn finite(
-        stack: &Stack,
+    pub(crate) fn from_finite_strain(
+        stack: &ElasticStack,
         displacements: &[f64],
         pressures: &[f64],
         volume_change_mm3: Vec<f64>,
@@ -186,12 +186,12 @@ impl Outcome {
             }
         }
         let amplitudes = vec![amplitudes];
-        let mut nodes = surface(stack, &amplitudes);
+        let mut nodes = compute_surface_nodes(stack, &amplitudes);
         let mut force_n = Vector3::zeros();
         for (ring, node) in nodes.iter_mut().enumerate() {
             node.pressure_mpa = pressures[ring];
             if pressures[ring] > 0.0 {
-                node.touch = Touch::Slips;
+                node.touch = ContactState::Slipping;
             }
             // By symmetry the force is axial, and the moment vanishes.
             force_n.z -= 2.0 * PI * stack.rings.rings[ring].weight * pressures[ring];
@@ -210,7 +210,7 @@ impl Outcome {
         Self {
             mesh: Arc::clone(mesh),
             amplitudes,
-            level: Level::Finite,
+            level: StrainTheory::Finite,
             depth_mm,
             force_n,
             moment_nmm: Vector3::zeros(),
@@ -248,7 +248,7 @@ impl Outcome {
                 parts[2] += value * (axial.re * cos - axial.im * sin);
             }
         }
-        turned(parts, azimuth)
+        to_body_frame(parts, azimuth)
     }
 
     /// Returns the unit normal out of the undeformed touched surface.
@@ -258,7 +258,7 @@ impl Outcome {
             let each = values.iter().enumerate();
             each.map(|(i, value)| value * self.mesh.frames[column + i].normal[k]).sum::<f64>()
         };
-        turned([part(0), 0.0, part(1)], azimuth).normalize()
+        to_body_frame([part(0), 0.0, part(1)], azimuth).normalize()
     }
 
     /// Returns a point of an undeformed interface, mm.
@@ -278,7 +278,7 @@ impl Outcome {
 }
 
 /// Converts radial, circumferential and axial parts at an azimuth to a vector in the body's frame.
-pub(crate) fn turned([radial, around, axial]: [f64; 3], azimuth: f64) -> Vector3<f64> {
+pub(crate) fn to_body_frame([radial, around, axial]: [f64; 3], azimuth: f64) -> Vector3<f64> {
     let (sin, cos) = azimuth.sin_cos();
     Vector3::new(radial * cos - around * sin, radial * sin + around * cos, axial)
 }

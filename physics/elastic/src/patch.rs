@@ -7,14 +7,14 @@ use rustfft::num_complex::Complex;
 
 use crate::compliance::{ALONG, AROUND, Compliance, NORMAL};
 use crate::rings::Buffers;
-use crate::stack::Stack;
+use crate::stack::ElasticStack;
 
 /// A range of consecutive rings. Nodal values are stored ring after ring.
 pub(crate) struct Patch<'a> {
-    pub stack: &'a Stack,
+    pub stack: &'a ElasticStack,
     pub rings: Range<usize>,
     /// Compliances by harmonic. They cover at least these rings, and tangential tractions if those are needed.
-    pub answers: Arc<Vec<Compliance>>,
+    pub compliances: Arc<Vec<Compliance>>,
 }
 
 /// Complex amplitudes by harmonic and ring of a patch.
@@ -47,9 +47,9 @@ impl Spectrum {
 
 /// Buffers of [`Patch::apply`], reused from one product to the next.
 #[derive(Default)]
-pub(crate) struct Work {
+pub(crate) struct Workspace {
     pub loads: [Spectrum; 3],
-    moved: [Spectrum; 3],
+    displacements: [Spectrum; 3],
     buffers: Buffers,
 }
 
@@ -84,7 +84,7 @@ impl Patch<'_> {
     }
 
     /// Transforms nodal values of the components to amplitudes in `work.loads`.
-    pub fn analyse(&self, values: [Option<&[f64]>; 3], work: &mut Work) {
+    pub fn analyse(&self, values: [Option<&[f64]>; 3], work: &mut Workspace) {
         let (rings, harmonics) = (self.rings.len(), self.harmonics());
         for component in [NORMAL, ALONG, AROUND] {
             let Some(values) = values[component] else { continue };
@@ -120,12 +120,12 @@ impl Patch<'_> {
         &self,
         loads: [Option<&[f64]>; 3],
         moved: [Option<&mut [f64]>; 3],
-        work: &mut Work,
+        work: &mut Workspace,
     ) {
         self.analyse(loads, work);
         let harmonics = self.harmonics();
         let wanted: [bool; 3] = std::array::from_fn(|c| moved[c].is_some());
-        for (spectrum, wanted) in work.moved.iter_mut().zip(wanted) {
+        for (spectrum, wanted) in work.displacements.iter_mut().zip(wanted) {
             if wanted {
                 spectrum.reset(harmonics, self.rings.len());
             }
@@ -142,8 +142,8 @@ impl Patch<'_> {
 
     /// Multiplies one load component's amplitudes by one block of a harmonic's compliance and adds the result to a
     /// displacement component.
-    fn multiply(&self, harmonic: usize, load: usize, component: usize, work: &mut Work) {
-        let block = &self.answers[harmonic];
+    fn multiply(&self, harmonic: usize, load: usize, component: usize, work: &mut Workspace) {
+        let block = &self.compliances[harmonic];
         let rows = block.components * block.rings;
         // Rings further in than the block's first do not carry this harmonic.
         // Offsets of the patch's rings within the block, whose columns hold all components one after the other.
@@ -153,7 +153,7 @@ impl Patch<'_> {
         }
         let offset = start - self.rings.start;
         let count = self.rings.end - start;
-        let (loads, moved) = (&work.loads[load], &mut work.moved[component]);
+        let (loads, moved) = (&work.loads[load], &mut work.displacements[component]);
         let row = harmonic * self.rings.len() + offset;
         let real = &mut moved.real[row..row + count];
         let imaginary = &mut moved.imaginary[row..row + count];
@@ -171,16 +171,16 @@ impl Patch<'_> {
     }
 
     /// Transforms the amplitudes in `work.moved` back to nodal values: the inverse of `analyse`.
-    fn synthesise(&self, moved: [Option<&mut [f64]>; 3], work: &mut Work) {
+    fn synthesise(&self, moved: [Option<&mut [f64]>; 3], work: &mut Workspace) {
         let harmonics = self.harmonics();
         // Inverse of the special case in `analyse`: harmonic 1 on the axis is a vector across it.
         let on_axis = match self.rings.start == 0 && harmonics > 0 && moved[ALONG].is_some() {
-            true => Some((work.moved[ALONG].at(1, 0) - work.moved[AROUND].at(1, 0)) * 0.5),
+            true => Some((work.displacements[ALONG].at(1, 0) - work.displacements[AROUND].at(1, 0)) * 0.5),
             false => None,
         };
         for (component, values) in moved.into_iter().enumerate() {
             let Some(values) = values else { continue };
-            let spectrum = &work.moved[component];
+            let spectrum = &work.displacements[component];
             for ring in 0..self.rings.len() {
                 let here = &mut values[self.node_range(ring)];
                 let turn = if component == AROUND { -Complex::i() } else { Complex::new(1.0, 0.0) };

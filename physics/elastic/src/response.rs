@@ -6,23 +6,23 @@ use fabkit_geometry::Vector3;
 use rustfft::num_complex::Complex;
 
 use crate::compliance::{AROUND, directions, field_rows};
-use crate::outcome::{SurfaceNode, Touch, turned};
-use crate::patch::{Patch, Work};
+use crate::outcome::{SurfaceNode, ContactState, to_body_frame};
+use crate::patch::{Patch, Workspace};
 use crate::rings::Buffers;
-use crate::stack::Stack;
+use crate::stack::ElasticStack;
 
 /// Computes the displacement amplitudes of all interfaces' nodes by the tractions in `work.loads`, one vector per
 /// harmonic.
-pub(crate) fn field(
+pub(crate) fn compute_displacement_amplitudes(
     patch: &Patch<'_>,
     components: &[usize],
-    work: &Work,
+    work: &Workspace,
 ) -> Vec<Vec<Complex<f64>>> {
     let stack = patch.stack;
     let rows = field_rows(&stack.mesh);
     let mut amplitudes = Vec::new();
     for harmonic in 0..=patch.harmonics() {
-        let block = &patch.answers[harmonic];
+        let block = &patch.compliances[harmonic];
         let (mut real, mut imaginary) = (vec![0.0; rows], vec![0.0; rows]);
         for ring in patch.rings.start.max(block.first)..patch.rings.end {
             for &component in components {
@@ -42,7 +42,7 @@ pub(crate) fn field(
 }
 
 /// Computes the displacements at the nodes of the touched surface.
-pub(crate) fn surface(stack: &Stack, amplitudes: &[Vec<Complex<f64>>]) -> Vec<SurfaceNode> {
+pub(crate) fn compute_surface_nodes(stack: &ElasticStack, amplitudes: &[Vec<Complex<f64>>]) -> Vec<SurfaceNode> {
     let mut nodes = Vec::with_capacity(stack.rings.nodes);
     let (mut buffers, mut values) = (Buffers::default(), [Vec::new(), Vec::new(), Vec::new()]);
     for (ring, of_ring) in stack.rings.rings.iter().enumerate() {
@@ -63,7 +63,7 @@ pub(crate) fn surface(stack: &Stack, amplitudes: &[Vec<Complex<f64>>]) -> Vec<Su
             // On the axis harmonic 1 is a vector across it, which the one-node ring does not carry.
             let displacement_mm = match ring == 0 && amplitudes.len() > 1 {
                 true => Vector3::new(at(1, 0).re, -at(1, 0).im, at(0, 2).re),
-                false => turned([*radial, *around, *axial], azimuth),
+                false => to_body_frame([*radial, *around, *axial], azimuth),
             };
             nodes.push(SurfaceNode {
                 place_mm,
@@ -72,7 +72,7 @@ pub(crate) fn surface(stack: &Stack, amplitudes: &[Vec<Complex<f64>>]) -> Vec<Su
                 displacement_mm,
                 pressure_mpa: 0.0,
                 shear_mpa: Vector3::zeros(),
-                touch: Touch::Free,
+                touch: ContactState::Free,
             });
         }
     }
@@ -83,7 +83,7 @@ pub(crate) fn surface(stack: &Stack, amplitudes: &[Vec<Complex<f64>>]) -> Vec<Su
 pub(crate) fn resultants(
     patch: &Patch<'_>,
     components: &[usize],
-    work: &Work,
+    work: &Workspace,
 ) -> (Vector3<f64>, Vector3<f64>) {
     let stack = patch.stack;
     let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
@@ -92,7 +92,7 @@ pub(crate) fn resultants(
             let at = |m| work.loads[component].at(m, ring - patch.rings.start);
             let even = at(0);
             let first = if patch.harmonics() > 0 { at(1) } else { Complex::default() };
-            for &(column, share) in &stack.rings.rings[ring].shares {
+            for &(column, share) in &stack.rings.rings[ring].column_weights {
                 let [r, z] = stack.mesh.nodes[column * stack.mesh.rows];
                 for (direction, part) in directions(&stack.mesh, column, component) {
                     let part = part * share * PI;
@@ -121,7 +121,7 @@ pub(crate) fn resultants(
 }
 
 /// Computes the volume change of each layer by the tractions in `work.loads`, mm3.
-pub(crate) fn volumes(patch: &Patch<'_>, components: &[usize], work: &Work) -> Vec<f64> {
+pub(crate) fn compute_volume_changes(patch: &Patch<'_>, components: &[usize], work: &Workspace) -> Vec<f64> {
     let count = patch.stack.rings.rings.len();
     let of_layer = |by_load: &Vec<f64>| {
         let each = components.iter().flat_map(|&component| {

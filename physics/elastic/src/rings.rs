@@ -26,7 +26,7 @@ pub(crate) struct Ring {
     /// Integral over s of the ring's hat function times radius, mm2: the ring's area per radian.
     pub weight: f64,
     /// Mesh columns whose displacement enters the ring's mean, with their weights; the weights add up to `weight`.
-    pub shares: Vec<(usize, f64)>,
+    pub column_weights: Vec<(usize, f64)>,
 }
 
 /// All rings that can be pressed, from the pole outwards.
@@ -56,7 +56,7 @@ impl Rings {
     pub fn new(mesh: &Mesh, max_harmonic: usize) -> Self {
         let free =
             (0..mesh.columns).take_while(|column| !mesh.is_fixed[column * mesh.rows]).count();
-        let shares = shares(mesh);
+        let shares = compute_column_weights(mesh);
         let (mut rings, mut nodes, mut most) = (Vec::with_capacity(free), 0, 0);
         for (column, shares) in shares.into_iter().take(free).enumerate() {
             let (harmonics, count) = match (column, max_harmonic) {
@@ -75,7 +75,7 @@ impl Rings {
                 }
             };
             let weight = shares.iter().map(|(_, share)| share).sum();
-            rings.push(Ring { count, harmonics, first: nodes, weight, shares });
+            rings.push(Ring { count, harmonics, first: nodes, weight, column_weights: shares });
             nodes += count;
         }
         let mut planner = FftPlanner::new();
@@ -196,7 +196,7 @@ fn odd_and_smooth(at_least: usize) -> usize {
 /// the radius.
 ///
 /// Pressures are linear between neighbouring columns; displacements are quadratic over two columns' spacing.
-fn shares(mesh: &Mesh) -> Vec<Vec<(usize, f64)>> {
+fn compute_column_weights(mesh: &Mesh) -> Vec<Vec<(usize, f64)>> {
     let mut shares: Vec<BTreeMap<usize, f64>> = vec![BTreeMap::new(); mesh.columns];
     for element in 0..mesh.columns / 2 {
         let columns: [usize; 3] = std::array::from_fn(|i| 2 * element + i);

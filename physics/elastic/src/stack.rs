@@ -5,23 +5,23 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use fabkit_geometry::{Point3, Vector3};
 
-use crate::compliance::{self, Compliance, Loads};
+use crate::compliance::{self, Compliance, LoadSet};
 use crate::contact;
-use crate::friction::{self, Way};
+use crate::friction::{self, ShearPath};
 use crate::mesh::Mesh;
-use crate::outcome::Outcome;
-use crate::patch::{Patch, Work};
-use crate::presser::{Press, Presser};
+use crate::outcome::PressOutcome;
+use crate::patch::{Patch, Workspace};
+use crate::indenter::{Press, Indenter};
 use crate::rings::Rings;
-use crate::{Body, Division, ElasticError};
+use crate::{LayeredBody, MeshDensity, ElasticError};
 
 /// Maximum slope between indenter and surface. Where the gap grows faster than this between two points, they face
 /// different parts of the indenter.
-const STEEPEST: f64 = 4.0;
+const MAX_GAP_SLOPE: f64 = 4.0;
 
 /// A meshed body with cached compliances: built once for a design, then pressed any number of times.
 #[derive(Debug)]
-pub struct Stack {
+pub struct ElasticStack {
     pub(crate) mesh: Arc<Mesh>,
     pub(crate) rings: Rings,
     /// Volume change of each layer by harmonic 0 of each component and ring, component after component, mm3/MPa.
@@ -29,24 +29,24 @@ pub struct Stack {
     /// Total thickness of the layers at each mesh column, mm.
     thickness_mm: Vec<f64>,
     threads: usize,
-    answers: Mutex<Option<Answers>>,
+    cached: Mutex<Option<CachedCompliances>>,
 }
 
 /// Compliances solved so far.
 #[derive(Clone, Debug)]
-struct Answers {
-    loads: Loads,
+struct CachedCompliances {
+    loads: LoadSet,
     /// Compliances by harmonic.
     compliances: Arc<Vec<Compliance>>,
 }
 
-impl Stack {
+impl ElasticStack {
     /// Meshes a body. Compliances are solved on demand by up to `threads` threads, and kept. Results depend neither on
     /// the number of threads nor on earlier presses.
     ///
     /// # Errors
     /// An invalid body or division.
-    pub fn new(body: &Body, division: &Division, threads: usize) -> Result<Self, ElasticError> {
+    pub fn new(body: &LayeredBody, division: &MeshDensity, threads: usize) -> Result<Self, ElasticError> {
         let mesh = Mesh::new(body, division)?;
         let rings = Rings::new(&mesh, division.max_harmonic);
         let dilations = compliance::dilations(&mesh, &rings)?;
@@ -57,38 +57,38 @@ impl Stack {
         };
         let thickness_mm = (0..mesh.columns).map(thickness).collect();
         let (mesh, answers) = (Arc::new(mesh), Mutex::new(None));
-        Ok(Self { mesh, rings, dilations, thickness_mm, threads, answers })
+        Ok(Self { mesh, rings, dilations, thickness_mm, threads, cached: answers })
     }
 
     /// Solves for presses anywhere at once. Otherwise each press that touches new rings solves again.
     ///
     /// # Errors
     /// Matrices that exceed the memory limit.
-    pub fn everywhere(self, is_dragged: bool) -> Result<Self, ElasticError> {
-        self.answers(&(0..self.rings.rings.len()), is_dragged)?;
+    pub fn solve_everywhere(self, is_dragged: bool) -> Result<Self, ElasticError> {
+        self.compliances(&(0..self.rings.rings.len()), is_dragged)?;
         Ok(self)
     }
 
     /// Returns the compliances by harmonic for tractions on `rings`, from the cache if they are in it.
-    fn answers(
+    fn compliances(
         &self,
         rings: &Range<usize>,
         is_dragged: bool,
     ) -> Result<Arc<Vec<Compliance>>, ElasticError> {
-        let mut loads = Loads::new(rings, is_dragged, self.rings.rings.len());
-        let kept = self.answers.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let mut loads = LoadSet::new(rings, is_dragged, self.rings.rings.len());
+        let kept = self.cached.lock().unwrap_or_else(PoisonError::into_inner).clone();
         if let Some(kept) = kept {
-            if kept.loads.hold(&loads) {
+            if kept.loads.contains(&loads) {
                 return Ok(kept.compliances);
             }
-            loads = loads.and(&kept.loads);
+            loads = loads.union(&kept.loads);
         }
         // Without the lock: a thread pool that shares out work under a lock may be handed work that waits for the same
         // lock.
-        let solved = compliance::all(&self.mesh, &self.rings, &loads, self.threads)?;
+        let solved = compliance::solve_all(&self.mesh, &self.rings, &loads, self.threads)?;
         let compliances = Arc::new(solved);
-        let answers = Answers { loads, compliances: Arc::clone(&compliances) };
-        *self.answers.lock().unwrap_or_else(PoisonError::into_inner) = Some(answers);
+        let answers = CachedCompliances { loads, compliances: Arc::clone(&compliances) };
+        *self.cached.lock().unwrap_or_else(PoisonError::into_inner) = Some(answers);
         Ok(compliances)
     }
 
@@ -98,7 +98,7 @@ impl Stack {
     }
 
     /// Returns the number of unknown displacements of one harmonic, and the highest harmonic.
-    pub fn size(&self) -> [usize; 2] {
+    pub fn unknowns_and_max_harmonic(&self) -> [usize; 2] {
         let free = self.mesh.is_fixed.iter().filter(|is_fixed| !**is_fixed).count();
         [3 * free, self.rings.harmonics()]
     }
@@ -117,7 +117,7 @@ impl Stack {
     /// An indenter whose path misses the surface, or that starts inside the body.
     pub fn touching_mm(
         &self,
-        presser: &dyn Presser,
+        presser: &dyn Indenter,
         direction: &Vector3<f64>,
     ) -> Result<f64, ElasticError> {
         let direction = direction.normalize();
@@ -166,8 +166,8 @@ impl Stack {
     /// # Errors
     /// An indenter that does not touch, goes deeper than the soft layers, or is too small for the nodes; a contact that
     /// does not converge.
-    pub fn press(&self, presser: &dyn Presser, press: &Press) -> Result<Outcome, ElasticError> {
-        let shift_mm = match &press.way {
+    pub fn press(&self, presser: &dyn Indenter, press: &Press) -> Result<PressOutcome, ElasticError> {
+        let shift_mm = match &press.approach {
             Some((direction, depth_mm)) => {
                 // Depths count from the first touch.
                 (self.touching_mm(presser, direction)? + depth_mm) * direction
@@ -175,7 +175,7 @@ impl Stack {
             None => Vector3::zeros(),
         };
         let is_sheared = press.shear_mm != Vector3::zeros();
-        let (mut rings, depth_mm) = self.touched(presser, &shift_mm)?;
+        let (mut rings, depth_mm) = self.find_touched_rings(presser, &shift_mm)?;
         if is_sheared {
             if self.rings.harmonics() == 0 {
                 let hint = "0: what is symmetric about the axis has no shear";
@@ -183,24 +183,24 @@ impl Stack {
                 return Err(ElasticError::Press { what: "a shear without harmonics", value, hint });
             }
             // The patch must hold the contact at the begin and at the end of the shear.
-            let (end, _) = self.touched(presser, &(shift_mm + press.shear_mm))?;
+            let (end, _) = self.find_touched_rings(presser, &(shift_mm + press.shear_mm))?;
             rings = rings.start.min(end.start)..rings.end.max(end.end);
         }
-        let answers = self.answers(&rings, is_sheared)?;
-        let patch = Patch { stack: self, rings, answers };
+        let answers = self.compliances(&rings, is_sheared)?;
+        let patch = Patch { stack: self, rings, compliances: answers };
         let gaps = self.gaps(&patch, presser, &shift_mm, depth_mm);
-        let mut work = Work::default();
+        let mut work = Workspace::default();
         let mut contact = contact::solve(&patch, &gaps, depth_mm, None, &mut work)?;
         if contact.pressures.iter().all(|pressure| *pressure == 0.0) {
             return Err(ElasticError::TooCoarse { depth_mm });
         }
         let mut shear = None;
         if is_sheared {
-            let way = Way { presser, press, shift_mm, depth_mm };
+            let way = ShearPath { presser, press, shift_mm, depth_mm };
             let (sheared, tractions) = friction::solve(&patch, &way, contact, &mut work)?;
             (contact, shear) = (sheared, Some(tractions));
         }
-        let outcome = Outcome::new(&patch, &contact, shear.as_ref(), press, depth_mm, &mut work);
+        let outcome = PressOutcome::new(&patch, &contact, shear.as_ref(), press, depth_mm, &mut work);
         // Linear elasticity cannot raise a bulge above the depth of the press; such a result is numerical nonsense.
         if outcome.bulge_mm > depth_mm {
             return Err(ElasticError::NoConvergence {
@@ -214,9 +214,9 @@ impl Stack {
     }
 
     /// Finds the rings that can be touched and the depth of the indenter, mm.
-    fn touched(
+    fn find_touched_rings(
         &self,
-        presser: &dyn Presser,
+        presser: &dyn Indenter,
         shift_mm: &Vector3<f64>,
     ) -> Result<(Range<usize>, f64), ElasticError> {
         let mut least = Vec::with_capacity(self.rings.rings.len());
@@ -259,7 +259,7 @@ impl Stack {
         &self,
         ring: usize,
         gap_mm: f64,
-        presser: &dyn Presser,
+        presser: &dyn Indenter,
         shift_mm: &Vector3<f64>,
     ) -> Result<(), ElasticError> {
         if self.rings.rings[ring].count > 1 || ring == 0 {
@@ -286,7 +286,7 @@ impl Stack {
     pub(crate) fn gaps(
         &self,
         patch: &Patch<'_>,
-        presser: &dyn Presser,
+        presser: &dyn Indenter,
         shift_mm: &Vector3<f64>,
         depth_mm: f64,
     ) -> Vec<f64> {
@@ -307,11 +307,11 @@ impl Stack {
                             // A neighbour that much higher faces another part of the indenter, such as a shank or a
                             // holder.
                             let apart_mm = self.apart_mm(ring, column);
-                            let is_met = gap_mm - own_mm <= STEEPEST * apart_mm;
+                            let is_met = gap_mm - own_mm <= MAX_GAP_SLOPE * apart_mm;
                             share * if is_met { gap_mm } else { f64::INFINITY }
                         };
                         let mean =
-                            of_ring.shares.iter().map(share_of).sum::<f64>() / of_ring.weight;
+                            of_ring.column_weights.iter().map(share_of).sum::<f64>() / of_ring.weight;
                         // Neighbours miss the indenter: the node is at its edge. This also replaces NaN.
                         if mean.is_finite() { mean } else { f64::INFINITY }
                     }
@@ -335,7 +335,7 @@ impl Stack {
     /// Matrices that exceed the memory limit.
     pub fn asymmetry(&self) -> Result<f64, ElasticError> {
         let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
-        for block in &*self.answers(&(0..self.rings.rings.len()), true)? {
+        for block in &*self.compliances(&(0..self.rings.rings.len()), true)? {
             let n = 3 * block.rings;
             let weight = |i: usize| self.rings.rings[block.first + i % block.rings].weight;
             for i in 0..n {

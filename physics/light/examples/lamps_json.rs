@@ -1,8 +1,8 @@
 //! Prints the irradiance on a plane in scenes that a path tracer renders too: see `tests/oracles/check_mitsuba.py`.
 
 use fabkit_geometry::{
-    Angle, Assembly, Body, Clarity, LampGroup, Lighting, NominalCamera, NominalLens, Placement,
-    Point3, Pose, Process, Rgb, Sensor, Shows, Solid, Vector3, WHITE,
+    Angle, Assembly, Body, OpticalClarity, LightSourceGroup, Lighting, NominalCamera, NominalLens, Placement,
+    Point3, Pose, Process, Rgb, Sensor, VisibleEffect, Solid, Vector3, WHITE,
 };
 use fabkit_light::Emitters;
 
@@ -23,10 +23,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let around = around.map(|[x, y]| Pose::translation(x, y, 0.0)).to_vec();
     let colors = vec![[1.0, 0.1, 0.0], [0.0, 1.0, 0.2], [0.1, 0.0, 1.0]];
     let black =
-        |solid| Body::made("black", "in the way", Process::Laser, solid).in_light(Clarity::Opaque);
+        |solid| Body::made("black", "in the way", Process::Laser, solid).with_clarity(OpticalClarity::Opaque);
     let mut glass =
         Body::made("glass", "a slab", Process::Laser, Solid::cuboid(400.0, 400.0, 100.0).at_z(4.0))
-            .in_light(Clarity::Clear);
+            .with_clarity(OpticalClarity::Clear);
     glass.substance.refractive_index = Some(1.5);
     let scenes: [Scene; 4] = [
         ("open", in_middle.clone(), vec![WHITE], None),
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             assembly_from_body: pose,
             ..Placement::in_place(Assembly::sensor())
         });
-        let lamp = Body::bought("lamp", "an LED", lamp.clone()).shining().placed(placed);
+        let lamp = Body::bought("lamp", "an LED", lamp.clone()).as_light_source().placed(placed);
         let other = other.map(|body| body.placed([Placement::in_place(Assembly::sensor())]));
         let camera = NominalCamera {
             // Beside everything that blocks light.
@@ -63,8 +63,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let sensor = Sensor::new("try", "", "", camera, std::iter::once(lamp).chain(other));
         let lighting = Lighting {
             name: "lamps",
-            lamps: vec![LampGroup { body: "lamp".into(), colors }],
-            shows: Shows::Thickness { layers: Vec::new() },
+            light_sources: vec![LightSourceGroup { body: "lamp".into(), colors }],
+            effect: VisibleEffect::Thickness { layers: Vec::new() },
             camera: None,
         };
         // Mean over each cell, because shadow edges cross cells.
@@ -75,7 +75,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             (Point3::new(x, y, HEIGHT_MM), -Vector3::z())
         };
         let places: Vec<_> = (0..fine * fine).map(place).collect();
-        let found = Emitters::of(&sensor, &lighting)?.irradiance(&places);
+        let found = Emitters::new(&sensor, &lighting)?.irradiance(&places);
         let mut light = vec![[0.0; 3]; SIDE * SIDE];
         for (i, lit) in found.iter().enumerate() {
             let cell = &mut light[i / fine / IN_CELL * SIDE + i % fine / IN_CELL];

@@ -2,10 +2,10 @@
 //! `tests/oracles/check_mitsuba_models.py`.
 
 use fabkit_geometry::{
-    Angle, Assembly, Body, LampGroup, Lighting, NominalCamera, NominalLens, Placement, Point3,
-    Pose, Rgb, Sensor, Shows, Solid, Vector3,
+    Angle, Assembly, Body, LightSourceGroup, Lighting, NominalCamera, NominalLens, Placement, Point3,
+    Pose, Rgb, Sensor, VisibleEffect, Solid, Vector3,
 };
-use fabkit_light::{Coat, Emitters, Peg, TwoStream, glow};
+use fabkit_light::{Coat, Emitters, RaisedMarker, TwoStream, fluorescence};
 
 /// Half the side of the plane, mm; number of cells along it; and its height above the light sources, mm.
 const HALF_MM: f64 = 6.0;
@@ -18,8 +18,8 @@ const BALL_MM: f64 = 15.0;
 /// Distance from a point at which its shadow ray starts, mm.
 const OFF_MM: f64 = 1e-3;
 /// Default constants of coats, without and with a glossy part.
-const MATT: Coat = Coat { diffuse: 0.45, shine: 0.0, exponent: 12.0 };
-const SATIN: Coat = Coat { diffuse: 0.45, shine: 0.15, exponent: 12.0 };
+const MATT: Coat = Coat { diffuse: 0.45, gloss: 0.0, exponent: 12.0 };
+const SATIN: Coat = Coat { diffuse: 0.45, gloss: 0.15, exponent: 12.0 };
 
 /// Point of a coat that is seen from below, with its normal.
 type Surface = fn(f64, f64) -> (Point3<f64>, Vector3<f64>);
@@ -38,9 +38,9 @@ fn ball(x: f64, y: f64) -> (Point3<f64>, Vector3<f64>) {
 }
 
 /// Marker that stands out of the plane.
-fn bump() -> Peg {
+fn bump() -> RaisedMarker {
     let centre = Point3::new(1.0, 0.5, HEIGHT_MM);
-    Peg { centre, axis: -Vector3::z(), radius_mm: 1.5 }
+    RaisedMarker { centre, axis: -Vector3::z(), radius_mm: 1.5 }
 }
 
 /// Plane with one marker.
@@ -60,7 +60,7 @@ fn lamps() -> Result<Emitters, Box<dyn std::error::Error>> {
         ..Placement::in_place(Assembly::sensor())
     });
     let lamp = Solid::cuboid(2.0, 1.5, 0.1).at_z(-0.1);
-    let lamp = Body::bought("lamp", "an LED", lamp).shining().placed(placed);
+    let lamp = Body::bought("lamp", "an LED", lamp).as_light_source().placed(placed);
     let camera = NominalCamera {
         sensor_from_camera: Pose::translation(0.0, 20.0, -30.0),
         width_px: 640,
@@ -72,15 +72,15 @@ fn lamps() -> Result<Emitters, Box<dyn std::error::Error>> {
     let colors = vec![[1.0, 0.1, 0.0], [0.0, 1.0, 0.2], [0.1, 0.0, 1.0]];
     let lighting = Lighting {
         name: "lamps",
-        lamps: vec![LampGroup { body: "lamp".into(), colors }],
-        shows: Shows::Slopes { coat: "coat".into(), printed: None },
+        light_sources: vec![LightSourceGroup { body: "lamp".into(), colors }],
+        effect: VisibleEffect::Slopes { coat: "coat".into(), printed: None },
         camera: None,
     };
-    Ok(Emitters::of(&sensor, &lighting)?)
+    Ok(Emitters::new(&sensor, &lighting)?)
 }
 
 /// Computes the light that each cell sends straight down, times pi.
-fn sent(coat: Coat, surface: Surface, is_bump: bool, emitters: &Emitters) -> Vec<Rgb> {
+fn compute_reflected_light(coat: Coat, surface: Surface, is_bump: bool, emitters: &Emitters) -> Vec<Rgb> {
     let fine = SIDE * IN_CELL;
     let step = 2.0 * HALF_MM / fine as f64;
     let (mut light, mut tracer) = (vec![[0.0; 3]; SIDE * SIDE], emitters.tracer());
@@ -90,10 +90,10 @@ fn sent(coat: Coat, surface: Surface, is_bump: bool, emitters: &Emitters) -> Vec
         let from = place + OFF_MM * normal;
         for piece in emitters.pieces() {
             let Some(found) = emitters.arrival(piece, &from, &mut tracer) else { continue };
-            if is_bump && bump().entry(&from, &-found.arrives).is_some() {
+            if is_bump && bump().entry(&from, &-found.arrival_direction).is_some() {
                 continue;
             }
-            let sent = found.density * coat.sends(&normal, &found.arrives, &-Vector3::z());
+            let sent = found.density * coat.reflect(&normal, &found.arrival_direction, &-Vector3::z());
             let cell = &mut light[i / fine / IN_CELL * SIDE + i % fine / IN_CELL];
             let mean = sent / (IN_CELL * IN_CELL) as f64;
             *cell = [0, 1, 2].map(|part| cell[part] + mean * piece.color[part]);
@@ -112,13 +112,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut coats = Vec::new();
     for (name, surface, is_bump) in surfaces {
         for (finish, coat) in [("matt", MATT), ("satin", SATIN)] {
-            let light = sent(coat, surface, is_bump, &emitters);
+            let light = compute_reflected_light(coat, surface, is_bump, &emitters);
             let numbers: Vec<String> =
                 light.iter().map(|[r, g, b]| format!("[{r},{g},{b}]")).collect();
             coats.push(format!("\"{name}, {finish}\": [{}]", numbers.join(",")));
         }
     }
-    let Coat { diffuse, shine, exponent } = SATIN;
+    let Coat { diffuse, gloss: shine, exponent } = SATIN;
     println!("{{\"coat\": [{diffuse}, {shine}, {exponent}],");
     println!("\"coats\": {{{}}},", coats.join(",\n"));
     // Depths in mean free paths across the layer. The two-stream coefficient is 3/4 of an isotropic scattering
@@ -128,10 +128,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     });
     println!("\"layers\": {{{}}},", layers.join(","));
     // One gel; one lit from the side; two of them.
-    let (one, _) = glow(0.5, 2.0, [1.0; 2]);
-    let (aside, _) = glow(0.5, 2.0, [f64::sqrt(2.0), 1.0]);
-    let (first, left) = glow(0.3, 0.8, [1.0; 2]);
-    let two = first + left * glow(0.7, 1.2, [1.0; 2]).0;
+    let (one, _) = fluorescence(0.5, 2.0, [1.0; 2]);
+    let (aside, _) = fluorescence(0.5, 2.0, [f64::sqrt(2.0), 1.0]);
+    let (first, left) = fluorescence(0.3, 0.8, [1.0; 2]);
+    let two = first + left * fluorescence(0.7, 1.2, [1.0; 2]).0;
     println!("\"glow\": {{\"one\": {one}, \"aside\": {aside}, \"two\": {two}}}}}");
     Ok(())
 }

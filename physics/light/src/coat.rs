@@ -9,7 +9,7 @@ pub struct Coat {
     /// Diffusely reflected part of the light.
     pub diffuse: f64,
     /// Glossily reflected part, about the mirror direction.
-    pub shine: f64,
+    pub gloss: f64,
     /// Exponent of the gloss: 1 is nearly as wide as diffuse reflection, 1000 is polished.
     pub exponent: f64,
 }
@@ -28,7 +28,7 @@ impl Coat {
     /// assert_eq!(paper.sends(&up, &up, &up), 0.0);
     /// ```
     #[inline]
-    pub fn sends(
+    pub fn reflect(
         &self,
         normal: &Vector3<f64>,
         arrives: &Vector3<f64>,
@@ -48,7 +48,7 @@ impl Coat {
                 true => along.powi(self.exponent as i32),
                 false => along.powf(self.exponent),
             };
-            self.shine * (self.exponent + 8.0) / 8.0 * lobe
+            self.gloss * (self.exponent + 8.0) / 8.0 * lobe
         });
         cosine * (self.diffuse + shine.unwrap_or(0.0))
     }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 /// Step of disk radii, in grid points. Its effect is below a thousandth of a brightness step.
-const STEP: f64 = 1.0 / 64.0;
+const RADIUS_STEP: f64 = 1.0 / 64.0;
 
 /// Number of strips by which the area of a pixel under a disk is summed.
 const STRIPS: usize = 32;
@@ -25,7 +25,7 @@ const STRIPS: usize = 32;
 /// assert!((found - usual_mm / pitch_mm).abs() < 1e-9);
 /// assert_eq!(circle_px(pupil_mm, 50.0, 50.0, 1000.0), 0.0);
 /// ```
-pub fn circle_px(pupil_mm: f64, focus_mm: f64, at_mm: f64, focal_px: f64) -> f64 {
+pub fn blur_diameter_px(pupil_mm: f64, focus_mm: f64, at_mm: f64, focal_px: f64) -> f64 {
     pupil_mm * focal_px * (at_mm.recip() - focus_mm.recip()).abs()
 }
 
@@ -39,7 +39,7 @@ pub struct Defocus {
     /// Largest radius of any disk, in grid points.
     reach: usize,
     /// Index of each point's disk.
-    disk_of: Vec<u32>,
+    disk_indices: Vec<u32>,
     disks: Vec<Disk>,
     /// Reciprocal of the sum of weights at each point.
     shares: Vec<f64>,
@@ -58,7 +58,7 @@ impl Disk {
         let reach = (radius - 0.5).ceil().max(0.0) as usize;
         let places = || (0..=2 * reach).map(|k| k as f64 - reach as f64);
         let mut weights: Vec<f64> =
-            places().flat_map(|y| places().map(move |x| covered(radius, [x, y]))).collect();
+            places().flat_map(|y| places().map(move |x| covered_area(radius, [x, y]))).collect();
         let sum: f64 = weights.iter().sum();
         // A disk of radius zero covers nothing and becomes a single point.
         match sum > 0.0 {
@@ -75,7 +75,7 @@ impl Disk {
 }
 
 /// Computes the area of the unit square around `[x, y]` that is covered by a disk around the origin.
-fn covered(radius: f64, [x, y]: [f64; 2]) -> f64 {
+fn covered_area(radius: f64, [x, y]: [f64; 2]) -> f64 {
     let strip = |k: usize| {
         // The strips divide only the disk if it is narrower than the square.
         let [from, to] = [(x - 0.5).max(-radius), (x + 0.5).min(radius)];
@@ -91,33 +91,33 @@ impl Defocus {
     /// Builds the blur of an image with `width` columns from the disk diameter of each point, row by row, in grid
     /// points. Returns `None` if everything is sharp.
     pub fn new(diameters: &[f64], width: usize) -> Option<Self> {
-        let step_of = |diameter: &f64| (diameter / 2.0 / STEP).round().max(0.0) as u32;
+        let step_of = |diameter: &f64| (diameter / 2.0 / RADIUS_STEP).round().max(0.0) as u32;
         let steps: Vec<u32> = diameters.iter().map(step_of).collect();
         // Only distinct radii need a disk.
         let mut known = steps.clone();
         known.sort_unstable();
         known.dedup();
         let disks: Vec<Disk> =
-            known.par_iter().map(|step| Disk::new(f64::from(*step) * STEP)).collect();
+            known.par_iter().map(|step| Disk::new(f64::from(*step) * RADIUS_STEP)).collect();
         let reach = disks.iter().map(|disk| disk.reach).max().filter(|reach| *reach > 0)?;
         let disk_of = steps.iter().map(|step| known.partition_point(|k| k < step) as u32).collect();
-        let mut own = Self { width, reach, disk_of, disks, shares: Vec::new() };
+        let mut own = Self { width, reach, disk_indices: disk_of, disks, shares: Vec::new() };
         // Blurring a uniform image yields the sum of weights at each point.
-        let sums = own.gathered(&vec![[1.0]; steps.len()]);
+        let sums = own.sum_disks(&vec![[1.0]; steps.len()]);
         own.shares = sums.into_iter().map(|[sum]| sum.recip()).collect();
         Some(own)
     }
 
     /// Blurs an image in place.
     pub fn apply<const N: usize>(&self, light: &mut [[f64; N]]) {
-        let spread = self.gathered(light);
+        let spread = self.sum_disks(light);
         for ((light, spread), share) in light.iter_mut().zip(spread).zip(&self.shares) {
             *light = spread.map(|sum| sum * share);
         }
     }
 
     /// Sums the parts of all disks at each point, always in the same order.
-    fn gathered<const N: usize>(&self, light: &[[f64; N]]) -> Vec<[f64; N]> {
+    fn sum_disks<const N: usize>(&self, light: &[[f64; N]]) -> Vec<[f64; N]> {
         let (width, reach) = (self.width, self.reach);
         let height = light.len() / width.max(1);
         let around = |at: usize, end: usize| at.saturating_sub(reach)..(at + reach + 1).min(end);
@@ -127,7 +127,7 @@ impl Defocus {
             for from_row in around(row, height) {
                 for from_column in around(column, width) {
                     let from = from_row * width + from_column;
-                    let disk = &self.disks[self.disk_of[from] as usize];
+                    let disk = &self.disks[self.disk_indices[from] as usize];
                     let [down, right] = [row + disk.reach, column + disk.reach];
                     // The subtraction fails where the disk ends above or left of this point.
                     let (Some(down), Some(right)) =
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_disk_is_as_wide_as_it_is_said_and_keeps_light() {
+    fn disks_have_the_stated_width_and_keep_light() {
         for diameter in [0.0, 0.75, 1.25, 4.0, 11.25, 20.5] {
             let mut light = point();
             if let Some(defocus) = Defocus::new(&vec![diameter; WIDTH * WIDTH], WIDTH) {
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn wider_disks_change_pictures_bit_by_bit() {
+    fn images_change_continuously_with_disk_width() {
         let seen = |diameter: f64| {
             let mut light = point();
             if let Some(defocus) = Defocus::new(&vec![diameter; WIDTH * WIDTH], WIDTH) {
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_even_stays_even_whatever_the_disks_are() {
+    fn uniform_images_stay_uniform_for_any_disks() {
         let diameters: Vec<f64> = (0..WIDTH * WIDTH).map(|i| (i % WIDTH) as f64 / 5.0).collect();
         let mut light = vec![[50.0, 7.0, 3.0]; WIDTH * WIDTH];
         Defocus::new(&diameters, WIDTH).unwrap().apply(&mut light);
@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_in_focus_is_left_alone() {
+    fn images_in_focus_need_no_blur() {
         assert!(Defocus::new(&[0.0; 16], 4).is_none());
         assert!(Defocus::new(&[1.0; 16], 4).is_none());
     }

@@ -5,14 +5,14 @@ use nalgebra::{DMatrix, DVector};
 /// Maximum number of accepted steps.
 const MAX_STEPS: usize = 60;
 /// Step of the numerical derivatives, in the logarithm of a parameter.
-const STEP: f64 = 1e-5;
+const DERIVATIVE_STEP: f64 = 1e-5;
 /// Minimum damping. Less gains nothing, and is lost in rounding once a parameter is so close to zero that it has no
 /// effect.
-const LEAST_DAMPING: f64 = 1e-9;
+const MIN_DAMPING: f64 = 1e-9;
 /// Minimum damping scale of a parameter without effect, relative to that of the parameter with the largest effect.
-const HELD: f64 = 1e-12;
+const MIN_RELATIVE_DIAGONAL: f64 = 1e-12;
 /// Relative decrease of the sum of squares below which the fit ends.
-const ENOUGH: f64 = 1e-10;
+const MIN_RELATIVE_DECREASE: f64 = 1e-10;
 
 /// Finds positive parameters that minimize the sum of squared residuals, by least squares in their logarithms
 /// (Levenberg 1944, Marquardt 1963).
@@ -27,7 +27,7 @@ const ENOUGH: f64 = 1e-10;
 /// let found = fabkit_light::fit(residuals, &[1.0, 1.0]).unwrap();
 /// assert!((found[0] - 8.0).abs() < 1e-6 && (found[1] - 2.0f64.ln()).abs() < 1e-6);
 /// ```
-pub fn fit(residuals: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Option<Vec<f64>> {
+pub fn fit_positive(residuals: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Option<Vec<f64>> {
     let values = |logs: &DVector<f64>| logs.iter().map(|log| log.exp()).collect::<Vec<f64>>();
     let at = |logs: &DVector<f64>| DVector::from_vec(residuals(&values(logs)));
     let mut logs = DVector::from_iterator(start.len(), start.iter().map(|value| value.ln()));
@@ -37,11 +37,11 @@ pub fn fit(residuals: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Option<Vec<
         let mut slopes = DMatrix::zeros(left.len(), logs.len());
         for k in 0..logs.len() {
             let mut moved = logs.clone();
-            moved[k] += STEP;
-            slopes.set_column(k, &((at(&moved) - &left) / STEP));
+            moved[k] += DERIVATIVE_STEP;
+            slopes.set_column(k, &((at(&moved) - &left) / DERIVATIVE_STEP));
         }
         let (normal, slope) = (slopes.transpose() * &slopes, slopes.transpose() * &left);
-        let held = HELD * normal.diagonal().amax();
+        let held = MIN_RELATIVE_DIAGONAL * normal.diagonal().amax();
         let mut is_better = false;
         while !is_better && damping < 1e12 {
             let mut damped = normal.clone();
@@ -61,9 +61,9 @@ pub fn fit(residuals: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Option<Vec<
             let next_left = at(&next);
             let (before, after) = (left.norm_squared(), next_left.norm_squared());
             if after < before {
-                let is_enough = before - after < ENOUGH * before;
+                let is_enough = before - after < MIN_RELATIVE_DECREASE * before;
                 (logs, left, is_better) = (next, next_left, true);
-                damping = LEAST_DAMPING.max(0.2 * damping);
+                damping = MIN_DAMPING.max(0.2 * damping);
                 if is_enough {
                     return Some(values(&logs));
                 }
@@ -99,13 +99,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_number_that_would_be_negative_goes_to_zero_and_the_others_on() {
+    fn a_parameter_that_would_be_negative_goes_to_zero_while_others_converge() {
         // The best line would have a negative offset, and only the product of the two slopes is determined.
         let points = [(1.0, 0.1), (2.0, 1.2), (3.0, 1.9), (4.0, 3.1)];
         let residuals =
             |p: &[f64]| points.map(|(x, y): (f64, f64)| p[0] * p[1] * x + p[2] - y).to_vec();
         for ground in [1e-12, 1e-3, 1.0, 30.0] {
-            let found = fit(residuals, &[0.5, 3.0, ground]).unwrap();
+            let found = fit_positive(residuals, &[0.5, 3.0, ground]).unwrap();
             // The slope without an offset: the sum of x y over that of x x.
             let slope = points.iter().map(|(x, y)| x * y).sum::<f64>() / 30.0;
             assert!((found[0] * found[1] - slope).abs() < 1e-3 && found[2] < 1e-3, "{found:?}");

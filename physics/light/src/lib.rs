@@ -33,24 +33,24 @@
 
 #![forbid(unsafe_code)]
 
-mod chip;
+mod image_sensor_noise;
 mod coat;
 mod defocus;
 mod fit;
-mod glow;
-mod lamp;
-mod layer;
-mod peg;
+mod fluorescence;
+mod light_sources;
+mod translucent_layer;
+mod raised_marker;
 mod planes;
-mod spread;
+mod layer_blur;
 
-pub use chip::{Chip, drift, normal};
+pub use image_sensor_noise::{ImageSensorNoise, draw_drift, draw_normal};
 pub use coat::Coat;
-pub use defocus::{Defocus, circle_px};
-pub use fit::{fit, linear_fit};
-pub use glow::glow;
-pub use lamp::{Emitter, Emitters, NoLight, diffuse_slant};
-pub use layer::TwoStream;
-pub use peg::{Peg, PegHit};
+pub use defocus::{Defocus, blur_diameter_px};
+pub use fit::{fit_positive, linear_fit};
+pub use fluorescence::fluorescence;
+pub use light_sources::{Emitter, Emitters, LightingError, diffuse_path_ratio};
+pub use translucent_layer::TwoStream;
+pub use raised_marker::{RaisedMarker, RaisedMarkerHit};
 pub use planes::{Arrival, Planes};
-pub use spread::Spread;
+pub use layer_blur::LayerBlur;

@@ -1,14 +1,14 @@
 //! Refraction of direct light by level plates between a light source and a layer.
 
 use fabkit_geometry::{Point3, Ray, Sensor, Vector3};
-use fabkit_optics::{InvalidStack, Stack, Tracer};
+use fabkit_optics::{InvalidStack, OpticalStack, Tracer};
 
 /// Maximum inclination of a level face, sine.
-const FLAT: f64 = 1e-6;
+const MAX_INCLINATION: f64 = 1e-6;
 /// Maximum difference in height of one face along different lines, mm.
-const SAME_MM: f64 = 1e-6;
+const HEIGHT_TOLERANCE_MM: f64 = 1e-6;
 /// Bisection steps by which the refracted path is found; the result is exact to rounding.
-const HALVINGS: u32 = 60;
+const BISECTIONS: u32 = 60;
 
 /// Level faces between media, from the camera to the layer of interest.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,13 +21,13 @@ pub struct Planes {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
     /// Direction in which the light leaves the source, unit.
-    pub leaves: Vector3<f64>,
+    pub departure_direction: Vector3<f64>,
     /// Direction in which the light arrives, unit.
-    pub arrives: Vector3<f64>,
+    pub arrival_direction: Vector3<f64>,
     /// Irradiance on an area across the light, for a source that emits 1 per unit of solid angle, 1/mm2.
     pub density: f64,
     /// First and last point of refraction, from the source to the point; both at the source if there is none.
-    pub bends: [Point3<f64>; 2],
+    pub refraction_points: [Point3<f64>; 2],
 }
 
 impl Planes {
@@ -36,14 +36,14 @@ impl Planes {
     ///
     /// # Errors
     /// If light cannot be traced through the bodies.
-    pub fn of(sensor: &Sensor) -> Result<Self, InvalidStack> {
-        let stack = Stack::of(sensor)?;
+    pub fn from_sensor(sensor: &Sensor) -> Result<Self, InvalidStack> {
+        let stack = OpticalStack::from_sensor(sensor)?;
         let mut tracer = Tracer::new(&stack);
         let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
         let mut faces_at = |x: f64, y: f64| {
             let ray = Ray { origin: pupil + Vector3::new(x, y, 0.0), direction: Vector3::z() };
             tracer.follow(&ray);
-            let is_level = tracer.bends().iter().all(|bend| bend.normal.xy().norm() < FLAT);
+            let is_level = tracer.bends().iter().all(|bend| bend.normal.xy().norm() < MAX_INCLINATION);
             let faces = tracer.bends().iter().map(|bend| (bend.place.z, bend.indices[1]));
             is_level.then(|| faces.collect::<Vec<_>>())
         };
@@ -52,7 +52,7 @@ impl Planes {
         let all: Option<Vec<_>> = beside.into_iter().map(|[x, y]| faces_at(x, y)).collect();
         let is_same = |a: &[(f64, f64)], b: &[(f64, f64)]| {
             let near =
-                |(a, b): (&(f64, f64), &(f64, f64))| (a.0 - b.0).abs() < SAME_MM && a.1 == b.1;
+                |(a, b): (&(f64, f64), &(f64, f64))| (a.0 - b.0).abs() < HEIGHT_TOLERANCE_MM && a.1 == b.1;
             a.len() == b.len() && a.iter().zip(b).all(near)
         };
         Ok(match all.as_deref() {
@@ -102,10 +102,10 @@ impl Planes {
             let density = distance_mm.powi(-2);
             let bends = [*lamp; 2];
             return (distance_mm > 0.0).then_some(Arrival {
-                leaves: arrives,
-                arrives,
+                departure_direction: arrives,
+                arrival_direction: arrives,
                 density,
-                bends,
+                refraction_points: bends,
             });
         }
         if way.z <= 0.0 {
@@ -121,7 +121,7 @@ impl Planes {
                 .sum()
         };
         let (mut low, mut high) = (0.0, most);
-        for _ in 0..HALVINGS {
+        for _ in 0..BISECTIONS {
             let middle = 0.5 * (low + high);
             *(if reach(middle) < across_mm { &mut low } else { &mut high }) = middle;
         }
@@ -147,23 +147,23 @@ impl Planes {
         let last = layers[layers.len() - 1].1;
         let mut passes = 1.0;
         for pair in layers.windows(2) {
-            passes *= passes_face(pair[0].1, pair[1].1, kept);
+            passes *= fresnel_transmittance(pair[0].1, pair[1].1, kept);
         }
         let from_below = lamp + along(first) * (layers[0].0 / cosine(first));
         // One face: both points coincide. Several faces: the path between the two points is not returned.
         let arrives = along(last);
         let to_above = place - arrives * (layers[layers.len() - 1].0 / arrives.z);
         Some(Arrival {
-            leaves: along(first),
-            arrives,
+            departure_direction: along(first),
+            arrival_direction: arrives,
             density: passes * per_level_area / arrives.z,
-            bends: [from_below, to_above],
+            refraction_points: [from_below, to_above],
         })
     }
 }
 
 /// Computes the transmittance of a face for unpolarised light (Fresnel). `kept` is the Snell invariant.
-fn passes_face(before: f64, behind: f64, kept: f64) -> f64 {
+fn fresnel_transmittance(before: f64, behind: f64, kept: f64) -> f64 {
     let [cos_before, cos_behind] =
         [before, behind].map(|n| (1.0 - (kept / n).powi(2)).max(0.0).sqrt());
     let across =
@@ -187,7 +187,7 @@ mod tests {
         let (lamp, place) = (Point3::new(-9.0, 2.0, 0.0), Point3::new(3.0, -1.0, 8.0));
         let found = planes.arrival(&lamp, &place).unwrap();
         // Traced face by face.
-        let [mut at, mut way, mut index] = [lamp.coords, found.leaves, Vector3::repeat(1.0)];
+        let [mut at, mut way, mut index] = [lamp.coords, found.departure_direction, Vector3::repeat(1.0)];
         for (z, above) in PLATE {
             at += way * ((z - at.z) / way.z);
             let sine = way.xy() * (index.x / above);
@@ -196,12 +196,12 @@ mod tests {
         }
         at += way * ((8.0 - at.z) / way.z);
         assert!((at - place.coords).norm() < 1e-9, "{at}");
-        assert!((way - found.arrives).norm() < 1e-12);
-        assert!((found.bends[1].z - 4.0).abs() < 1e-12 && (found.bends[0].z - 1.0).abs() < 1e-12);
+        assert!((way - found.arrival_direction).norm() < 1e-12);
+        assert!((found.refraction_points[1].z - 4.0).abs() < 1e-12 && (found.refraction_points[0].z - 1.0).abs() < 1e-12);
     }
 
     #[test]
-    fn no_light_is_lost_but_what_faces_send_back() {
+    fn energy_is_conserved_except_for_reflections() {
         // All light that leaves within 45 degrees of the vertical arrives on a level above, except for reflections at
         // the faces.
         let planes = Planes::new(PLATE.to_vec());
@@ -217,22 +217,22 @@ mod tests {
         let arrives = |i: i32| {
             let r = reach * (f64::from(i) + 0.5) / f64::from(steps);
             let found = planes.arrival(&lamp, &Point3::new(r, 0.0, 8.0)).unwrap();
-            let kept = (1.0 - found.leaves.z.powi(2)).sqrt();
-            let passed = passes_face(1.0, 1.49, kept) * passes_face(1.49, 1.41, kept);
-            found.density * found.arrives.z / passed * TAU * r * reach / f64::from(steps)
+            let kept = (1.0 - found.departure_direction.z.powi(2)).sqrt();
+            let passed = fresnel_transmittance(1.0, 1.49, kept) * fresnel_transmittance(1.49, 1.41, kept);
+            found.density * found.arrival_direction.z / passed * TAU * r * reach / f64::from(steps)
         };
         let sum: f64 = (0..steps).map(arrives).sum();
         let sent = TAU * (1.0 - (TAU / 8.0).cos());
         assert!((sum / sent - 1.0).abs() < 1e-5, "{sum} {sent}");
         // At normal incidence, each face between glass and air reflects 4 %.
-        assert!((passes_face(1.0, 1.5, 0.0) - 0.96).abs() < 1e-12);
+        assert!((fresnel_transmittance(1.0, 1.5, 0.0) - 0.96).abs() < 1e-12);
     }
 
     #[test]
     fn without_faces_light_goes_straight() {
         let found =
             Planes::default().arrival(&Point3::origin(), &Point3::new(0.0, 3.0, 4.0)).unwrap();
-        assert_eq!(found.leaves, found.arrives);
+        assert_eq!(found.departure_direction, found.arrival_direction);
         assert!((found.density - 1.0 / 25.0).abs() < 1e-15);
     }
 }

@@ -1,10 +1,10 @@
 //! Light sources of a sensor with up to three bodies.
 
 use fabkit_geometry::{
-    Angle, Assembly, Body, Clarity, Lighting, NominalCamera, NominalLens, Placement, Point3, Pose,
-    Process, Sensor, Shows, Solid, Substance, Vector3,
+    Angle, Assembly, Body, OpticalClarity, Lighting, NominalCamera, NominalLens, Placement, Point3, Pose,
+    Process, Sensor, VisibleEffect, Solid, MaterialProperties, Vector3,
 };
-use fabkit_light::{Emitters, NoLight};
+use fabkit_light::{Emitters, LightingError};
 
 /// Builds a sensor with a light source of 0.2 x 0.2 mm at the origin that shines upwards, and other bodies.
 fn sensor(lamps: bool, others: Vec<Body>) -> Sensor {
@@ -18,13 +18,13 @@ fn sensor(lamps: bool, others: Vec<Body>) -> Sensor {
     };
     let in_use = || [Placement::in_place(Assembly::sensor())];
     let lamp = Body::bought("lamp", "an LED", Solid::cuboid(0.2, 0.2, 0.1).at_z(-0.1));
-    let lamp = if lamps { lamp.shining() } else { lamp }.placed(in_use());
+    let lamp = if lamps { lamp.as_light_source() } else { lamp }.placed(in_use());
     let others = others.into_iter().map(|body| body.placed(in_use()));
     Sensor::new("try", "", "", camera, std::iter::once(lamp).chain(others))
 }
 
-fn emitters(sensor: &Sensor) -> Result<Emitters, NoLight> {
-    Emitters::of(sensor, &Lighting::by("white", "lamp", Shows::Thickness { layers: Vec::new() }))
+fn emitters(sensor: &Sensor) -> Result<Emitters, LightingError> {
+    Emitters::new(sensor, &Lighting::from_body("white", "lamp", VisibleEffect::Thickness { layers: Vec::new() }))
 }
 
 fn on_axis_and_aside(emitters: &Emitters) -> [f64; 2] {
@@ -47,10 +47,10 @@ fn light_falls_with_both_cosines_and_the_square_of_the_distance() {
 }
 
 #[test]
-fn what_is_opaque_casts_a_shadow_and_what_is_clear_does_not() {
+fn opaque_bodies_cast_shadows_and_clear_ones_do_not() {
     let plate = |clarity| {
         let solid = Solid::cuboid(2.0, 2.0, 0.5).at_z(4.0);
-        let mut plate = Body::made("plate", "in the way", Process::Laser, solid).in_light(clarity);
+        let mut plate = Body::made("plate", "in the way", Process::Laser, solid).with_clarity(clarity);
         plate.substance.refractive_index = Some(1.0);
         plate
     };
@@ -58,18 +58,18 @@ fn what_is_opaque_casts_a_shadow_and_what_is_clear_does_not() {
         let emitters = emitters(&sensor(true, vec![plate(clarity)])).unwrap();
         on_axis_and_aside(&emitters)
     };
-    let [on_axis, aside] = lit(Clarity::Opaque);
+    let [on_axis, aside] = lit(OpticalClarity::Opaque);
     assert!(on_axis == 0.0 && aside > 0.0);
-    assert!(lit(Clarity::Clear)[0] > 0.0);
+    assert!(lit(OpticalClarity::Clear)[0] > 0.0);
 }
 
 #[test]
 fn a_diffuser_shines_instead_of_the_lamps() {
     let solid = Solid::cuboid(6.0, 6.0, 1.0).at_z(2.0);
     let diffuser =
-        Body::made("diffuser", "frosted", Process::Laser, solid).in_light(Clarity::Translucent);
+        Body::made("diffuser", "frosted", Process::Laser, solid).with_clarity(OpticalClarity::Translucent);
     let emitters = emitters(&sensor(true, vec![diffuser])).unwrap();
-    assert!(emitters.what.contains("diffuser"), "{}", emitters.what);
+    assert!(emitters.description.contains("diffuser"), "{}", emitters.description);
     let [on_axis, aside] = on_axis_and_aside(&emitters);
     // From the diffuser's centre, 7 mm below, the fourth power of the cosine is 0.108. Parts of it are closer to the
     // point aside, which also sees its side face.
@@ -78,23 +78,23 @@ fn a_diffuser_shines_instead_of_the_lamps() {
 
 #[test]
 fn without_lamps_there_is_no_light() {
-    assert!(matches!(emitters(&sensor(false, Vec::new())), Err(NoLight::NoLamps { .. })));
+    assert!(matches!(emitters(&sensor(false, Vec::new())), Err(LightingError::NoLamps { .. })));
 }
 
 #[test]
 fn light_below_a_plate_is_bent_into_it() {
     // A wide glass plate from 4 mm on: light arrives more steeply than along the straight line.
     let solid = Solid::cuboid(200.0, 200.0, 100.0).at_z(4.0);
-    let glass = Substance { refractive_index: Some(1.5), ..Substance::default() };
-    let mut plate = Body::made("plate", "clear", Process::Laser, solid).in_light(Clarity::Clear);
+    let glass = MaterialProperties { refractive_index: Some(1.5), ..MaterialProperties::default() };
+    let mut plate = Body::made("plate", "clear", Process::Laser, solid).with_clarity(OpticalClarity::Clear);
     plate.substance = glass;
     let emitters = emitters(&sensor(true, vec![plate])).unwrap();
     let place = Point3::new(10.0, 0.0, 10.0);
     let piece = emitters.pieces()[0];
     let found = emitters.arrival(&piece, &place, &mut emitters.tracer()).unwrap();
     let straight = (place - piece.place).normalize();
-    assert!(found.arrives.z > straight.z + 0.05, "{}", found.arrives);
-    let sines = [found.leaves.x / found.arrives.x, 1.5];
+    assert!(found.arrival_direction.z > straight.z + 0.05, "{}", found.arrival_direction);
+    let sines = [found.departure_direction.x / found.arrival_direction.x, 1.5];
     assert!((sines[0] - sines[1]).abs() < 1e-9, "{sines:?}");
 }
 
@@ -103,7 +103,7 @@ fn light_from_aside_goes_a_longer_way_through_a_layer() {
     let lit = |clear: Vec<Body>, index: f64| {
         let emitters = emitters(&sensor(true, clear)).unwrap();
         let places = [0.0, 10.0].map(|x| (Point3::new(x, 0.0, 10.0), -Vector3::z()));
-        let [slanted, lit] = [emitters.slanted(&places, index), emitters.irradiance(&places)];
+        let [slanted, lit] = [emitters.irradiance_times_path(&places, index), emitters.irradiance(&places)];
         [0, 1].map(|place| slanted[place][1] / lit[place][1])
     };
     // The path is 1 straight through and sqrt(2) at 45 degrees; the size of the source changes this by the relative
@@ -117,7 +117,7 @@ fn light_from_aside_goes_a_longer_way_through_a_layer() {
     assert!((aside - (1.0 - sine * sine).sqrt().recip()).abs() < 1e-3, "{aside}");
     // Light that a plate has refracted is not refracted again.
     let solid = Solid::cuboid(200.0, 200.0, 100.0).at_z(4.0);
-    let mut plate = Body::made("plate", "clear", Process::Laser, solid).in_light(Clarity::Clear);
+    let mut plate = Body::made("plate", "clear", Process::Laser, solid).with_clarity(OpticalClarity::Clear);
     plate.substance.refractive_index = Some(1.41);
     let [once, again] = [1.0, 1.41].map(|index| lit(vec![plate.clone()], index)[1]);
     assert!(once == again && once < f64::sqrt(2.0), "{once} {again}");

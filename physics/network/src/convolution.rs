@@ -11,7 +11,7 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::pointwise::{Pointwise, apply};
 
 /// Pixels processed before the next panel of weights is loaded: their sums stay in the first-level cache.
-const BLOCK: usize = 96;
+const PIXELS_PER_BLOCK: usize = 96;
 /// Pixels whose sums are in registers at once, for a panel that is two registers wide. Of sixteen registers, three are
 /// left for weights and inputs.
 const TWO_WIDE: usize = 6;
@@ -19,7 +19,7 @@ const TWO_WIDE: usize = 6;
 const ONE_WIDE: usize = 8;
 
 /// Maximum size of a panel's weights that stay in the first-level cache beside everything else, bytes.
-const NEAR_BYTES: usize = 16 << 10;
+const L1_WEIGHT_BYTES: usize = 16 << 10;
 
 /// Convolution, with its weights in the order in which they are read.
 #[derive(Clone, Debug)]
@@ -53,7 +53,7 @@ struct Panel {
 
 /// Contiguous numbers in the map that belong to contiguous weights.
 #[derive(Clone, Copy, Debug)]
-struct Run {
+struct ContiguousRun {
     /// Offset from the start of the window.
     offset: usize,
     count: usize,
@@ -61,7 +61,7 @@ struct Run {
 
 /// Pixels at which a convolution is evaluated.
 #[derive(Clone, Copy, Debug)]
-pub struct Places<'a> {
+pub struct EvaluationPixels<'a> {
     /// Input map, and its number of columns.
     pub map: &'a [f32],
     pub columns: usize,
@@ -72,9 +72,9 @@ pub struct Places<'a> {
 }
 
 /// Query for the number of `f32` lanes in a register of this machine.
-struct Lanes;
+struct LaneCount;
 
-impl WithSimd for Lanes {
+impl WithSimd for LaneCount {
     type Output = usize;
 
     #[inline(always)]
@@ -87,7 +87,7 @@ impl Convolution {
     /// Creates a convolution from weights (outputs x inputs of a group x rows x columns) and one bias for each output.
     pub fn new(weights: &[f32], bias: &[f32], shape: [usize; 4], groups: usize) -> Self {
         let [outputs, per_group, rows, columns] = shape;
-        let lanes = Arch::new().dispatch(Lanes);
+        let lanes = Arch::new().dispatch(LaneCount);
         let is_depthwise = per_group == 1 && outputs == groups && groups > 1;
         // In a depthwise convolution, inputs occupy registers too.
         let registers = if is_depthwise || outputs / groups <= lanes { 1 } else { 2 };
@@ -120,7 +120,7 @@ impl Convolution {
     }
 
     /// Returns the number of multiplications per pixel.
-    pub fn products(&self) -> u64 {
+    pub fn multiplications_per_pixel(&self) -> u64 {
         let [rows, columns] = self.kernel;
         (rows * columns * self.outputs * (self.inputs / self.groups)) as u64
     }
@@ -139,15 +139,15 @@ impl Convolution {
     }
 
     /// Lists the contiguous parts of a window, in the order of the weights.
-    fn runs(&self, columns: usize, panel: Panel) -> Vec<Run> {
+    fn runs(&self, columns: usize, panel: Panel) -> Vec<ContiguousRun> {
         let ([high, wide], inputs) = (self.kernel, self.inputs);
         if self.groups == 1 {
-            let of = |row| Run { offset: row * columns * inputs, count: wide * inputs };
+            let of = |row| ContiguousRun { offset: row * columns * inputs, count: wide * inputs };
             return (0..high).map(of).collect();
         }
         let of_group = inputs / self.groups;
         let first = if self.is_depthwise { panel.output } else { panel.group * of_group };
-        let of = |row, column| Run {
+        let of = |row, column| ContiguousRun {
             offset: (row * columns + column) * inputs + first,
             count: of_group,
         };
@@ -156,7 +156,7 @@ impl Convolution {
 
     /// Evaluates the convolution at `places` and writes each result, after the pointwise operations `then`, into a map
     /// with `outputs` channels.
-    pub fn evaluate(&self, places: Places, then: &[Pointwise], into: &mut [f32]) {
+    pub fn evaluate(&self, places: EvaluationPixels, then: &[Pointwise], into: &mut [f32]) {
         Arch::new().dispatch(Evaluation { convolution: self, places, then, into });
     }
 }
@@ -164,7 +164,7 @@ impl Convolution {
 /// Evaluation of a convolution, compiled for each width of registers.
 struct Evaluation<'a> {
     convolution: &'a Convolution,
-    places: Places<'a>,
+    places: EvaluationPixels<'a>,
     then: &'a [Pointwise],
     into: &'a mut [f32],
 }
@@ -176,15 +176,15 @@ impl WithSimd for Evaluation<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { convolution, places, then, into } = self;
         let Convolution { inputs, outputs, width, .. } = *convolution;
-        let panels: Vec<(Panel, Vec<Run>)> = convolution
+        let panels: Vec<(Panel, Vec<ContiguousRun>)> = convolution
             .panels()
             .map(|panel| (panel, convolution.runs(places.columns, panel)))
             .collect();
         // All panels have the same number of weights, thanks to padding.
         let weights_of = convolution.weights.len() / panels.len();
-        let mut sums = vec![0.0; BLOCK * width];
-        let mut starts = [0; BLOCK];
-        for (windows, pixels) in places.windows.chunks(BLOCK).zip(places.pixels.chunks(BLOCK)) {
+        let mut sums = vec![0.0; PIXELS_PER_BLOCK * width];
+        let mut starts = [0; PIXELS_PER_BLOCK];
+        for (windows, pixels) in places.windows.chunks(PIXELS_PER_BLOCK).zip(places.pixels.chunks(PIXELS_PER_BLOCK)) {
             // An incomplete last block repeats its last pixel; these results are not read.
             let last = windows[windows.len() - 1];
             for (i, start) in starts.iter_mut().enumerate() {
@@ -238,7 +238,7 @@ fn dense<S: Simd, const AT_ONCE: usize, const WIDE: usize>(
     weights: &[f32],
     bias: &[f32],
     map: &[f32],
-    runs: &[Run],
+    runs: &[ContiguousRun],
     starts: &[usize],
     sums: &mut [f32],
 ) {
@@ -246,7 +246,7 @@ fn dense<S: Simd, const AT_ONCE: usize, const WIDE: usize>(
     let bias = S::as_simd_f32s(bias).0.as_chunks::<WIDE>().0[0];
     let sums = S::as_mut_simd_f32s(sums).0.as_chunks_mut::<WIDE>().0;
     // Weights that fit in the first-level cache are used all at once, otherwise run by run.
-    let at_once = if size_of_val(weights) <= NEAR_BYTES { runs.len() } else { 1 };
+    let at_once = if size_of_val(weights) <= L1_WEIGHT_BYTES { runs.len() } else { 1 };
     for (i, runs) in runs.chunks(at_once).enumerate() {
         let count = runs.iter().map(|run| run.count).sum();
         let (of_runs, rest) = weights.split_at(count);
@@ -284,7 +284,7 @@ fn depthwise<S: Simd>(
     simd: S,
     [weights, bias]: [&[f32]; 2],
     (map, inputs): (&[f32], usize),
-    (runs, count): (&[Run], usize),
+    (runs, count): (&[ContiguousRun], usize),
     starts: &[usize],
     sums: &mut [f32],
 ) {

@@ -9,7 +9,7 @@ pub const ACCEPTED: &str =
 pub enum NetworkError {
     /// Bytes that are not an ONNX model.
     #[error("this is no ONNX file: its bytes are not those of a model")]
-    NoOnnx,
+    NotOnnx,
     /// File that ends too early.
     #[error("the file ends within a value: it is cut off")]
     Truncated,
@@ -25,7 +25,7 @@ pub enum NetworkError {
     #[error(
         "node {node}: {operator} takes `{takes}`; a chain is read, in which it takes `{before}`"
     )]
-    NoChain {
+    NotAChain {
         /// Number and name of the node.
         node: String,
         /// Operator of the node.
@@ -85,7 +85,7 @@ pub enum NetworkError {
     },
     /// Image whose values do not form complete rows.
     #[error("{values} values are no picture of {columns} columns")]
-    Picture {
+    ImageShape {
         /// Number of values.
         values: usize,
         /// Stated number of columns.

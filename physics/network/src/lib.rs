@@ -40,11 +40,11 @@ mod onnx;
 mod pointwise;
 mod tiles;
 mod wire;
-pub mod writing;
+pub mod writer;
 
 use chain::Chain;
 use convolution::Convolution;
-use tiles::Wanted;
+use tiles::OutputRegion;
 
 pub use error::NetworkError;
 pub use tiles::TILE_PX;
@@ -63,9 +63,9 @@ impl Network {
     /// # Errors
     /// If the bytes are not an ONNX model, or the graph is not such a chain; the message names the node.
     pub fn read(bytes: &[u8]) -> Result<Self, NetworkError> {
-        let chain = chain::chain(bytes)?;
+        let chain = chain::read_chain(bytes)?;
         // Each weight is multiplied once per pixel; each output has a bias.
-        let of = |convolution: &Convolution| convolution.products() as usize + convolution.outputs;
+        let of = |convolution: &Convolution| convolution.multiplications_per_pixel() as usize + convolution.outputs;
         let parameters = chain.stages.iter().map(|stage| of(&stage.convolution)).sum();
         Ok(Self { chain, parameters })
     }
@@ -76,8 +76,8 @@ impl Network {
     }
 
     /// Returns the number of multiplications per evaluated pixel, without those for its surroundings.
-    pub fn products_a_pixel(&self) -> u64 {
-        self.chain.stages.iter().map(|stage| stage.convolution.products()).sum()
+    pub fn multiplications_per_pixel(&self) -> u64 {
+        self.chain.stages.iter().map(|stage| stage.convolution.multiplications_per_pixel()).sum()
     }
 
     /// Returns how many pixels to each side influence an output pixel: rows and columns, px.
@@ -89,7 +89,7 @@ impl Network {
 
     /// Returns the maximum working memory of a thread, bytes.
     pub fn bytes_a_thread(&self) -> u64 {
-        tiles::bytes_a_thread(&self.chain)
+        tiles::bytes_per_thread(&self.chain)
     }
 
     /// Evaluates the network at every pixel of an image with `columns` columns, row by row.
@@ -97,7 +97,7 @@ impl Network {
     /// # Errors
     /// If the values do not form complete rows, or are not finite.
     pub fn run(&self, picture: &[f32], columns: usize) -> Result<Vec<f32>, NetworkError> {
-        self.evaluate(picture, columns, Wanted::Everything)
+        self.evaluate(picture, columns, OutputRegion::Everything)
     }
 
     /// Evaluates the network where the image is not zero, with the same bits as [`Self::run`]; the output is zero
@@ -105,8 +105,8 @@ impl Network {
     ///
     /// # Errors
     /// As for [`Self::run`].
-    pub fn run_touched(&self, picture: &[f32], columns: usize) -> Result<Vec<f32>, NetworkError> {
-        self.evaluate(picture, columns, Wanted::Touched)
+    pub fn run_nonzero(&self, picture: &[f32], columns: usize) -> Result<Vec<f32>, NetworkError> {
+        self.evaluate(picture, columns, OutputRegion::Nonzero)
     }
 
     /// Checks the image and evaluates the network.
@@ -114,11 +114,11 @@ impl Network {
         &self,
         picture: &[f32],
         columns: usize,
-        wanted: Wanted,
+        wanted: OutputRegion,
     ) -> Result<Vec<f32>, NetworkError> {
         let values = picture.len();
         if columns == 0 || !values.is_multiple_of(columns) {
-            return Err(NetworkError::Picture { values, columns });
+            return Err(NetworkError::ImageShape { values, columns });
         }
         if picture.iter().any(|value| !value.is_finite()) {
             return Err(NetworkError::NotFinite);

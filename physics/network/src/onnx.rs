@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use crate::NetworkError;
-use crate::wire::{Fields, Value, floats, integers, message, text};
+use crate::wire::{Fields, FieldValue, floats, integers, message, text};
 
 /// `TensorProto.DataType.FLOAT`.
 const FLOAT: u64 = 1;
@@ -56,29 +56,29 @@ pub struct Graph<'a> {
 ///
 /// # Errors
 /// If the bytes are not an ONNX model.
-pub fn graph(bytes: &[u8]) -> Result<Graph<'_>, NetworkError> {
+pub fn read_graph(bytes: &[u8]) -> Result<Graph<'_>, NetworkError> {
     let (mut version, mut found) = (None, None);
-    for field in Fields::of(bytes) {
+    for field in Fields::new(bytes) {
         // ModelProto: 1 ir_version, 7 graph.
         match field? {
-            (1, Value::Varint(number)) => version = Some(number),
+            (1, FieldValue::Varint(number)) => version = Some(number),
             (7, value) => found = Some(message(value)?),
             _ => {}
         }
     }
     // Every model has a format version and a graph.
-    let (Some(_), Some(fields)) = (version, found) else { return Err(NetworkError::NoOnnx) };
+    let (Some(_), Some(fields)) = (version, found) else { return Err(NetworkError::NotOnnx) };
     let mut graph = Graph::default();
     for field in fields {
         // GraphProto: 1 node, 5 initializer, 11 input, 12 output.
         match field? {
-            (1, value) => graph.nodes.push(node(message(value)?)?),
+            (1, value) => graph.nodes.push(read_node(message(value)?)?),
             (5, value) => {
                 let constant = message(value)?;
-                graph.constants.insert(named(constant.clone(), 8)?, constant);
+                graph.constants.insert(text_field(constant.clone(), 8)?, constant);
             }
-            (11, value) => graph.inputs.push(named(message(value)?, 1)?),
-            (12, value) => graph.outputs.push(named(message(value)?, 1)?),
+            (11, value) => graph.inputs.push(text_field(message(value)?, 1)?),
+            (12, value) => graph.outputs.push(text_field(message(value)?, 1)?),
             _ => {}
         }
     }
@@ -89,7 +89,7 @@ pub fn graph(bytes: &[u8]) -> Result<Graph<'_>, NetworkError> {
 }
 
 /// Returns the text in field `number`; empty if there is none.
-fn named(fields: Fields<'_>, number: u64) -> Result<String, NetworkError> {
+fn text_field(fields: Fields<'_>, number: u64) -> Result<String, NetworkError> {
     let mut name = String::new();
     for field in fields {
         let (field, value) = field?;
@@ -101,7 +101,7 @@ fn named(fields: Fields<'_>, number: u64) -> Result<String, NetworkError> {
 }
 
 /// Reads a node.
-fn node(fields: Fields<'_>) -> Result<Node<'_>, NetworkError> {
+fn read_node(fields: Fields<'_>) -> Result<Node<'_>, NetworkError> {
     let mut node = Node::default();
     for field in fields {
         // NodeProto: 1 input, 2 output, 3 name, 4 op_type, 5 attribute, 7 domain.
@@ -111,7 +111,7 @@ fn node(fields: Fields<'_>) -> Result<Node<'_>, NetworkError> {
             (3, value) => node.name = text(value)?,
             (4, value) => node.operator = text(value)?,
             (5, value) => {
-                let (name, attribute) = attribute(message(value)?)?;
+                let (name, attribute) = read_attribute(message(value)?)?;
                 node.attributes.insert(name, attribute);
             }
             (7, value) => node.domain = text(value)?,
@@ -122,14 +122,14 @@ fn node(fields: Fields<'_>) -> Result<Node<'_>, NetworkError> {
 }
 
 /// Reads an attribute with its name.
-fn attribute(fields: Fields<'_>) -> Result<(String, Attribute<'_>), NetworkError> {
+fn read_attribute(fields: Fields<'_>) -> Result<(String, Attribute<'_>), NetworkError> {
     let (mut name, mut attribute) = (String::new(), Attribute::default());
     for field in fields {
         // AttributeProto: 1 name, 2 f, 3 i, 4 s, 5 t, 8 ints.
         match field? {
             (1, value) => name = text(value)?,
-            (2, Value::Fixed32(bits)) => attribute.float = Some(f32::from_bits(bits)),
-            (3, Value::Varint(number)) => attribute.integer = Some(number as i64),
+            (2, FieldValue::Fixed32(bits)) => attribute.float = Some(f32::from_bits(bits)),
+            (3, FieldValue::Varint(number)) => attribute.integer = Some(number as i64),
             (4, value) => attribute.text = Some(text(value)?),
             (5, value) => attribute.tensor = Some(message(value)?),
             (8, value) => integers(value, &mut attribute.integers)?,
@@ -143,7 +143,7 @@ fn attribute(fields: Fields<'_>) -> Result<(String, Attribute<'_>), NetworkError
 ///
 /// # Errors
 /// If the numbers have another type, are in another file, do not match the shape in number, or are not finite.
-pub fn tensor(name: &str, fields: Fields<'_>) -> Result<Tensor, NetworkError> {
+pub fn read_tensor(name: &str, fields: Fields<'_>) -> Result<Tensor, NetworkError> {
     let wrong = |found: &str| {
         let (name, found) = (name.to_owned(), found.to_owned());
         NetworkError::Constant { name, found }
@@ -153,12 +153,12 @@ pub fn tensor(name: &str, fields: Fields<'_>) -> Result<Tensor, NetworkError> {
         // TensorProto: 1 dims, 2 data_type, 4 float_data, 9 raw_data, 14 data_location.
         match field? {
             (1, value) => integers(value, &mut shape)?,
-            (2, Value::Varint(kind)) if kind != FLOAT => {
+            (2, FieldValue::Varint(kind)) if kind != FLOAT => {
                 return Err(wrong(&format!("its numbers are of type {kind}")));
             }
             (4, value) => floats(value, &mut values)?,
-            (9, Value::Bytes(bytes)) => raw = Some(Value::Bytes(bytes)),
-            (14, Value::Varint(EXTERNAL)) => return Err(wrong("its numbers are in another file")),
+            (9, FieldValue::Bytes(bytes)) => raw = Some(FieldValue::Bytes(bytes)),
+            (14, FieldValue::Varint(EXTERNAL)) => return Err(wrong("its numbers are in another file")),
             _ => {}
         }
     }

@@ -2,16 +2,16 @@
 
 /// Constant for all channels, or one for each.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Constant {
-    Same(f32),
+pub enum PointwiseConstant {
+    Scalar(f32),
     Channels(Vec<f32>),
 }
 
-impl Constant {
+impl PointwiseConstant {
     /// Returns the constant with the opposite sign.
-    pub fn negative(self) -> Self {
+    pub fn negated(self) -> Self {
         match self {
-            Self::Same(value) => Self::Same(-value),
+            Self::Scalar(value) => Self::Scalar(-value),
             Self::Channels(values) => Self::Channels(values.iter().map(|value| -value).collect()),
         }
     }
@@ -19,9 +19,9 @@ impl Constant {
     /// Applies `f` to each number and its constant; `values` are pixels of `width` channels, beginning with channel
     /// `first`.
     #[inline(always)]
-    fn each(&self, values: &mut [f32], width: usize, first: usize, f: impl Fn(f32, f32) -> f32) {
+    fn apply_each(&self, values: &mut [f32], width: usize, first: usize, f: impl Fn(f32, f32) -> f32) {
         match self {
-            Self::Same(constant) => {
+            Self::Scalar(constant) => {
                 values.iter_mut().for_each(|value| *value = f(*value, *constant))
             }
             Self::Channels(constants) => {
@@ -46,9 +46,9 @@ pub enum Pointwise {
     },
     /// Logistic function, 1 / (1 + exp(-x)).
     Sigmoid,
-    Add(Constant),
-    Multiply(Constant),
-    Divide(Constant),
+    Add(PointwiseConstant),
+    Multiply(PointwiseConstant),
+    Divide(PointwiseConstant),
 }
 
 /// Applies all operations in order; `values` are pixels of `width` channels, of which the first is channel `first`.
@@ -66,9 +66,9 @@ pub fn apply(steps: &[Pointwise], values: &mut [f32], width: usize, first: usize
             Pointwise::Sigmoid => {
                 values.iter_mut().for_each(|value| *value = 1.0 / (1.0 + (-*value).exp()));
             }
-            Pointwise::Add(by) => by.each(values, width, first, |value, by| value + by),
-            Pointwise::Multiply(by) => by.each(values, width, first, |value, by| value * by),
-            Pointwise::Divide(by) => by.each(values, width, first, |value, by| value / by),
+            Pointwise::Add(by) => by.apply_each(values, width, first, |value, by| value + by),
+            Pointwise::Multiply(by) => by.apply_each(values, width, first, |value, by| value * by),
+            Pointwise::Divide(by) => by.apply_each(values, width, first, |value, by| value / by),
         }
     }
 }

@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use crate::chain::Chain;
-use crate::convolution::Places;
+use crate::convolution::EvaluationPixels;
 use crate::pointwise::apply;
 
 /// Rows and columns of a tile, px. Maps of 64 channels around it stay in the second-level cache.
@@ -14,23 +14,23 @@ pub const TILE_PX: usize = 32;
 
 /// Pixels at which the output is requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wanted {
+pub enum OutputRegion {
     /// All pixels.
     Everything,
     /// Pixels where the image is not zero.
-    Touched,
+    Nonzero,
 }
 
 /// Rectangle of an image: its first row and column, which may lie outside the image, and its size.
 #[derive(Clone, Copy, Debug)]
-struct Part {
+struct Rectangle {
     first: [isize; 2],
     size: [usize; 2],
 }
 
-impl Part {
+impl Rectangle {
     /// Returns the rectangle enlarged by `reach` rows and columns on each side.
-    fn around(self, reach: [usize; 2]) -> Self {
+    fn enlarged(self, reach: [usize; 2]) -> Self {
         Self {
             first: [0, 1].map(|k| self.first[k] - reach[k] as isize),
             size: [0, 1].map(|k| self.size[k] + 2 * reach[k]),
@@ -57,7 +57,7 @@ impl Part {
 
 /// Working memory of a thread; its content is meaningless between tiles.
 #[derive(Default)]
-struct Room {
+struct Workspace {
     before: Vec<f32>,
     after: Vec<f32>,
     windows: Vec<usize>,
@@ -66,18 +66,18 @@ struct Room {
 
 /// Input image, row by row, with its rows and columns.
 #[derive(Clone, Copy)]
-struct Given<'a> {
+struct InputImage<'a> {
     values: &'a [f32],
     size: [usize; 2],
 }
 
 /// Returns the maximum working memory of a thread, bytes.
-pub fn bytes_a_thread(chain: &Chain) -> u64 {
-    let mut part = Part { first: [0, 0], size: [TILE_PX, TILE_PX] };
+pub fn bytes_per_thread(chain: &Chain) -> u64 {
+    let mut part = Rectangle { first: [0, 0], size: [TILE_PX, TILE_PX] };
     let mut largest = part.pixels();
     for stage in chain.stages.iter().rev() {
         largest = largest.max(part.pixels() * stage.convolution.outputs);
-        part = part.around(stage.convolution.kernel.map(|px| px / 2));
+        part = part.enlarged(stage.convolution.kernel.map(|px| px / 2));
     }
     // Two lists of indices, and a mask for the tile and for each layer.
     let a_pixel = 2 * size_of::<usize>() + (1 + chain.stages.len()) * size_of::<bool>();
@@ -85,25 +85,25 @@ pub fn bytes_a_thread(chain: &Chain) -> u64 {
 }
 
 /// Evaluates a chain on an image with `columns` columns.
-pub fn evaluate(chain: &Chain, values: &[f32], columns: usize, wanted: Wanted) -> Vec<f32> {
+pub fn evaluate(chain: &Chain, values: &[f32], columns: usize, wanted: OutputRegion) -> Vec<f32> {
     let mut all = vec![0.0; values.len()];
     if values.is_empty() {
         return all;
     }
-    let given = Given { values, size: [values.len() / columns, columns] };
+    let given = InputImage { values, size: [values.len() / columns, columns] };
     let across = columns.div_ceil(TILE_PX);
     let count = across * given.size[0].div_ceil(TILE_PX);
     let part = |tile: usize| {
         let first = [tile / across * TILE_PX, tile % across * TILE_PX];
         let size = [0, 1].map(|k| TILE_PX.min(given.size[k] - first[k]));
-        Part { first: first.map(|px| px as isize), size }
+        Rectangle { first: first.map(|px| px as isize), size }
     };
     let tiles: Vec<Option<Vec<f32>>> = (0..count)
         .into_par_iter()
-        .map_init(Room::default, |room, tile| of_tile(chain, given, part(tile), wanted, room))
+        .map_init(Workspace::default, |room, tile| evaluate_tile(chain, given, part(tile), wanted, room))
         .collect();
     for (tile, found) in tiles.into_iter().enumerate() {
-        let (Part { first, size }, Some(found)) = (part(tile), found) else { continue };
+        let (Rectangle { first, size }, Some(found)) = (part(tile), found) else { continue };
         for (row, found) in found.chunks_exact(size[1]).enumerate() {
             let start = (first[0] as usize + row) * columns + first[1] as usize;
             all[start..start + size[1]].copy_from_slice(found);
@@ -113,12 +113,12 @@ pub fn evaluate(chain: &Chain, values: &[f32], columns: usize, wanted: Wanted) -
 }
 
 /// Evaluates one tile, with zeros where the output is not requested; `None` if it is requested nowhere.
-fn of_tile(
+fn evaluate_tile(
     chain: &Chain,
-    given: Given,
-    tile: Part,
-    wanted: Wanted,
-    room: &mut Room,
+    given: InputImage,
+    tile: Rectangle,
+    wanted: OutputRegion,
+    room: &mut Workspace,
 ) -> Option<Vec<f32>> {
     let row_of = |row: usize| {
         let start = (tile.first[0] as usize + row) * given.size[1] + tile.first[1] as usize;
@@ -126,8 +126,8 @@ fn of_tile(
     };
     let rows = 0..tile.size[0];
     let asked: Vec<bool> = match wanted {
-        Wanted::Everything => vec![true; tile.pixels()],
-        Wanted::Touched => {
+        OutputRegion::Everything => vec![true; tile.pixels()],
+        OutputRegion::Nonzero => {
             // Most tiles end here. Without an early exit from the row, the comparison is vectorized.
             let is_touched =
                 |row| row_of(row).iter().fold(false, |any, value| any | (*value != 0.0));
@@ -143,12 +143,12 @@ fn of_tile(
     let mut needs = vec![(tile, asked)];
     for stage in chain.stages.iter().skip(1).rev() {
         let (part, asked) = &needs[needs.len() - 1];
-        needs.push(looked_at(*part, asked, stage.convolution.kernel.map(|px| px / 2)));
+        needs.push(dilate(*part, asked, stage.convolution.kernel.map(|px| px / 2)));
     }
     let reach =
         chain.stages.first().map_or([0, 0], |stage| stage.convolution.kernel.map(|px| px / 2));
-    let first = needs[needs.len() - 1].0.around(reach);
-    read(chain, given, first, &mut room.before);
+    let first = needs[needs.len() - 1].0.enlarged(reach);
+    load_input(chain, given, first, &mut room.before);
     let mut columns = first.size[1];
     for (i, (stage, (part, asked))) in chain.stages.iter().zip(needs.iter().rev()).enumerate() {
         let outputs = stage.convolution.outputs;
@@ -165,11 +165,11 @@ fn of_tile(
             // A 1 x 1 window reads exactly the pixels of the layer before it.
             room.windows.clone_from(&room.pixels);
         } else {
-            list(*part, asked, given.size, columns, room);
+            list_windows(*part, asked, given.size, columns, room);
         }
         let places =
-            Places { map: &room.before, columns, windows: &room.windows, pixels: &room.pixels };
-        stage.convolution.evaluate(places, &stage.then, &mut room.after);
+            EvaluationPixels { map: &room.before, columns, windows: &room.windows, pixels: &room.pixels };
+        stage.convolution.evaluate(places, &stage.pointwise, &mut room.after);
         std::mem::swap(&mut room.before, &mut room.after);
         columns = part.size[1];
     }
@@ -181,7 +181,7 @@ fn of_tile(
 
 /// Lists the requested pixels of a rectangle that lie in the image, and the first pixel of each window in the input
 /// map, which has `columns` columns.
-fn list(part: Part, asked: &[bool], picture: [usize; 2], columns: usize, room: &mut Room) {
+fn list_windows(part: Rectangle, asked: &[bool], picture: [usize; 2], columns: usize, room: &mut Workspace) {
     let [rows, inside] = part.inside(picture);
     room.windows.clear();
     room.pixels.clear();
@@ -198,11 +198,11 @@ fn list(part: Part, asked: &[bool], picture: [usize; 2], columns: usize, room: &
 }
 
 /// Returns the pixels that windows with the given reach read, and their rectangle.
-fn looked_at(part: Part, asked: &[bool], reach: [usize; 2]) -> (Part, Vec<bool>) {
+fn dilate(part: Rectangle, asked: &[bool], reach: [usize; 2]) -> (Rectangle, Vec<bool>) {
     if reach == [0, 0] {
         return (part, asked.to_vec());
     }
-    let wider = part.around(reach);
+    let wider = part.enlarged(reach);
     let [columns, wide] = [part.size[1], wider.size[1]];
     let mut found = vec![false; wider.pixels()];
     let mut along = vec![false; wide];
@@ -227,7 +227,7 @@ fn looked_at(part: Part, asked: &[bool], reach: [usize; 2]) -> (Part, Vec<bool>)
 }
 
 /// Copies a rectangle of the image, with zeros outside it, and applies the operations before the first layer.
-fn read(chain: &Chain, given: Given, part: Part, into: &mut Vec<f32>) {
+fn load_input(chain: &Chain, given: InputImage, part: Rectangle, into: &mut Vec<f32>) {
     into.clear();
     into.resize(part.pixels(), 0.0);
     let [rows, columns] = part.inside(given.size);

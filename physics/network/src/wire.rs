@@ -7,7 +7,7 @@ use crate::NetworkError;
 
 /// Value of a field.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Value<'a> {
+pub enum FieldValue<'a> {
     /// Integer of any kind.
     Varint(u64),
     /// Eight bytes, little endian.
@@ -26,7 +26,7 @@ pub struct Fields<'a> {
 
 impl<'a> Fields<'a> {
     /// Creates the iterator over the fields of a message.
-    pub fn of(message: &'a [u8]) -> Self {
+    pub fn new(message: &'a [u8]) -> Self {
         Self { rest: message }
     }
 
@@ -53,25 +53,25 @@ impl<'a> Fields<'a> {
     }
 
     /// Reads a field: its number and value.
-    fn field(&mut self) -> Result<(u64, Value<'a>), NetworkError> {
+    fn field(&mut self) -> Result<(u64, FieldValue<'a>), NetworkError> {
         let key = self.varint()?;
         let value = match key & 7 {
-            0 => Value::Varint(self.varint()?),
-            1 => Value::Fixed64(u64::from_le_bytes(self.array()?)),
+            0 => FieldValue::Varint(self.varint()?),
+            1 => FieldValue::Fixed64(u64::from_le_bytes(self.array()?)),
             2 => {
                 let count = self.varint()?;
-                Value::Bytes(self.take(count)?)
+                FieldValue::Bytes(self.take(count)?)
             }
-            5 => Value::Fixed32(u32::from_le_bytes(self.array()?)),
+            5 => FieldValue::Fixed32(u32::from_le_bytes(self.array()?)),
             // Groups, which ONNX does not use, and undefined types.
-            _ => return Err(NetworkError::NoOnnx),
+            _ => return Err(NetworkError::NotOnnx),
         };
         Ok((key >> 3, value))
     }
 }
 
 impl<'a> Iterator for Fields<'a> {
-    type Item = Result<(u64, Value<'a>), NetworkError>;
+    type Item = Result<(u64, FieldValue<'a>), NetworkError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if self.rest.is_empty() {
@@ -96,52 +96,52 @@ fn varint(bytes: &[u8]) -> Result<(u64, usize), NetworkError> {
             return Ok((value, i + 1));
         }
     }
-    Err(if bytes.len() < 10 { NetworkError::Truncated } else { NetworkError::NoOnnx })
+    Err(if bytes.len() < 10 { NetworkError::Truncated } else { NetworkError::NotOnnx })
 }
 
 /// Appends integers: a single one, or a packed list.
-pub fn integers(value: Value<'_>, into: &mut Vec<i64>) -> Result<(), NetworkError> {
+pub fn integers(value: FieldValue<'_>, into: &mut Vec<i64>) -> Result<(), NetworkError> {
     match value {
         // Negative numbers are written in two's complement.
-        Value::Varint(one) => into.push(one as i64),
-        Value::Bytes(mut bytes) => {
+        FieldValue::Varint(one) => into.push(one as i64),
+        FieldValue::Bytes(mut bytes) => {
             while !bytes.is_empty() {
                 let (one, used) = varint(bytes)?;
                 into.push(one as i64);
                 bytes = &bytes[used..];
             }
         }
-        _ => return Err(NetworkError::NoOnnx),
+        _ => return Err(NetworkError::NotOnnx),
     }
     Ok(())
 }
 
 /// Appends numbers: a single one, or a packed list.
-pub fn floats(value: Value<'_>, into: &mut Vec<f32>) -> Result<(), NetworkError> {
+pub fn floats(value: FieldValue<'_>, into: &mut Vec<f32>) -> Result<(), NetworkError> {
     match value {
-        Value::Fixed32(bits) => into.push(f32::from_bits(bits)),
-        Value::Bytes(bytes) => {
+        FieldValue::Fixed32(bits) => into.push(f32::from_bits(bits)),
+        FieldValue::Bytes(bytes) => {
             let (fours, rest) = bytes.as_chunks::<4>();
             if !rest.is_empty() {
                 return Err(NetworkError::Truncated);
             }
             into.extend(fours.iter().map(|four| f32::from_le_bytes(*four)));
         }
-        _ => return Err(NetworkError::NoOnnx),
+        _ => return Err(NetworkError::NotOnnx),
     }
     Ok(())
 }
 
 /// Reads a text.
-pub fn text(value: Value<'_>) -> Result<String, NetworkError> {
-    let Value::Bytes(bytes) = value else { return Err(NetworkError::NoOnnx) };
-    String::from_utf8(bytes.to_vec()).map_err(|_| NetworkError::NoOnnx)
+pub fn text(value: FieldValue<'_>) -> Result<String, NetworkError> {
+    let FieldValue::Bytes(bytes) = value else { return Err(NetworkError::NotOnnx) };
+    String::from_utf8(bytes.to_vec()).map_err(|_| NetworkError::NotOnnx)
 }
 
 /// Reads a nested message.
-pub fn message(value: Value<'_>) -> Result<Fields<'_>, NetworkError> {
+pub fn message(value: FieldValue<'_>) -> Result<Fields<'_>, NetworkError> {
     match value {
-        Value::Bytes(bytes) => Ok(Fields::of(bytes)),
-        _ => Err(NetworkError::NoOnnx),
+        FieldValue::Bytes(bytes) => Ok(Fields::new(bytes)),
+        _ => Err(NetworkError::NotOnnx),
     }
 }

@@ -1,6 +1,6 @@
 //! Evaluated networks equal plain loops over all windows to the bit, for any requested pixels, tiles and threads.
 
-use fabkit_network::writing::{Layer, chain};
+use fabkit_network::writer::{ChainLayer, write_chain};
 use fabkit_network::{Network, TILE_PX};
 use proptest::prelude::*;
 
@@ -37,8 +37,8 @@ impl Plain {
         Self { shape, groups, weights, bias: numbers.some(shape[0]) }
     }
 
-    fn layer(&self) -> Layer {
-        Layer::convolution(self.shape, self.groups, &self.weights, &self.bias)
+    fn layer(&self) -> ChainLayer {
+        ChainLayer::convolution(self.shape, self.groups, &self.weights, &self.bias)
     }
 
     /// Computes one output at one pixel: starts from the bias and applies `step` over rows, columns and channels of the
@@ -90,7 +90,7 @@ fn relu(maps: &mut [Vec<f32>]) {
 
 /// Builds four convolutions, to be used with a Relu between them: odd channel counts, a depthwise or full one, and a
 /// grouped one.
-fn three(numbers: &mut Numbers, channels: usize, depthwise: bool) -> Vec<Plain> {
+fn four_convolutions(numbers: &mut Numbers, channels: usize, depthwise: bool) -> Vec<Plain> {
     let middle = match depthwise {
         true => ([channels, 1, 5, 3], channels),
         false => ([2 * channels, channels, 3, 5], 1),
@@ -110,10 +110,10 @@ fn network(plain: &[Plain]) -> Network {
     for (i, one) in plain.iter().enumerate() {
         layers.push(one.layer());
         if i + 1 < plain.len() {
-            layers.push(Layer::operator("Relu"));
+            layers.push(ChainLayer::operator("Relu"));
         }
     }
-    Network::read(&chain(&layers)).unwrap()
+    Network::read(&write_chain(&layers)).unwrap()
 }
 
 /// Draws an image, with zeros outside a pattern of patches if `sparse`.
@@ -133,7 +133,7 @@ fn bits(values: &[f32]) -> Vec<u32> {
 }
 
 #[test]
-fn chains_are_what_plain_loops_give_to_the_bit() {
+fn chains_equal_plain_loops_to_the_bit() {
     for (seed, channels, depthwise, size) in [
         (1, 3, true, [40, 45]),
         (2, 8, true, [33, 32]),
@@ -144,7 +144,7 @@ fn chains_are_what_plain_loops_give_to_the_bit() {
         (7, 1, false, [1, 1]),
     ] {
         let mut numbers = Numbers(seed);
-        let plain = three(&mut numbers, channels, depthwise);
+        let plain = four_convolutions(&mut numbers, channels, depthwise);
         let picture = picture(&mut numbers, size, false);
         let mut maps = vec![picture.clone()];
         for (i, one) in plain.iter().enumerate() {
@@ -167,7 +167,7 @@ fn a_convolution_is_as_exact_as_its_sum_can_be() {
         let second = Plain::new(&mut numbers, [1, 6, kernel[0], kernel[1]], 1);
         let picture = picture(&mut numbers, size, false);
         let maps = first.map(std::slice::from_ref(&picture), size[1]);
-        let file = chain(&[first.layer(), second.layer()]);
+        let file = write_chain(&[first.layer(), second.layer()]);
         let found = Network::read(&file).unwrap().run(&picture, size[1]).unwrap();
         // Each of n steps rounds once, by at most half a unit in the last place of the sum so far.
         let steps = (6 * kernel[0] * kernel[1] + 1) as f64;
@@ -190,13 +190,13 @@ fn a_convolution_is_as_exact_as_its_sum_can_be() {
 }
 
 #[test]
-fn what_is_touched_is_what_everything_is_and_the_rest_is_zero() {
+fn run_touched_equals_run_where_the_image_is_nonzero() {
     for size in [[100, 130], [TILE_PX, TILE_PX], [7, 200]] {
         let mut numbers = Numbers(21);
-        let network = network(&three(&mut numbers, 10, true));
+        let network = network(&four_convolutions(&mut numbers, 10, true));
         let picture = picture(&mut numbers, size, true);
         let all = network.run(&picture, size[1]).unwrap();
-        let touched = network.run_touched(&picture, size[1]).unwrap();
+        let touched = network.run_nonzero(&picture, size[1]).unwrap();
         let mut evaluated = 0;
         for ((picture, all), touched) in picture.iter().zip(&all).zip(&touched) {
             let wanted = if *picture == 0.0 { 0.0f32 } else { *all };
@@ -205,20 +205,20 @@ fn what_is_touched_is_what_everything_is_and_the_rest_is_zero() {
         }
         assert!(evaluated > 0 && evaluated < picture.len() / 2);
     }
-    let network = network(&three(&mut Numbers(22), 4, false));
-    assert_eq!(network.run_touched(&[0.0; 60], 6).unwrap(), [0.0; 60]);
+    let network = network(&four_convolutions(&mut Numbers(22), 4, false));
+    assert_eq!(network.run_nonzero(&[0.0; 60], 6).unwrap(), [0.0; 60]);
     assert!(network.run(&[0.0; 60], 6).unwrap().iter().any(|value| *value != 0.0));
 }
 
 #[test]
-fn threads_change_nothing() {
+fn the_number_of_threads_changes_no_bit() {
     let mut numbers = Numbers(31);
-    let network = network(&three(&mut numbers, 7, false));
+    let network = network(&four_convolutions(&mut numbers, 7, false));
     let picture = picture(&mut numbers, [150, 170], true);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let [all, touched] = [network.run(&picture, 170), network.run_touched(&picture, 170)];
+            let [all, touched] = [network.run(&picture, 170), network.run_nonzero(&picture, 170)];
             (bits(&all.unwrap()), bits(&touched.unwrap()))
         })
     };
@@ -229,18 +229,18 @@ fn threads_change_nothing() {
 
 #[test]
 fn numbers_between_layers_are_scaled_and_cut_off() {
-    let three = Layer::convolution([3, 1, 1, 1], 1, &[1.0, 2.0, 3.0], &[0.0; 3]);
-    let sum = Layer::convolution([1, 3, 1, 1], 1, &[1.0; 3], &[0.0]);
-    let file = chain(&[
-        Layer::operator("Mul").and(&[], &[10.0]),
+    let three = ChainLayer::convolution([3, 1, 1, 1], 1, &[1.0, 2.0, 3.0], &[0.0; 3]);
+    let sum = ChainLayer::convolution([1, 3, 1, 1], 1, &[1.0; 3], &[0.0]);
+    let file = write_chain(&[
+        ChainLayer::operator("Mul").with_constant(&[], &[10.0]),
         three,
-        Layer::operator("Sub").and(&[1, 3, 1, 1], &[1.0, 2.0, 3.0]),
-        Layer::operator("Div").and(&[3, 1, 1], &[1.0, 2.0, 4.0]),
-        Layer::operator("Add").and(&[1], &[0.5]),
-        Layer::operator("Clip").and(&[], &[0.0]).and(&[], &[6.0]),
-        Layer::operator("Identity"),
+        ChainLayer::operator("Sub").with_constant(&[1, 3, 1, 1], &[1.0, 2.0, 3.0]),
+        ChainLayer::operator("Div").with_constant(&[3, 1, 1], &[1.0, 2.0, 4.0]),
+        ChainLayer::operator("Add").with_constant(&[1], &[0.5]),
+        ChainLayer::operator("Clip").with_constant(&[], &[0.0]).with_constant(&[], &[6.0]),
+        ChainLayer::operator("Identity"),
         sum,
-        Layer::operator("Sigmoid"),
+        ChainLayer::operator("Sigmoid"),
     ]);
     let network = Network::read(&file).unwrap();
     let found = network.run(&[0.2, -1.0], 2).unwrap();
@@ -253,13 +253,13 @@ fn numbers_between_layers_are_scaled_and_cut_off() {
     for (found, x) in found.iter().zip([0.2, -1.0]) {
         assert!((found - of(x)).abs() < 1e-6, "{found} {}", of(x));
     }
-    assert_eq!((network.parameters(), network.products_a_pixel()), (10, 6));
+    assert_eq!((network.parameters(), network.multiplications_per_pixel()), (10, 6));
     assert_eq!(network.reach_px(), [0, 0]);
 }
 
 #[test]
-fn what_is_no_picture_is_refused() {
-    let network = network(&three(&mut Numbers(41), 2, true));
+fn malformed_images_are_refused() {
+    let network = network(&four_convolutions(&mut Numbers(41), 2, true));
     assert_eq!(network.reach_px(), [4, 5]);
     let told = |picture: &[f32], columns| network.run(picture, columns).unwrap_err().to_string();
     assert_eq!(told(&[0.0; 7], 2), "7 values are no picture of 2 columns");
@@ -269,27 +269,27 @@ fn what_is_no_picture_is_refused() {
 }
 
 #[test]
-fn what_is_not_such_a_chain_is_refused_by_name() {
+fn unsupported_graphs_are_refused_with_the_node_named() {
     let one = |shape: [usize; 4]| {
-        Layer::convolution(shape, 1, &vec![1.0; shape.iter().product()], &vec![0.0; shape[0]])
+        ChainLayer::convolution(shape, 1, &vec![1.0; shape.iter().product()], &vec![0.0; shape[0]])
     };
-    let told = |layers: &[Layer]| Network::read(&chain(layers)).unwrap_err().to_string();
+    let told = |layers: &[ChainLayer]| Network::read(&write_chain(layers)).unwrap_err().to_string();
     for (layers, wanted) in [
         (
-            vec![one([1, 1, 3, 3]), Layer::operator("MaxPool")],
+            vec![one([1, 1, 3, 3]), ChainLayer::operator("MaxPool")],
             "node 2 `n1`: MaxPool is not known; a chain of Conv, Relu, Clip, Sigmoid, Identity, and Add, Sub, Mul, Div with \
              a constant is",
         ),
         (
-            vec![one([1, 1, 3, 3]).with("strides", &[2, 2])],
+            vec![one([1, 1, 3, 3]).with_attribute("strides", &[2, 2])],
             "node 1 `n0`: Conv with strides [2, 2]; 1 is accepted",
         ),
         (
-            vec![one([1, 1, 3, 3]).with("dilations", &[1, 2])],
+            vec![one([1, 1, 3, 3]).with_attribute("dilations", &[1, 2])],
             "node 1 `n0`: Conv with dilations [1, 2]; 1 is accepted",
         ),
         (
-            vec![one([1, 1, 3, 3]).with("pads", &[0, 0, 0, 0])],
+            vec![one([1, 1, 3, 3]).with_attribute("pads", &[0, 0, 0, 0])],
             "node 1 `n0`: Conv with pads [0, 0, 0, 0]; [1, 1, 1, 1]: maps keep their size is accepted",
         ),
         (
@@ -307,26 +307,26 @@ fn what_is_not_such_a_chain_is_refused_by_name() {
             "the network has a reach of 65 px to each side; at most 64 are accepted",
         ),
         (
-            vec![one([1, 1, 1, 1]), Layer::operator("Add")],
+            vec![one([1, 1, 1, 1]), ChainLayer::operator("Add")],
             "node 2 `n1`: Add with one input; one map and one constant is accepted",
         ),
         (
             vec![
                 one([2, 1, 1, 1]),
-                Layer::operator("Mul").and(&[2], &[1.0, 2.0]),
+                ChainLayer::operator("Mul").with_constant(&[2], &[1.0, 2.0]),
                 one([1, 2, 1, 1]),
             ],
             "node 2 `n1`: Mul with a constant of shape [2]; one number, or 2 x 1 x 1: one for each channel is accepted",
         ),
         (
-            vec![Layer::convolution([1, 1, 1, 1], 1, &[f32::NAN], &[0.0])],
+            vec![ChainLayer::convolution([1, 1, 1, 1], 1, &[f32::NAN], &[0.0])],
             "constant `c0.0`: a number is not finite; as many finite 32 bit numbers as its shape says, in this file, are \
              accepted",
         ),
     ] {
         assert_eq!(told(&layers), wanted);
     }
-    let whole = chain(&[one([1, 1, 3, 3])]);
+    let whole = write_chain(&[one([1, 1, 3, 3])]);
     assert_eq!(
         Network::read(b"PK\x03\x04 is another kind of file").unwrap_err().to_string(),
         "this is no ONNX file: its bytes are not those of a model"
@@ -343,14 +343,14 @@ proptest! {
     }
 
     #[test]
-    fn what_is_nearly_a_network_is_read_or_refused(
+    fn corrupted_networks_are_read_or_refused(
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
         cut in any::<prop::sample::Index>(),
     ) {
         let mut numbers = Numbers(51);
-        let plain = three(&mut numbers, 2, true);
-        let layers: Vec<Layer> = plain.iter().map(Plain::layer).collect();
-        let mut bytes = chain(&layers);
+        let plain = four_convolutions(&mut numbers, 2, true);
+        let layers: Vec<ChainLayer> = plain.iter().map(Plain::layer).collect();
+        let mut bytes = write_chain(&layers);
         prop_assert!(Network::read(&bytes).is_ok());
         for (at, value) in changes {
             let at = at.index(bytes.len());

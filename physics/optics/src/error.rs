@@ -6,7 +6,7 @@ use fabkit_geometry::{InvalidSolid, Point3};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidStack {
     /// Clear body with an unknown refractive index.
-    #[error("{body}: light passes it, but nobody says how {} bends light", material_of(.material))]
+    #[error("{body}: light passes it, but nobody says how {} bends light", material_or_unknown(.material))]
     UnknownIndex {
         /// Name of the body.
         body: String,
@@ -84,6 +84,6 @@ impl InvalidStack {
 }
 
 /// Returns the name of the material, or words that stand for an unknown one.
-fn material_of(material: &str) -> &str {
+fn material_or_unknown(material: &str) -> &str {
     if material.is_empty() { "what it is made from" } else { material }
 }

@@ -16,16 +16,16 @@ pub(crate) struct Hollow {
 
 impl Hollow {
     /// Finds the hollows of a solid: ellipsoids within what is cut out of all of it.
-    pub(crate) fn of(solid: &Solid, sensor_from_solid: &Pose) -> Vec<Self> {
+    pub(crate) fn from_solid(solid: &Solid, sensor_from_solid: &Pose) -> Vec<Self> {
         match solid {
-            Solid::Placed { pose, of } => Self::of(of, &sensor_from_solid.then_in(*pose)),
-            Solid::Feature { of, .. } => Self::of(of, sensor_from_solid),
+            Solid::Placed { pose, of } => Self::from_solid(of, &sensor_from_solid.then_in(*pose)),
+            Solid::Feature { of, .. } => Self::from_solid(of, sensor_from_solid),
             Solid::Difference { of, minus } => {
-                let within = minus.iter().flat_map(|tool| Self::within(tool, sensor_from_solid));
-                Self::of(of, sensor_from_solid).into_iter().chain(within).collect()
+                let within = minus.iter().flat_map(|tool| Self::inscribed_ellipsoids(tool, sensor_from_solid));
+                Self::from_solid(of, sensor_from_solid).into_iter().chain(within).collect()
             }
             Solid::Intersection(solids) => {
-                let of = solids.iter().flat_map(|solid| Self::of(solid, sensor_from_solid));
+                let of = solids.iter().flat_map(|solid| Self::from_solid(solid, sensor_from_solid));
                 of.collect()
             }
             _ => Vec::new(),
@@ -33,14 +33,14 @@ impl Hollow {
     }
 
     /// Finds ellipsoids that lie within a solid.
-    fn within(solid: &Solid, sensor_from_solid: &Pose) -> Vec<Self> {
+    fn inscribed_ellipsoids(solid: &Solid, sensor_from_solid: &Pose) -> Vec<Self> {
         let half_axes_mm = match solid {
             Solid::Placed { pose, of } => {
-                return Self::within(of, &sensor_from_solid.then_in(*pose));
+                return Self::inscribed_ellipsoids(of, &sensor_from_solid.then_in(*pose));
             }
-            Solid::Feature { of, .. } => return Self::within(of, sensor_from_solid),
+            Solid::Feature { of, .. } => return Self::inscribed_ellipsoids(of, sensor_from_solid),
             Solid::Union(solids) => {
-                let within = solids.iter().flat_map(|solid| Self::within(solid, sensor_from_solid));
+                let within = solids.iter().flat_map(|solid| Self::inscribed_ellipsoids(solid, sensor_from_solid));
                 return within.collect();
             }
             Solid::Sphere(sphere) => [sphere.radius_mm; 3],
@@ -62,7 +62,7 @@ impl Hollow {
     }
 
     /// Returns whether a point lies in the hollow.
-    pub(crate) fn holds(&self, point: &Point3<f64>) -> bool {
+    pub(crate) fn contains(&self, point: &Point3<f64>) -> bool {
         let own = self.own_from_sensor.point(*point).coords.component_mul(&self.per_mm);
         own.norm_squared() < 1.0
     }
@@ -95,7 +95,7 @@ mod tests {
             let room = Solid::ellipsoid_offset(9.0, 24.0, offset_mm).at(0.0, 0.0, 1.0);
             let body = Solid::cylinder(30.0, 80.0).at(0.0, 0.0, -40.0).minus(room);
             let solid = CompiledSolid::new(&body).unwrap();
-            let [hollow] = Hollow::of(&body, &Pose::identity())[..] else { panic!("{offset_mm}") };
+            let [hollow] = Hollow::from_solid(&body, &Pose::identity())[..] else { panic!("{offset_mm}") };
             for number in 0..500 {
                 let (sin, cos) = (f64::from(number) * 2.4).sin_cos();
                 let up = f64::from(number) / 250.0 - 1.0;
@@ -108,7 +108,7 @@ mod tests {
                 assert!(!is_tight || entry_mm - exit_mm < 1e-6, "{exit_mm} {entry_mm}");
                 let outside = Ray { origin: ray.at(entry_mm), direction };
                 assert_eq!(hollow.exit_mm(&outside), 0.0);
-                assert!(hollow.holds(&ray.origin) && !hollow.holds(&outside.origin));
+                assert!(hollow.contains(&ray.origin) && !hollow.contains(&outside.origin));
             }
         }
     }

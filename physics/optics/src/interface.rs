@@ -3,33 +3,33 @@
 //! Camera calibration fits a lens behind a plane, a pane or a sphere (`camera/`). Which of them a design draws, and
 //! where, is found from the rays that reach its sensing surface.
 
-use fabkit_camera::{Camera, Flat, Interface, Point2, Sphere};
+use fabkit_camera::{Camera, FlatInterface, Interface, Point2, SphericalInterface};
 use fabkit_geometry::{Point3, Pose, Ray, Vector3};
 
 use crate::error::InvalidStack;
-use crate::inverse::{Seeker, Sights};
+use crate::inverse::{SightLineSolver, ViewStacks};
 use crate::last_face::LastFace;
-use crate::stack::Stack;
-use crate::trace::{Bend, End};
-use crate::viewer::Viewer;
+use crate::stack::OpticalStack;
+use crate::trace::{Refraction, RayEnd};
+use crate::viewer::CameraView;
 
 /// Number of rays along the longer side of the image.
 const RAYS: u32 = 48;
 /// Tolerance within which points lie in a common plane or sphere, mm, and within which unit normals are equal. Both are
 /// computed a thousand times more precisely.
-const SAME: f64 = 1e-6;
+const TOLERANCE: f64 = 1e-6;
 /// Number of pairs of rays from which an interface is guessed.
-const GUESSES: usize = 24;
+const MAX_GUESSES: usize = 24;
 /// Minimum share of the rays that must pass one interface for it to represent all.
-const MOST: f64 = 0.9;
+const MIN_SHARE: f64 = 0.9;
 
 /// Refracting interface between a camera and its sensing surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Window {
+pub enum FirstInterface {
     /// No ray reaches the sensing surface.
-    Blind,
+    NothingVisible,
     /// One interface comes first.
-    One {
+    Single {
         /// Interface in the camera's frame; [`Interface::None`] if nothing refracts the rays.
         interface: Interface,
         /// Share of the rays to the surface that pass it; the others are refracted differently.
@@ -41,31 +41,31 @@ pub enum Window {
     Other,
 }
 
-impl Window {
+impl FirstInterface {
     /// Finds the interface that the drawn bodies form between a lens and the sensing surface.
     ///
     /// `camera` must be a lens alone, as for [`Viewer::new`].
-    pub fn of(camera: &Camera, sensor_from_camera: &Pose, sights: &Sights) -> Self {
+    pub fn from_camera(camera: &Camera, sensor_from_camera: &Pose, sights: &ViewStacks) -> Self {
         let rays = rays_to_surface(camera, sensor_from_camera, sights);
         if rays.is_empty() {
-            return Self::Blind;
+            return Self::NothingVisible;
         }
-        let stride = rays.len().div_ceil(GUESSES);
+        let stride = rays.len().div_ceil(MAX_GUESSES);
         let guesses = (0..rays.len()).step_by(stride);
         // Each ray is paired with one far away in the list, so that their normals differ.
         let pairs = guesses.map(|i| (&rays[i], &rays[(i + rays.len() / 2) % rays.len()]));
-        let counted = pairs.filter_map(|(ray, other)| Faces::guess(ray, other)).map(|faces| {
+        let counted = pairs.filter_map(|(ray, other)| InterfaceCandidate::guess(ray, other)).map(|faces| {
             let passing = rays.iter().filter(|bends| faces.are_passed_by(bends)).count();
             (passing, faces)
         });
         let best = counted.reduce(|best, next| if next.0 > best.0 { next } else { best });
         let Some((passing, faces)) = best else { return Self::Other };
         let share = passing as f64 / rays.len() as f64;
-        if share < MOST {
+        if share < MIN_SHARE {
             return Self::Other;
         }
         let again = rays.iter().any(|bends| bends.len() > faces.indices.len());
-        Self::One { interface: drawn_behind(faces.interface, again), share, again }
+        Self::Single { interface: drawn_behind(faces.interface, again), share, again }
     }
 
     /// Computes the apparent displacement of a point if only the first interface is known, mm: from the point to the
@@ -74,17 +74,17 @@ impl Window {
         &self,
         pupil: &Point3<f64>,
         place_in_sensor: &Point3<f64>,
-        seeker: &mut Seeker<'_>,
+        seeker: &mut SightLineSolver<'_>,
     ) -> Option<Vector3<f64>> {
-        let Self::One { interface, again: true, .. } = self else { return Some(Vector3::zeros()) };
+        let Self::Single { interface, again: true, .. } = self else { return Some(Vector3::zeros()) };
         // Number of faces of the first interface.
         let faces = match interface {
-            Interface::None | Interface::Drawn => 0,
+            Interface::None | Interface::FromDrawing => 0,
             Interface::Flat(flat) if flat.glass_thickness_mm > 0.0 => 2,
             Interface::Flat(_) | Interface::Sphere(_) => 1,
         };
-        let sight = seeker.seek(pupil, place_in_sensor)?;
-        let way = seeker.way(pupil, place_in_sensor, &sight);
+        let sight = seeker.find_sight_line(pupil, place_in_sensor)?;
+        let way = seeker.corners(pupil, place_in_sensor, &sight);
         let [from, to] = way.get(faces..faces + 2)? else { return None };
         let along = (to - from).normalize();
         let away = from - place_in_sensor;
@@ -95,46 +95,46 @@ impl Window {
 /// Returns the interface with its flag for refraction behind it.
 fn drawn_behind(interface: Interface, is_drawn_behind: bool) -> Interface {
     match interface {
-        Interface::None | Interface::Drawn => interface,
-        Interface::Flat(flat) => Interface::Flat(Flat { is_drawn_behind, ..flat }),
-        Interface::Sphere(sphere) => Interface::Sphere(Sphere { is_drawn_behind, ..sphere }),
+        Interface::None | Interface::FromDrawing => interface,
+        Interface::Flat(flat) => Interface::Flat(FlatInterface { has_drawn_bodies_behind: is_drawn_behind, ..flat }),
+        Interface::Sphere(sphere) => Interface::Sphere(SphericalInterface { has_drawn_bodies_behind: is_drawn_behind, ..sphere }),
     }
 }
 
-impl Stack {
+impl OpticalStack {
     /// Returns the stack for a camera whose own model contains the first drawn interface, near its drawn place. Rays
     /// then begin behind that interface, and only the bodies behind it refract them. See [`Stack::entered`].
     ///
     /// # Errors
     /// [`InvalidStack::NoInterface`].
-    pub fn behind(
+    pub fn starting_behind(
         mut self,
-        window: &Window,
+        window: &FirstInterface,
         sensor_from_camera: &Pose,
     ) -> Result<Self, InvalidStack> {
         let last = match window {
-            Window::One { interface, .. } => LastFace::of(interface, sensor_from_camera),
-            Window::Blind | Window::Other => None,
+            FirstInterface::Single { interface, .. } => LastFace::from_interface(interface, sensor_from_camera),
+            FirstInterface::NothingVisible | FirstInterface::Other => None,
         };
-        self.passed = Some(last.ok_or(InvalidStack::NoInterface)?);
+        self.modelled_face = Some(last.ok_or(InvalidStack::NoInterface)?);
         Ok(self)
     }
 
     /// Returns whether rays begin behind the first interface.
-    pub fn is_entered(&self) -> bool {
-        self.passed.is_some()
+    pub fn starts_behind_interface(&self) -> bool {
+        self.modelled_face.is_some()
     }
 
     /// Moves a ray that leaves a camera to where it can be traced from: behind the first drawn interface, if the
     /// camera's model contains it (see [`Stack::behind`]). Otherwise returns the ray itself.
-    pub fn entered(&self, ray: &Ray) -> Ray {
-        self.passed.as_ref().map_or(*ray, |face| face.passed(ray))
+    pub fn enter(&self, ray: &Ray) -> Ray {
+        self.modelled_face.as_ref().map_or(*ray, |face| face.advance(ray))
     }
 }
 
 /// Returns the refractions of the rays that end at the sensing surface, for a lattice of pixels, in the camera's frame.
-fn rays_to_surface(camera: &Camera, sensor_from_camera: &Pose, sights: &Sights) -> Vec<Vec<Bend>> {
-    let mut viewer = Viewer::new(camera, sensor_from_camera, sights);
+fn rays_to_surface(camera: &Camera, sensor_from_camera: &Pose, sights: &ViewStacks) -> Vec<Vec<Refraction>> {
+    let mut viewer = CameraView::new(camera, sensor_from_camera, sights);
     let camera_from_sensor = sensor_from_camera.inverse();
     let size = [camera.width_px(), camera.height_px()].map(f64::from);
     let step = size[0].max(size[1]) / f64::from(RAYS);
@@ -143,8 +143,8 @@ fn rays_to_surface(camera: &Camera, sensor_from_camera: &Pose, sights: &Sights) 
     };
     let mut rays = Vec::new();
     for (y, x) in lattice(size[1]).flat_map(|y| lattice(size[0]).map(move |x| (y, x))) {
-        if viewer.path(&Point2::new(x, y)).is_ok_and(|path| path.end == End::Surface) {
-            let in_camera = |bend: &Bend| Bend {
+        if viewer.path(&Point2::new(x, y)).is_ok_and(|path| path.end == RayEnd::Surface) {
+            let in_camera = |bend: &Refraction| Refraction {
                 place: camera_from_sensor.point(bend.place),
                 normal: camera_from_sensor.vector(bend.normal),
                 ..*bend
@@ -156,14 +156,14 @@ fn rays_to_surface(camera: &Camera, sensor_from_camera: &Pose, sights: &Sights) 
 }
 
 /// Candidate interface, with the refractive indices of its faces.
-struct Faces {
+struct InterfaceCandidate {
     interface: Interface,
     indices: Vec<[f64; 2]>,
 }
 
-impl Faces {
+impl InterfaceCandidate {
     /// Guesses the interface that two rays pass first, if they pass the same one.
-    fn guess(ray: &[Bend], other: &[Bend]) -> Option<Self> {
+    fn guess(ray: &[Refraction], other: &[Refraction]) -> Option<Self> {
         let Some((face, first)) = ray.first().zip(other.first()) else {
             let both = ray.is_empty() && other.is_empty();
             return both.then_some(Self { interface: Interface::None, indices: Vec::new() });
@@ -181,23 +181,23 @@ impl Faces {
     }
 
     /// Returns whether a ray passes the faces of the candidate first.
-    fn are_passed_by(&self, bends: &[Bend]) -> bool {
+    fn are_passed_by(&self, bends: &[Refraction]) -> bool {
         let first = bends.get(..self.indices.len()).unwrap_or_default();
         if !first.iter().map(|bend| bend.indices).eq(self.indices.iter().copied()) {
             return false;
         }
         match &self.interface {
-            Interface::None | Interface::Drawn => bends.is_empty(),
+            Interface::None | Interface::FromDrawing => bends.is_empty(),
             Interface::Sphere(sphere) => first.iter().all(|bend| {
                 let from_centre = bend.place - sphere.centre_in_camera;
-                (from_centre.norm() - sphere.radius_mm).abs() < SAME
+                (from_centre.norm() - sphere.radius_mm).abs() < TOLERANCE
             }),
             Interface::Flat(plane) => {
                 let normal = plane.normal();
                 let depths = [plane.distance_mm, plane.distance_mm + plane.glass_thickness_mm];
                 first.iter().zip(depths).all(|(bend, depth)| {
-                    (normal.dot(&bend.place.coords) - depth).abs() < SAME
-                        && normal.cross(&bend.normal).norm() < SAME
+                    (normal.dot(&bend.place.coords) - depth).abs() < TOLERANCE
+                        && normal.cross(&bend.normal).norm() < TOLERANCE
                 })
             }
         }
@@ -205,18 +205,18 @@ impl Faces {
 }
 
 /// Returns whether two normals are parallel.
-fn are_parallel(a: &Bend, b: &Bend) -> bool {
-    a.normal.cross(&b.normal).norm() < SAME
+fn are_parallel(a: &Refraction, b: &Refraction) -> bool {
+    a.normal.cross(&b.normal).norm() < TOLERANCE
 }
 
 /// Builds a plane, or a pane if there is a second face.
-fn flat(face: &Bend, back: Option<&Bend>) -> Option<Flat> {
+fn flat(face: &Refraction, back: Option<&Refraction>) -> Option<FlatInterface> {
     // Normals point away from the lens.
-    let outward = |bend: &Bend| bend.normal * bend.normal.dot(&bend.place.coords).signum();
+    let outward = |bend: &Refraction| bend.normal * bend.normal.dot(&bend.place.coords).signum();
     let normal = outward(face);
     let distance_mm = normal.dot(&face.place.coords);
     let last = back.unwrap_or(face);
-    let flat = Flat {
+    let flat = FlatInterface {
         distance_mm,
         tilt_x_rad: (-normal.y).atan2(normal.z),
         tilt_y_rad: normal.x.clamp(-1.0, 1.0).asin(),
@@ -224,23 +224,23 @@ fn flat(face: &Bend, back: Option<&Bend>) -> Option<Flat> {
         index_outside: last.indices[1],
         glass_thickness_mm: normal.dot(&last.place.coords) - distance_mm,
         index_glass: face.indices[1],
-        is_drawn_behind: false,
+        has_drawn_bodies_behind: false,
     };
     (distance_mm > 0.0 && flat.glass_thickness_mm >= 0.0).then_some(flat)
 }
 
 /// Builds the sphere around the lens from two points with normals that are not parallel.
-fn sphere(a: &Bend, b: &Bend) -> Option<Sphere> {
+fn sphere(a: &Refraction, b: &Refraction) -> Option<SphericalInterface> {
     let across = a.normal.cross(&b.normal);
     // Distance along the first normal at which it comes closest to the second: the centre of the sphere.
     let along = (b.place - a.place).cross(&b.normal).dot(&across) / across.norm_squared();
     let centre: Point3<f64> = a.place + a.normal * along;
-    let sphere = Sphere {
+    let sphere = SphericalInterface {
         centre_in_camera: centre,
         radius_mm: along.abs(),
         index_inside: a.indices[0],
         index_outside: a.indices[1],
-        is_drawn_behind: false,
+        has_drawn_bodies_behind: false,
     };
     let outward: Vector3<f64> = (a.place - centre) / along.abs();
     // Only a sphere that contains the lens is accepted.

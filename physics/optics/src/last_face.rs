@@ -18,9 +18,9 @@ pub(crate) enum LastFace {
 
 impl LastFace {
     /// Creates the last face of an interface in the camera's frame; `None` if there is no such interface.
-    pub(crate) fn of(interface: &Interface, sensor_from_camera: &Pose) -> Option<Self> {
+    pub(crate) fn from_interface(interface: &Interface, sensor_from_camera: &Pose) -> Option<Self> {
         match interface {
-            Interface::None | Interface::Drawn => None,
+            Interface::None | Interface::FromDrawing => None,
             Interface::Flat(flat) => {
                 let normal = flat.normal();
                 let point = Point3::from(normal * (flat.distance_mm + flat.glass_thickness_mm));
@@ -36,7 +36,7 @@ impl LastFace {
     }
 
     /// Returns the distance of the face along a ray, mm; negative or NaN if the ray begins behind it.
-    fn ahead_mm(&self, ray: &Ray) -> f64 {
+    fn distance_mm(&self, ray: &Ray) -> f64 {
         match self {
             Self::Plane { point, normal } => {
                 (point - ray.origin).dot(normal) / ray.direction.dot(normal)
@@ -52,8 +52,8 @@ impl LastFace {
     }
 
     /// Returns the ray continued behind the face.
-    pub(crate) fn passed(&self, ray: &Ray) -> Ray {
-        let ahead_mm = self.ahead_mm(ray);
+    pub(crate) fn advance(&self, ray: &Ray) -> Ray {
+        let ahead_mm = self.distance_mm(ray);
         match ahead_mm > -BEHIND_MM {
             true => Ray { origin: ray.at(ahead_mm + BEHIND_MM), ..*ray },
             false => *ray,

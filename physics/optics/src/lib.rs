@@ -49,26 +49,26 @@
 //! # Ok::<(), fabkit_optics::InvalidStack>(())
 //! ```
 
-mod bundle;
+mod tile_tracing;
 mod error;
 mod hollow;
 mod interface;
 mod inverse;
 mod last_face;
-mod lost;
+mod visibility;
 mod sensing;
 mod snell;
 mod stack;
 mod trace;
 mod viewer;
 
-pub use bundle::{Bundles, TILE, TileTracer};
+pub use tile_tracing::{TileTracing, TILE, TileTracer};
 pub use error::InvalidStack;
-pub use interface::Window;
-pub use inverse::{Seeker, Sight, Sights};
-pub use lost::{BESIDE_PICTURE, Lost, REFRACTION, in_words};
-pub use sensing::{START_MM, SensingSurface};
+pub use interface::FirstInterface;
+pub use inverse::{SightLineSolver, SightLine, ViewStacks};
+pub use visibility::{OUTSIDE_IMAGE, InvisibleReason, REFRACTION, describe_losses};
+pub use sensing::{START_TOLERANCE_MM, SensingSurface};
 pub use snell::refract;
-pub use stack::{MAX_NAMES, Part, Stack};
-pub use trace::{Bend, End, LightPath, Tracer};
-pub use viewer::{Look, Unseen, Viewer};
+pub use stack::{MAX_NAMES, OpticalRole, OpticalStack};
+pub use trace::{Refraction, RayEnd, LightPath, Tracer};
+pub use viewer::{PointProjection, ProjectionError, CameraView};

@@ -8,23 +8,23 @@ use fabkit_geometry::{
 };
 
 /// Distance from the start of a ray within which an intersection counts as the start itself, mm.
-pub const START_MM: f64 = 1e-9;
+pub const START_TOLERANCE_MM: f64 = 1e-9;
 
 /// Depth of the prism below a flat pad, mm: farther than any camera.
-const DOWN_MM: f64 = 1e4;
+const PRISM_DEPTH_MM: f64 = 1e4;
 
 /// Margin of outline edges for rounding, mm.
 const CORE_SLACK_MM: f64 = 1e-6;
 
 /// Volume within the sensing surface, extended downwards without end, so that every ray from a camera starts in it.
 #[derive(Clone, Debug)]
-pub struct SensingSurface(Inside);
+pub struct SensingSurface(SensingVolume);
 
 /// Volume by the kind of its surface.
 #[derive(Clone, Debug)]
-enum Inside {
-    Dome(InsideDome),
-    Plane(InsidePlane),
+enum SensingVolume {
+    Dome(DomeVolume),
+    Plane(PadVolume),
 }
 
 impl SensingSurface {
@@ -34,8 +34,8 @@ impl SensingSurface {
     /// If its dimensions do not form a valid solid.
     pub fn new(touch: &TouchSurface) -> Result<Self, InvalidSolid> {
         Ok(Self(match touch {
-            TouchSurface::Dome(dome) => Inside::Dome(InsideDome::new(dome)?),
-            TouchSurface::Plane(plane) => Inside::Plane(InsidePlane::new(plane)?),
+            TouchSurface::Dome(dome) => SensingVolume::Dome(DomeVolume::new(dome)?),
+            TouchSurface::Plane(plane) => SensingVolume::Plane(PadVolume::new(plane)?),
         }))
     }
 
@@ -45,29 +45,29 @@ impl SensingSurface {
     #[inline(always)]
     pub fn exit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
         match &self.0 {
-            Inside::Dome(dome) => dome.exit(ray, scratch),
-            Inside::Plane(plane) => plane.exit(ray, scratch),
+            SensingVolume::Dome(dome) => dome.exit(ray, scratch),
+            SensingVolume::Plane(plane) => plane.exit(ray, scratch),
         }
     }
 }
 
 /// Prism with the outline of a pad.
 #[derive(Clone, Debug)]
-struct InsidePlane {
+struct PadVolume {
     prism: Box<CompiledSolid>,
     top_z_mm: f64,
     foot_z_mm: f64,
     /// Box within the outline, as its smallest and largest x and y. A ray that starts and ends in it leaves through the
     /// top. Empty if none was found.
-    core: [[f64; 2]; 2],
+    inner_box: [[f64; 2]; 2],
 }
 
-impl InsidePlane {
+impl PadVolume {
     fn new(plane: &PlaneSurface) -> Result<Self, InvalidSolid> {
         let &PlaneSurface { top_z_mm, foot_z_mm, .. } = plane;
-        let prism = CompiledSolid::new(&plane.solid(0.0, foot_z_mm - DOWN_MM))?;
-        let core = core(&plane.outline, &prism, foot_z_mm - 0.5 * DOWN_MM);
-        Ok(Self { prism: Box::new(prism), top_z_mm, foot_z_mm, core })
+        let prism = CompiledSolid::new(&plane.solid(0.0, foot_z_mm - PRISM_DEPTH_MM))?;
+        let core = find_inner_box(&plane.outline, &prism, foot_z_mm - 0.5 * PRISM_DEPTH_MM);
+        Ok(Self { prism: Box::new(prism), top_z_mm, foot_z_mm, inner_box: core })
     }
 
     #[inline(always)]
@@ -75,25 +75,25 @@ impl InsidePlane {
         let rise_mm = self.top_z_mm - ray.origin.z;
         let range_mm = rise_mm / ray.direction.z;
         let is_in = |x: f64, y: f64| {
-            let [low, high] = &self.core;
+            let [low, high] = &self.inner_box;
             low[0] <= x && x <= high[0] && low[1] <= y && y <= high[1]
         };
         let (from, to) = (&ray.origin, ray.at(range_mm));
         // Rays that start below the prism take the general way.
-        let is_upwards = range_mm > START_MM && rise_mm > 0.0 && rise_mm < DOWN_MM;
+        let is_upwards = range_mm > START_TOLERANCE_MM && rise_mm > 0.0 && rise_mm < PRISM_DEPTH_MM;
         if is_upwards && is_in(from.x, from.y) && is_in(to.x, to.y) {
             return Some((range_mm, Vector3::z()));
         }
-        let exit = exit_body(&self.prism, ray, scratch)?;
+        let exit = exit_solid(&self.prism, ray, scratch)?;
         (ray.at(exit.0).z >= self.foot_z_mm).then_some(exit)
     }
 }
 
 /// Finds the largest box within an outline, among those that are its bounding box reduced by an equal margin. If no
 /// edge comes near a box and its centre lies within the outline, all of it does.
-fn core(outline: &Path, prism: &CompiledSolid, z_mm: f64) -> [[f64; 2]; 2] {
+fn find_inner_box(outline: &Path, prism: &CompiledSolid, z_mm: f64) -> [[f64; 2]; 2] {
     const NONE: [[f64; 2]; 2] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-    let Some(edges) = boxes_along(outline) else { return NONE };
+    let Some(edges) = edge_boxes(outline) else { return NONE };
     let (min, max) = (prism.bounds().min, prism.bounds().max);
     let middle = Point3::new(0.5 * (min.x + max.x), 0.5 * (min.y + max.y), z_mm);
     if !prism.contains(&middle) {
@@ -114,7 +114,7 @@ fn core(outline: &Path, prism: &CompiledSolid, z_mm: f64) -> [[f64; 2]; 2] {
 }
 
 /// Returns boxes that contain the edges of an outline; `None` for curves other than circles.
-fn boxes_along(outline: &Path) -> Option<Vec<[[f64; 2]; 2]>> {
+fn edge_boxes(outline: &Path) -> Option<Vec<[[f64; 2]; 2]>> {
     /// Boxes per segment.
     const PARTS: u32 = 32;
     let (mut boxes, mut from) = (Vec::new(), outline.start);
@@ -161,8 +161,8 @@ fn boxes_along(outline: &Path) -> Option<Vec<[[f64; 2]; 2]>> {
 /// the dome's centre, and otherwise through the wall. Closed forms are used where there are any, because this is
 /// computed for every pixel.
 #[derive(Clone, Debug)]
-struct InsideDome {
-    dome: Dome,
+struct DomeVolume {
+    dome: DomeShape,
     radius_mm: f64,
     /// Reciprocal of the radius, 1/mm.
     per_radius: f64,
@@ -172,7 +172,7 @@ struct InsideDome {
 
 /// Shape of a dome.
 #[derive(Clone, Debug)]
-enum Dome {
+enum DomeShape {
     /// Sphere with the radius of the wall.
     Sphere,
     /// Ellipsoid of revolution, by its reciprocal semi-axes, 1/mm.
@@ -181,7 +181,7 @@ enum Dome {
     Offset(Box<CompiledSolid>),
 }
 
-impl InsideDome {
+impl DomeVolume {
     fn new(touch: &DomeSurface) -> Result<Self, InvalidSolid> {
         let DomeSurface { dome, centre_z_mm, foot_z_mm, .. } = touch;
         let EllipsoidOffset { equatorial_mm, polar_mm, offset_mm } = *dome;
@@ -191,12 +191,12 @@ impl InsideDome {
             // Validated as a solid, although none is built.
             Solid::ellipsoid(half_axes_mm).validate()?;
             match radius_mm == height_mm {
-                true => Dome::Sphere,
-                false => Dome::Ellipsoid(Vector3::from(half_axes_mm).map(f64::recip)),
+                true => DomeShape::Sphere,
+                false => DomeShape::Ellipsoid(Vector3::from(half_axes_mm).map(f64::recip)),
             }
         } else {
             let solid = Solid::EllipsoidOffset(dome.clone()).at(0.0, 0.0, *centre_z_mm);
-            Dome::Offset(Box::new(CompiledSolid::new(&solid)?))
+            DomeShape::Offset(Box::new(CompiledSolid::new(&solid)?))
         };
         Ok(Self {
             dome,
@@ -210,9 +210,9 @@ impl InsideDome {
     #[inline(always)]
     fn exit(&self, ray: &Ray, scratch: &mut Scratch) -> Option<(f64, Vector3<f64>)> {
         let through_dome = match &self.dome {
-            Dome::Sphere => self.exit_sphere(ray),
-            Dome::Ellipsoid(per_mm) => self.exit_ellipsoid(ray, per_mm),
-            Dome::Offset(body) => exit_body(body, ray, scratch),
+            DomeShape::Sphere => self.exit_sphere(ray),
+            DomeShape::Ellipsoid(per_mm) => self.exit_ellipsoid(ray, per_mm),
+            DomeShape::Offset(body) => exit_solid(body, ray, scratch),
         };
         let z_mm = |range_mm: f64| ray.origin.z + range_mm * ray.direction.z;
         let above = through_dome.filter(|(range_mm, _)| z_mm(*range_mm) >= self.centre_z_mm);
@@ -238,7 +238,7 @@ impl InsideDome {
         }
         let range_mm = half_squared.sqrt() - b;
         let normal = (origin + range_mm * ray.direction) * self.per_radius;
-        (range_mm > START_MM).then_some((range_mm, normal))
+        (range_mm > START_TOLERANCE_MM).then_some((range_mm, normal))
     }
 
     /// Intersects the ellipsoid: a unit sphere in coordinates divided by the semi-axes.
@@ -255,7 +255,7 @@ impl InsideDome {
         }
         let range_mm = half_squared.sqrt() - b;
         let normal = (origin + range_mm * direction).component_mul(per_mm);
-        (range_mm > START_MM).then(|| (range_mm, normal.normalize()))
+        (range_mm > START_TOLERANCE_MM).then(|| (range_mm, normal.normalize()))
     }
 
     /// Intersects the infinite cylinder of the wall; a ray along its axis never leaves.
@@ -272,29 +272,29 @@ impl InsideDome {
         }
         let range_mm = half_squared.sqrt() - o.dot(&d) * per_a;
         let at = (o + range_mm * d) * self.per_radius;
-        (range_mm > START_MM && range_mm.is_finite())
+        (range_mm > START_TOLERANCE_MM && range_mm.is_finite())
             .then_some((range_mm, Vector3::new(at.x, at.y, 0.0)))
     }
 }
 
 /// Intersects a general solid. Not inlined, to keep the common closed forms small.
 #[inline(never)]
-fn exit_body(
+fn exit_solid(
     body: &CompiledSolid,
     ray: &Ray,
     scratch: &mut Scratch,
 ) -> Option<(f64, Vector3<f64>)> {
-    body.first_crossing(ray, START_MM, false, scratch).map(|exit| (exit.t, exit.normal))
+    body.first_crossing(ray, START_TOLERANCE_MM, false, scratch).map(|exit| (exit.t, exit.normal))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fabkit_geometry::Grip;
+    use fabkit_geometry::FixtureGrip;
 
     /// The closed form used in the middle agrees with the solid used at the rim.
     #[test]
-    fn a_pad_is_left_where_its_prism_is() {
+    fn closed_form_exits_equal_those_of_the_prism() {
         let arc = |to, centre| Segment::Arc { to, centre, ccw: true };
         let outline = Path {
             start: [-4.0, -5.0],
@@ -307,7 +307,7 @@ mod tests {
                 arc([-4.0, -5.0], [-4.0, -3.0]),
             ],
         };
-        let grip = Grip {
+        let grip = FixtureGrip {
             outline: outline.clone(),
             top_z_mm: 0.0,
             bottom_z_mm: -3.0,
@@ -315,9 +315,9 @@ mod tests {
             key: None,
             threads: Vec::new(),
         };
-        let surface = PlaneSurface { outline, top_z_mm: 4.0, foot_z_mm: 1.0, soft_mm: 2.0, grip };
-        let plane = InsidePlane::new(&surface).unwrap();
-        let [low, high] = plane.core;
+        let surface = PlaneSurface { outline, top_z_mm: 4.0, foot_z_mm: 1.0, max_indentation_mm: 2.0, grip };
+        let plane = PadVolume::new(&surface).unwrap();
+        let [low, high] = plane.inner_box;
         assert!(low[0] < -5.0 && high[0] > 5.0 && low[1] < -4.0 && high[1] > 4.0);
         let mut scratch = Scratch::default();
         let mut tops = 0;
@@ -326,7 +326,7 @@ mod tests {
             let out = f64::from(number) / 5_000.0;
             let direction = Vector3::new(out * turn.cos(), out * turn.sin(), 1.0).normalize();
             let ray = Ray { origin: Point3::new(0.5, -1.0, -2.0), direction };
-            let by_prism = exit_body(&plane.prism, &ray, &mut scratch);
+            let by_prism = exit_solid(&plane.prism, &ray, &mut scratch);
             let by_prism = by_prism.filter(|(range_mm, _)| ray.at(*range_mm).z >= 1.0);
             let exit = plane.exit(&ray, &mut scratch);
             assert_eq!(exit.is_some(), by_prism.is_some(), "{ray:?}");

@@ -1,17 +1,17 @@
 //! Optical stack: the bodies of a sensor as light meets them.
 
 use fabkit_geometry::{
-    Aabb, Assembly, Body, Clarity, CompiledSolid, Kind, Point3, Ray, Sensor, Vector3,
+    Aabb, Assembly, Body, OpticalClarity, CompiledSolid, BodyKind, Point3, Ray, Sensor, Vector3,
 };
 
 use crate::InvalidStack;
 use crate::hollow::Hollow;
 use crate::last_face::LastFace;
 use crate::sensing::SensingSurface;
-use crate::trace::{End, Tracer};
+use crate::trace::{RayEnd, Tracer};
 
 /// Refractive index around all bodies.
-pub(crate) const AIR: f64 = 1.0;
+pub(crate) const AIR_INDEX: f64 = 1.0;
 
 /// Maximum number of names of bodies, so that one byte per pixel identifies them.
 pub const MAX_NAMES: usize = 250;
@@ -26,11 +26,11 @@ const BOX_SLACK_MM: f64 = 1e-6;
 const OVERLAP_RAYS: usize = 2_048;
 
 /// Length along a ray below which an overlap is rounding, mm.
-const LEAST_OVERLAP_MM: f64 = 1e-6;
+const MIN_OVERLAP_MM: f64 = 1e-6;
 
 /// Optical role of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Part {
+pub enum OpticalRole {
     /// Body that light passes; it may also show the touch.
     Medium {
         /// Refractive index.
@@ -41,7 +41,7 @@ pub enum Part {
     /// Body that shows the touch.
     Skin,
     /// Body that ends rays.
-    Stop {
+    Opaque {
         /// True if it counts as skin for rays that come through skin. Opaque gel transmits a touch to the skin on it,
         /// and hides the touch if the camera meets the gel first.
         is_skin: bool,
@@ -55,34 +55,34 @@ pub(crate) struct Item {
     pub(crate) bounds: Aabb,
     /// Regions that it certainly leaves free.
     pub(crate) hollows: Vec<Hollow>,
-    pub(crate) part: Part,
+    pub(crate) part: OpticalRole,
     /// Index into the names of the stack.
     pub(crate) name: u8,
 }
 
 /// Bodies of a sensor as light meets them. See the model of the crate.
 #[derive(Clone, Debug)]
-pub struct Stack {
+pub struct OpticalStack {
     pub(crate) items: Vec<Item>,
     pub(crate) sensing: Option<SensingSurface>,
     names: Vec<String>,
     /// Last face of the interface that the camera's own model contains, if any.
-    pub(crate) passed: Option<LastFace>,
+    pub(crate) modelled_face: Option<LastFace>,
 }
 
-impl Stack {
+impl OpticalStack {
     /// Builds the stack from the bodies of the assembled sensor, except the camera's own.
     ///
     /// # Errors
     /// If a clear body has an unknown or impossible refractive index, media overlap within the camera's view, the
     /// camera lies inside a body that ends light and is not a bought one, or there are more than [`MAX_NAMES`] names.
-    pub fn of(sensor: &Sensor) -> Result<Self, InvalidStack> {
+    pub fn from_sensor(sensor: &Sensor) -> Result<Self, InvalidStack> {
         let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
         let place = Assembly::sensor();
-        let mut stack = Self { items: Vec::new(), sensing: None, names: Vec::new(), passed: None };
+        let mut stack = Self { items: Vec::new(), sensing: None, names: Vec::new(), modelled_face: None };
         for body in &sensor.bodies {
             let places = body.placements.iter().filter(|placed| placed.assembly == place);
-            let Some(part) = places.clone().next().map(|_| Part::of(sensor, body)) else {
+            let Some(part) = places.clone().next().map(|_| OpticalRole::from_body(sensor, body)) else {
                 continue;
             };
             let part = part?;
@@ -95,10 +95,10 @@ impl Stack {
                 if !part.is_stop() || !solid.contains(&pupil) {
                     let bounds = solid.bounds().grown(BOX_SLACK_MM);
                     // Other hollows may be many, and rays do not start in them.
-                    let mut hollows = Hollow::of(&body.solid, &placement.assembly_from_body);
-                    hollows.retain(|hollow| hollow.holds(&pupil));
+                    let mut hollows = Hollow::from_solid(&body.solid, &placement.assembly_from_body);
+                    hollows.retain(|hollow| hollow.contains(&pupil));
                     stack.items.push(Item { solid, bounds, hollows, part, name: count as u8 });
-                } else if body.kind != Kind::Bought {
+                } else if body.kind != BodyKind::Bought {
                     let body = body.name.clone();
                     return Err(InvalidStack::CameraInside { body, place_in_sensor: pupil });
                 }
@@ -124,24 +124,24 @@ impl Stack {
     ///
     /// # Errors
     /// As for [`Stack::of`], except for those about media.
-    pub fn straight(sensor: &Sensor) -> Result<Self, InvalidStack> {
+    pub fn without_refraction(sensor: &Sensor) -> Result<Self, InvalidStack> {
         let mut sensor = sensor.clone();
         for body in &mut sensor.bodies {
-            body.substance.refractive_index = Some(AIR);
+            body.substance.refractive_index = Some(AIR_INDEX);
         }
-        Self::of(&sensor)
+        Self::from_sensor(&sensor)
     }
 
     /// Returns whether any medium differs from air.
-    pub(crate) fn bends(&self) -> bool {
-        let bends = |item: &Item| matches!(item.part, Part::Medium { index, .. } if index != AIR);
+    pub(crate) fn refracts(&self) -> bool {
+        let bends = |item: &Item| matches!(item.part, OpticalRole::Medium { index, .. } if index != AIR_INDEX);
         self.items.iter().any(bends)
     }
 
     /// Returns the stack with media and skin only, including opaque bodies that count as skin.
-    pub(crate) fn without_stops(&self) -> Self {
+    pub(crate) fn without_opaque(&self) -> Self {
         let mut clear = self.clone();
-        clear.items.retain(|item| item.part != Part::Stop { is_skin: false });
+        clear.items.retain(|item| item.part != OpticalRole::Opaque { is_skin: false });
         clear
     }
 
@@ -151,12 +151,12 @@ impl Stack {
     }
 
     /// Describes the end of a ray.
-    pub fn name_of(&self, end: End) -> &str {
+    pub fn name_of(&self, end: RayEnd) -> &str {
         match end {
-            End::Surface => "surface",
-            End::Body(name) => &self.names[usize::from(name)],
-            End::Mirror(_) => "total reflection",
-            End::Nothing => "nothing",
+            RayEnd::Surface => "surface",
+            RayEnd::Body(name) => &self.names[usize::from(name)],
+            RayEnd::TotalReflection(_) => "total reflection",
+            RayEnd::Nothing => "nothing",
         }
     }
 
@@ -166,7 +166,7 @@ impl Stack {
     /// [`InvalidStack::CameraInside`].
     pub fn check_pupil(&self, place_in_sensor: &Point3<f64>) -> Result<(), InvalidStack> {
         let around = |item: &&Item| {
-            !matches!(item.part, Part::Medium { .. }) && item.solid.contains(place_in_sensor)
+            !matches!(item.part, OpticalRole::Medium { .. }) && item.solid.contains(place_in_sensor)
         };
         let Some(item) = self.items.iter().find(around) else { return Ok(()) };
         let body = self.names[usize::from(item.name)].clone();
@@ -175,11 +175,11 @@ impl Stack {
 
     /// Searches along straight rays for points in two media.
     fn find_overlap(&self, pupil: Point3<f64>) -> Result<(), InvalidStack> {
-        let media = self.without_stops();
+        let media = self.without_opaque();
         let mut tracer = Tracer::new(&media);
         for number in 0..OVERLAP_RAYS {
-            let ray = Ray { origin: pupil, direction: direction(number) };
-            if let Some((from_mm, to_mm, [a, b])) = tracer.overlap(&ray, LEAST_OVERLAP_MM) {
+            let ray = Ray { origin: pupil, direction: overlap_direction(number) };
+            if let Some((from_mm, to_mm, [a, b])) = tracer.find_overlap(&ray, MIN_OVERLAP_MM) {
                 let name = |item: usize| self.names[usize::from(media.items[item].name)].clone();
                 return Err(InvalidStack::Overlap {
                     bodies: [name(a), name(b)],
@@ -193,32 +193,32 @@ impl Stack {
 }
 
 /// Returns one of [`OVERLAP_RAYS`] evenly distributed directions (a Fibonacci lattice).
-fn direction(number: usize) -> Vector3<f64> {
+fn overlap_direction(number: usize) -> Vector3<f64> {
     let along = 1.0 - (2 * number + 1) as f64 / OVERLAP_RAYS as f64;
     let (sin, cos) = (number as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt())).sin_cos();
     let across = (1.0 - along * along).sqrt();
     Vector3::new(across * cos, across * sin, along)
 }
 
-impl Part {
+impl OpticalRole {
     /// Returns whether the body ends rays that meet it first.
     pub fn is_stop(self) -> bool {
-        matches!(self, Self::Stop { .. })
+        matches!(self, Self::Opaque { .. })
     }
 
     /// Determines the optical role of a body.
     ///
     /// # Errors
     /// If a clear body has an unknown or impossible refractive index.
-    pub fn of(sensor: &Sensor, body: &Body) -> Result<Self, InvalidStack> {
-        let is_looked_at = sensor.sight.contains(&body.name) || body.gives_way;
-        if body.clarity() != Clarity::Clear {
+    pub fn from_body(sensor: &Sensor, body: &Body) -> Result<Self, InvalidStack> {
+        let is_looked_at = sensor.visible_bodies.contains(&body.name) || body.is_deformable;
+        if body.clarity() != OpticalClarity::Clear {
             // Cast layers may lie between the bodies that show the touch and the sensing surface.
-            let is_skin = body.kind == Kind::Cast;
-            return Ok(if is_looked_at { Self::Skin } else { Self::Stop { is_skin } });
+            let is_skin = body.kind == BodyKind::Cast;
+            return Ok(if is_looked_at { Self::Skin } else { Self::Opaque { is_skin } });
         }
         match body.substance.refractive_index {
-            Some(index) if (AIR..=MAX_INDEX).contains(&index) => {
+            Some(index) if (AIR_INDEX..=MAX_INDEX).contains(&index) => {
                 Ok(Self::Medium { index, is_skin: is_looked_at })
             }
             Some(index) => Err(InvalidStack::Index { body: body.name.clone(), index }),

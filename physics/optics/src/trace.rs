@@ -2,26 +2,26 @@
 
 use fabkit_geometry::{Aabb, Point3, Ray, Scratch, Vector3};
 
-use crate::sensing::START_MM;
+use crate::sensing::START_TOLERANCE_MM;
 use crate::snell::refract;
-use crate::stack::{AIR, Part, Stack};
+use crate::stack::{AIR_INDEX, OpticalRole, OpticalStack};
 
 /// Distance along a ray within which two faces touch, mm. Solids that share a face are intersected separately; between
 /// them there is no air for light to pass.
-pub(crate) const TOUCH_MM: f64 = 1e-7;
+pub(crate) const TOUCH_TOLERANCE_MM: f64 = 1e-7;
 
 /// Maximum number of refractions of a path; light that needs more is trapped.
-const MAX_PIECES: u32 = 64;
+const MAX_REFRACTIONS: u32 = 64;
 
 /// End of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum RayEnd {
     /// Sensing surface.
     Surface,
     /// Body that hides what is behind it; index into [`Stack::names`].
     Body(u8),
     /// Total reflection, from within at the face of this body or at the face to it.
-    Mirror(u8),
+    TotalReflection(u8),
     /// Nothing: the ray leaves the sensor.
     Nothing,
 }
@@ -36,14 +36,14 @@ pub struct LightPath {
     /// Distance along the last piece at which it ends, mm; infinite if it leaves the sensor.
     pub end_mm: f64,
     /// End of the ray.
-    pub end: End,
+    pub end: RayEnd,
     /// Number of refractions.
     pub bends: u32,
 }
 
 /// Refraction of a ray between two media.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bend {
+pub struct Refraction {
     /// Position, sensor frame, mm.
     pub place: Point3<f64>,
     /// Unit normal of the face, on either side.
@@ -54,19 +54,19 @@ pub struct Bend {
 
 /// Part of a line inside a body.
 #[derive(Clone, Copy, Debug)]
-struct Inside {
+struct BodyInterval {
     from_mm: f64,
     to_mm: f64,
     item: u32,
 }
 
 /// Event that ends a straight piece.
-pub(crate) enum Event {
+pub(crate) enum PieceEnd {
     Bend { at_mm: f64, normal: Vector3<f64>, to_index: f64, item: u32 },
-    End { at_mm: f64, end: End },
+    End { at_mm: f64, end: RayEnd },
 }
 
-impl Event {
+impl PieceEnd {
     /// Returns the distance of the event, mm.
     pub(crate) fn at_mm(&self) -> f64 {
         match self {
@@ -78,25 +78,25 @@ impl Event {
 /// Tracer of rays through a [`Stack`]; one is needed per thread, so that its buffers are reused.
 #[derive(Debug)]
 pub struct Tracer<'a> {
-    stack: &'a Stack,
+    stack: &'a OpticalStack,
     /// Bodies that have not been intersected yet, each with the distance before which the line meets nothing of it; the
     /// nearest is last.
-    waiting: Vec<(f64, u32)>,
+    pending_bodies: Vec<(f64, u32)>,
     /// Distances at which the line enters boxes, regardless of hollows.
     boxes: Vec<(f64, u32)>,
-    insides: Vec<Inside>,
+    insides: Vec<BodyInterval>,
     stretches: Vec<[f64; 2]>,
     scratch: Scratch,
     corners: Vec<Point3<f64>>,
-    bends: Vec<Bend>,
+    bends: Vec<Refraction>,
 }
 
 impl<'a> Tracer<'a> {
     /// Creates a tracer for one thread.
-    pub fn new(stack: &'a Stack) -> Self {
+    pub fn new(stack: &'a OpticalStack) -> Self {
         Self {
             stack,
-            waiting: Vec::new(),
+            pending_bodies: Vec::new(),
             boxes: Vec::new(),
             insides: Vec::new(),
             stretches: Vec::new(),
@@ -112,7 +112,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Returns the refractions of the last traced ray, in order.
-    pub fn bends(&self) -> &[Bend] {
+    pub fn bends(&self) -> &[Refraction] {
         &self.bends
     }
 
@@ -125,19 +125,19 @@ impl<'a> Tracer<'a> {
             last: *ray,
             lead_mm: 0.0,
             end_mm: f64::INFINITY,
-            end: End::Nothing,
+            end: RayEnd::Nothing,
             bends: 0,
         };
         let mut index = None;
-        while path.bends < MAX_PIECES {
-            match self.piece(&path.last, &mut index) {
-                Event::End { at_mm, end } => return LightPath { end_mm: at_mm, end, ..path },
-                Event::Bend { at_mm, normal, to_index, item } => {
-                    let from_index = index.unwrap_or(AIR);
+        while path.bends < MAX_REFRACTIONS {
+            match self.trace_piece(&path.last, &mut index) {
+                PieceEnd::End { at_mm, end } => return LightPath { end_mm: at_mm, end, ..path },
+                PieceEnd::Bend { at_mm, normal, to_index, item } => {
+                    let from_index = index.unwrap_or(AIR_INDEX);
                     let ratio = from_index / to_index;
                     let Some(direction) = refract(&path.last.direction, &normal, ratio) else {
                         let name = self.stack.items[item as usize].name;
-                        return LightPath { end_mm: at_mm, end: End::Mirror(name), ..path };
+                        return LightPath { end_mm: at_mm, end: RayEnd::TotalReflection(name), ..path };
                     };
                     path.last = Ray { origin: path.last.at(at_mm), direction };
                     path.lead_mm += at_mm;
@@ -145,7 +145,7 @@ impl<'a> Tracer<'a> {
                     index = Some(to_index);
                     self.corners.push(path.last.origin);
                     let indices = [from_index, to_index];
-                    self.bends.push(Bend { place: path.last.origin, normal, indices });
+                    self.bends.push(Refraction { place: path.last.origin, normal, indices });
                 }
             }
         }
@@ -154,11 +154,11 @@ impl<'a> Tracer<'a> {
     }
 
     /// Finds the first part of a line that lies in two media of different refractive index, and both of them.
-    pub(crate) fn overlap(&mut self, ray: &Ray, least_mm: f64) -> Option<(f64, f64, [usize; 2])> {
-        self.aim(ray);
-        self.look_until(ray, f64::INFINITY);
-        let index = |inside: &Inside| match self.stack.items[inside.item as usize].part {
-            Part::Medium { index, .. } => Some(index),
+    pub(crate) fn find_overlap(&mut self, ray: &Ray, least_mm: f64) -> Option<(f64, f64, [usize; 2])> {
+        self.begin_line(ray);
+        self.intersect_until(ray, f64::INFINITY);
+        let index = |inside: &BodyInterval| match self.stack.items[inside.item as usize].part {
+            OpticalRole::Medium { index, .. } => Some(index),
             _ => None,
         };
         self.insides.retain(|inside| index(inside).is_some());
@@ -179,47 +179,47 @@ impl<'a> Tracer<'a> {
 
     /// Follows a straight piece until something ends it. `index` is the refractive index of the present medium; the
     /// first piece determines it.
-    pub(crate) fn piece(&mut self, ray: &Ray, index: &mut Option<f64>) -> Event {
-        self.aim(ray);
+    pub(crate) fn trace_piece(&mut self, ray: &Ray, index: &mut Option<f64>) -> PieceEnd {
+        self.begin_line(ray);
         let stack = self.stack;
         let (mut t_mm, mut last) = (0.0, None);
         loop {
-            self.look_until(ray, t_mm + TOUCH_MM);
+            self.intersect_until(ray, t_mm + TOUCH_TOLERANCE_MM);
             // Looked up just behind the face, so that touching bodies leave no gap.
-            let Some(inside) = self.around(t_mm + TOUCH_MM) else {
-                if index.is_some_and(|index| index != AIR) {
+            let Some(inside) = self.body_at(t_mm + TOUCH_TOLERANCE_MM) else {
+                if index.is_some_and(|index| index != AIR_INDEX) {
                     if self.is_sensing(ray, t_mm) {
-                        return Event::End { at_mm: t_mm, end: End::Surface };
+                        return PieceEnd::End { at_mm: t_mm, end: RayEnd::Surface };
                     }
                     if let Some(item) = last {
                         let normal = self.normal(ray, item, t_mm, false);
-                        return Event::Bend { at_mm: t_mm, normal, to_index: AIR, item };
+                        return PieceEnd::Bend { at_mm: t_mm, normal, to_index: AIR_INDEX, item };
                     }
                 }
-                *index = Some(AIR);
-                match self.next(ray, t_mm + TOUCH_MM) {
+                *index = Some(AIR_INDEX);
+                match self.next_entry(ray, t_mm + TOUCH_TOLERANCE_MM) {
                     Some(next_mm) => t_mm = next_mm,
-                    None => return Event::End { at_mm: f64::INFINITY, end: End::Nothing },
+                    None => return PieceEnd::End { at_mm: f64::INFINITY, end: RayEnd::Nothing },
                 }
                 continue;
             };
             let item = &stack.items[inside.item as usize];
             match item.part {
-                Part::Stop { .. } => return Event::End { at_mm: t_mm, end: End::Body(item.name) },
-                Part::Skin => return self.through_skin(ray, t_mm, item.name),
-                Part::Medium { index: to_index, .. } => {
+                OpticalRole::Opaque { .. } => return PieceEnd::End { at_mm: t_mm, end: RayEnd::Body(item.name) },
+                OpticalRole::Skin => return self.trace_skin(ray, t_mm, item.name),
+                OpticalRole::Medium { index: to_index, .. } => {
                     if *index.get_or_insert(to_index) != to_index {
                         // Of two touching faces, that of the body being entered counts, unless it was passed before.
-                        let is_entered = (inside.from_mm - t_mm).abs() <= TOUCH_MM;
+                        let is_entered = (inside.from_mm - t_mm).abs() <= TOUCH_TOLERANCE_MM;
                         let face =
                             if is_entered { inside.item } else { last.unwrap_or(inside.item) };
                         let normal = self.normal(ray, face, t_mm, is_entered);
-                        return Event::Bend { at_mm: t_mm, normal, to_index, item: inside.item };
+                        return PieceEnd::Bend { at_mm: t_mm, normal, to_index, item: inside.item };
                     }
                     // The same refractive index: straight on to the end of this body.
                     (t_mm, last) = (inside.to_mm, Some(inside.item));
                     if t_mm == f64::INFINITY {
-                        return Event::End { at_mm: t_mm, end: End::Nothing };
+                        return PieceEnd::End { at_mm: t_mm, end: RayEnd::Nothing };
                     }
                 }
             }
@@ -233,7 +233,7 @@ impl<'a> Tracer<'a> {
 
     /// Returns whether bodies of this name are skin and nothing else.
     pub(crate) fn is_skin(&self, name: u8) -> bool {
-        self.stack.items.iter().any(|item| item.name == name && item.part == Part::Skin)
+        self.stack.items.iter().any(|item| item.name == name && item.part == OpticalRole::Skin)
     }
 
     /// Returns the items whose boxes the present line enters before a distance, each once.
@@ -244,77 +244,77 @@ impl<'a> Tracer<'a> {
 
     /// Continues a ray that has met skin: it sees the surface if only skin lies between this point and the sensing
     /// surface.
-    fn through_skin(&mut self, ray: &Ray, at_mm: f64, name: u8) -> Event {
-        let hidden = Event::End { at_mm, end: End::Body(name) };
+    fn trace_skin(&mut self, ray: &Ray, at_mm: f64, name: u8) -> PieceEnd {
+        let hidden = PieceEnd::End { at_mm, end: RayEnd::Body(name) };
         let Some(sensing) = &self.stack.sensing else { return hidden };
         let Some((exit_mm, _)) = sensing.exit(ray, &mut self.scratch) else { return hidden };
         let mut t_mm = at_mm;
-        while t_mm < exit_mm - TOUCH_MM {
-            self.look_until(ray, t_mm + TOUCH_MM);
-            let Some(inside) = self.around(t_mm + TOUCH_MM) else { return hidden };
+        while t_mm < exit_mm - TOUCH_TOLERANCE_MM {
+            self.intersect_until(ray, t_mm + TOUCH_TOLERANCE_MM);
+            let Some(inside) = self.body_at(t_mm + TOUCH_TOLERANCE_MM) else { return hidden };
             match self.stack.items[inside.item as usize].part {
-                Part::Skin | Part::Medium { is_skin: true, .. } | Part::Stop { is_skin: true } => {
+                OpticalRole::Skin | OpticalRole::Medium { is_skin: true, .. } | OpticalRole::Opaque { is_skin: true } => {
                     t_mm = inside.to_mm;
                 }
-                Part::Stop { .. } | Part::Medium { .. } => return hidden,
+                OpticalRole::Opaque { .. } | OpticalRole::Medium { .. } => return hidden,
             }
         }
-        Event::End { at_mm: exit_mm, end: End::Surface }
+        PieceEnd::End { at_mm: exit_mm, end: RayEnd::Surface }
     }
 
     /// Returns whether a point of a ray lies on the sensing surface.
     fn is_sensing(&mut self, ray: &Ray, at_mm: f64) -> bool {
         let Some(sensing) = &self.stack.sensing else { return false };
         let exit = sensing.exit(ray, &mut self.scratch);
-        exit.is_some_and(|(exit_mm, _)| (exit_mm - at_mm).abs() <= TOUCH_MM)
+        exit.is_some_and(|(exit_mm, _)| (exit_mm - at_mm).abs() <= TOUCH_TOLERANCE_MM)
     }
 
     /// Returns the normal of the face that a ray passes at a distance.
     fn normal(&mut self, ray: &Ray, item: u32, at_mm: f64, entering: bool) -> Vector3<f64> {
         let solid = &self.stack.items[item as usize].solid;
         let crossing =
-            solid.first_crossing(ray, at_mm - 2.0 * TOUCH_MM, entering, &mut self.scratch);
+            solid.first_crossing(ray, at_mm - 2.0 * TOUCH_TOLERANCE_MM, entering, &mut self.scratch);
         // Only a stretch too short to count has no such crossing.
         crossing.map_or(ray.direction, |crossing| crossing.normal)
     }
 
     /// Begins a line by finding the boxes that it enters.
-    fn aim(&mut self, ray: &Ray) {
+    fn begin_line(&mut self, ray: &Ray) {
         self.insides.clear();
         self.boxes.clear();
-        self.waiting.clear();
+        self.pending_bodies.clear();
         let inverse = ray.direction.map(f64::recip);
         for (item, of) in self.stack.items.iter().enumerate() {
             if let Some(entry_mm) = box_entry(&of.bounds, &ray.origin, &inverse) {
                 self.boxes.push((entry_mm, item as u32));
                 let free_mm = of.hollows.iter().map(|hollow| hollow.exit_mm(ray));
-                self.waiting.push((free_mm.fold(entry_mm, f64::max), item as u32));
+                self.pending_bodies.push((free_mm.fold(entry_mm, f64::max), item as u32));
             }
         }
         // The nearest is last, so that it can be popped; the index settles ties.
-        self.waiting.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(b.1.cmp(&a.1)));
+        self.pending_bodies.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(b.1.cmp(&a.1)));
     }
 
     /// Intersects all bodies whose boxes (without hollows) the line enters before a distance.
-    fn look_until(&mut self, ray: &Ray, t_mm: f64) {
-        while let Some(&(entry_mm, item)) = self.waiting.last()
+    fn intersect_until(&mut self, ray: &Ray, t_mm: f64) {
+        while let Some(&(entry_mm, item)) = self.pending_bodies.last()
             && entry_mm <= t_mm
         {
-            self.waiting.pop();
+            self.pending_bodies.pop();
             let solid = &self.stack.items[item as usize].solid;
             solid.stretches_into(ray, &mut self.scratch, &mut self.stretches);
-            let ahead = self.stretches.iter().filter(|[_, to_mm]| *to_mm > START_MM);
-            self.insides.extend(ahead.map(|&[from_mm, to_mm]| Inside { from_mm, to_mm, item }));
+            let ahead = self.stretches.iter().filter(|[_, to_mm]| *to_mm > START_TOLERANCE_MM);
+            self.insides.extend(ahead.map(|&[from_mm, to_mm]| BodyInterval { from_mm, to_mm, item }));
         }
     }
 
     /// Returns the body at a distance. Opaque bodies come before media, and among equals the one entered last wins.
-    fn around(&self, t_mm: f64) -> Option<Inside> {
+    fn body_at(&self, t_mm: f64) -> Option<BodyInterval> {
         let items = &self.stack.items;
-        let rank = |inside: &Inside| match items[inside.item as usize].part {
-            Part::Medium { .. } => 0,
-            Part::Skin => 1,
-            Part::Stop { .. } => 2,
+        let rank = |inside: &BodyInterval| match items[inside.item as usize].part {
+            OpticalRole::Medium { .. } => 0,
+            OpticalRole::Skin => 1,
+            OpticalRole::Opaque { .. } => 2,
         };
         self.insides
             .iter()
@@ -329,12 +329,12 @@ impl<'a> Tracer<'a> {
     }
 
     /// Returns the distance at which the next body is entered, from a point in air.
-    fn next(&mut self, ray: &Ray, after_mm: f64) -> Option<f64> {
+    fn next_entry(&mut self, ray: &Ray, after_mm: f64) -> Option<f64> {
         loop {
             let ahead = self.insides.iter().map(|inside| inside.from_mm).filter(|&t| t > after_mm);
             let next_mm = ahead.fold(f64::INFINITY, f64::min);
-            match self.waiting.last() {
-                Some(&(entry_mm, _)) if entry_mm < next_mm => self.look_until(ray, entry_mm),
+            match self.pending_bodies.last() {
+                Some(&(entry_mm, _)) if entry_mm < next_mm => self.intersect_until(ray, entry_mm),
                 _ => return next_mm.is_finite().then_some(next_mm),
             }
         }

@@ -4,22 +4,22 @@ use fabkit_camera::{Camera, Interface, OutsideDomain, Point2};
 use fabkit_geometry::{Point3, Pose, Ray};
 use nalgebra::Matrix2x3;
 
-use crate::inverse::{Seeker, Sight, Sights};
-use crate::trace::{Bend, LightPath, Tracer};
+use crate::inverse::{SightLineSolver, SightLine, ViewStacks};
+use crate::trace::{Refraction, LightPath, Tracer};
 
 /// Camera at its place; one is needed per thread.
 #[derive(Debug)]
-pub struct Viewer<'a> {
+pub struct CameraView<'a> {
     camera: Camera,
     sensor_from_camera: Pose,
     camera_from_sensor: Pose,
-    seeker: Seeker<'a>,
+    seeker: SightLineSolver<'a>,
     tracer: Tracer<'a>,
 }
 
 /// Reason why a point has no pixel.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum Unseen {
+pub enum ProjectionError {
     /// No ray leads there: light from the point is totally reflected or bent past the pupil.
     #[error("no light from ({:.3}, {:.3}, {:.3}) mm reaches the pupil", .place_in_sensor.x, .place_in_sensor.y, .place_in_sensor.z)]
     NoLight {
@@ -33,25 +33,25 @@ pub enum Unseen {
 
 /// Pixel of a point, with its ray.
 #[derive(Clone, Copy, Debug)]
-pub struct Look {
+pub struct PointProjection {
     /// Column and row, px; they may lie outside the image, see [`Camera::sees`].
     pub pixel: Point2<f64>,
     /// Ray to the point, with anything that hides it.
-    pub sight: Sight,
+    pub sight: SightLine,
 }
 
-impl<'a> Viewer<'a> {
+impl<'a> CameraView<'a> {
     /// Places a camera among bodies. `camera` must be a lens alone, because the bodies refract its rays.
-    pub fn new(camera: &Camera, sensor_from_camera: &Pose, sights: &'a Sights) -> Self {
+    pub fn new(camera: &Camera, sensor_from_camera: &Pose, sights: &'a ViewStacks) -> Self {
         debug_assert!(
-            matches!(camera.interface(), Interface::None | Interface::Drawn),
+            matches!(camera.interface(), Interface::None | Interface::FromDrawing),
             "light would be bent twice"
         );
         Self {
             camera: *camera,
             sensor_from_camera: *sensor_from_camera,
             camera_from_sensor: sensor_from_camera.inverse(),
-            seeker: sights.seeker(),
+            seeker: sights.sight_line_solver(),
             tracer: Tracer::new(sights.stack()),
         }
     }
@@ -83,7 +83,7 @@ impl<'a> Viewer<'a> {
     }
 
     /// Returns the refractions of the last pixel's ray, sensor frame.
-    pub fn bends(&self) -> &[Bend] {
+    pub fn bends(&self) -> &[Refraction] {
         self.tracer.bends()
     }
 
@@ -91,43 +91,43 @@ impl<'a> Viewer<'a> {
     ///
     /// # Errors
     /// [`Unseen`].
-    pub fn look_at(&mut self, place_in_sensor: &Point3<f64>) -> Result<Look, Unseen> {
-        let sight = self.seeker.seek(&self.pupil(), place_in_sensor);
-        let sight = sight.ok_or(Unseen::NoLight { place_in_sensor: *place_in_sensor })?;
+    pub fn project(&mut self, place_in_sensor: &Point3<f64>) -> Result<PointProjection, ProjectionError> {
+        let sight = self.seeker.find_sight_line(&self.pupil(), place_in_sensor);
+        let sight = sight.ok_or(ProjectionError::NoLight { place_in_sensor: *place_in_sensor })?;
         let direction = self.camera_from_sensor.vector(sight.direction);
         // Directions are projected like points, since the lens depends on the direction only.
-        Ok(Look { pixel: self.camera.project(&Point3::from(direction))?, sight })
+        Ok(PointProjection { pixel: self.camera.project(&Point3::from(direction))?, sight })
     }
 
     /// Finds all pixels at which a point is seen, or would be if nothing opaque hid it, by increasing path length. See
     /// [`Seeker::every`]. Rays that the lens does not map are omitted; the result is empty if no light leads from the
     /// point to the pupil.
-    pub fn looks_at(&mut self, place_in_sensor: &Point3<f64>) -> Vec<Look> {
-        let sights = self.seeker.every(&self.pupil(), place_in_sensor);
+    pub fn project_all(&mut self, place_in_sensor: &Point3<f64>) -> Vec<PointProjection> {
+        let sights = self.seeker.find_all_sight_lines(&self.pupil(), place_in_sensor);
         let looks = sights.into_iter().filter_map(|sight| {
             let direction = self.camera_from_sensor.vector(sight.direction);
-            Some(Look { pixel: self.camera.project(&Point3::from(direction)).ok()?, sight })
+            Some(PointProjection { pixel: self.camera.project(&Point3::from(direction)).ok()?, sight })
         });
         looks.collect()
     }
 
     /// Computes the derivative of the pixel by the point, px per mm along the sensor's axes; `None` if the lens has no
     /// derivative, or on a caustic.
-    pub fn by_place(
+    pub fn pixel_by_point(
         &mut self,
         place_in_sensor: &Point3<f64>,
-        look: &Look,
+        look: &PointProjection,
     ) -> Option<Matrix2x3<f64>> {
         let direction = self.camera_from_sensor.vector(look.sight.direction);
         let lens = self.camera.project_with_jacobians(&Point3::from(direction)).ok()?;
-        let by_place = self.seeker.by_place(&self.pupil(), place_in_sensor, &look.sight)?;
-        let across = self.camera_from_sensor.rotation() * Sight::across(&look.sight.direction);
+        let by_place = self.seeker.direction_by_point(&self.pupil(), place_in_sensor, &look.sight)?;
+        let across = self.camera_from_sensor.rotation() * SightLine::transverse_axes(&look.sight.direction);
         // Chain rule: pixel by direction, direction by its two components, these by the point.
         Some(lens.by_point * across * by_place)
     }
 
     /// Returns the corners of the path to a point that was looked at, sensor frame, mm, from the pupil on.
-    pub fn way(&mut self, place_in_sensor: &Point3<f64>, look: &Look) -> Vec<Point3<f64>> {
-        self.seeker.way(&self.pupil(), place_in_sensor, &look.sight)
+    pub fn path_corners(&mut self, place_in_sensor: &Point3<f64>, look: &PointProjection) -> Vec<Point3<f64>> {
+        self.seeker.corners(&self.pupil(), place_in_sensor, &look.sight)
     }
 }

@@ -30,21 +30,21 @@ use faer::{MatMut, Side};
 pub struct SparseError(String);
 
 impl SparseError {
-    fn of(error: impl std::fmt::Display) -> Self {
+    fn from_error(error: impl std::fmt::Display) -> Self {
         Self(error.to_string())
     }
 }
 
 /// Sparsity pattern of a symmetric positive definite matrix, with its elimination order.
 #[derive(Debug)]
-pub struct Symmetric {
+pub struct SymmetricPattern {
     entries: SymbolicSparseColMat<usize>,
     /// Order of the given values among the entries of the matrix.
     order: Argsort<usize>,
     elimination: SymbolicLlt<usize>,
 }
 
-impl Symmetric {
+impl SymmetricPattern {
     /// Analyses a matrix with `size` unknowns and entries at these rows and columns, on and below the diagonal. The
     /// values of repeated entries add up.
     ///
@@ -54,15 +54,15 @@ impl Symmetric {
         size: usize,
         places: impl IntoIterator<Item = [usize; 2]>,
     ) -> Result<Self, SparseError> {
-        Self::of(size, &places.into_iter().map(|[row, col]| Pair { row, col }).collect::<Vec<_>>())
+        Self::from_pairs(size, &places.into_iter().map(|[row, col]| Pair { row, col }).collect::<Vec<_>>())
     }
 
-    fn of(size: usize, places: &[Pair<usize, usize>]) -> Result<Self, SparseError> {
+    fn from_pairs(size: usize, places: &[Pair<usize, usize>]) -> Result<Self, SparseError> {
         // `order` says into which entry each value goes; repeated entries share one.
         let (entries, order) = SymbolicSparseColMat::try_new_from_indices(size, size, places)
-            .map_err(SparseError::of)?;
+            .map_err(SparseError::from_error)?;
         let elimination =
-            SymbolicLlt::try_new(entries.as_ref(), Side::Lower).map_err(SparseError::of)?;
+            SymbolicLlt::try_new(entries.as_ref(), Side::Lower).map_err(SparseError::from_error)?;
         Ok(Self { entries, order, elimination })
     }
 
@@ -75,10 +75,10 @@ impl Symmetric {
     /// If the number of values differs from the number of entries.
     pub fn factorise(&self, values: &[f64]) -> Result<Factors, SparseError> {
         let matrix = SparseColMat::new_from_argsort(self.entries.clone(), &self.order, values)
-            .map_err(SparseError::of)?;
+            .map_err(SparseError::from_error)?;
         let factors =
             Llt::try_new_with_symbolic(self.elimination.clone(), matrix.as_ref(), Side::Lower);
-        Ok(Factors(factors.map_err(SparseError::of)?))
+        Ok(Factors(factors.map_err(SparseError::from_error)?))
     }
 }
 
@@ -88,7 +88,7 @@ pub struct Factors(Llt<usize, f64>);
 
 impl Factors {
     /// Replaces right-hand sides by solutions. Rounding depends on how many are solved together.
-    pub fn solve(&self, sides: &mut RightSides) {
+    pub fn solve(&self, sides: &mut RightHandSides) {
         self.0.solve_in_place(sides.matrix());
     }
 }
@@ -97,25 +97,25 @@ impl Factors {
 ///
 /// # Errors
 /// If the matrix is singular, an entry lies outside it, or memory is lacking.
-pub fn solve_any(entries: &[(usize, usize, f64)], side: &mut [f64]) -> Result<(), SparseError> {
+pub fn solve_general(entries: &[(usize, usize, f64)], side: &mut [f64]) -> Result<(), SparseError> {
     let size = side.len();
     let entries: Vec<_> =
         entries.iter().map(|&(row, col, by)| Triplet::new(row, col, by)).collect();
     let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(size, size, &entries)
-        .map_err(SparseError::of)?;
-    let factors = matrix.sp_lu().map_err(SparseError::of)?;
+        .map_err(SparseError::from_error)?;
+    let factors = matrix.sp_lu().map_err(SparseError::from_error)?;
     factors.solve_in_place(MatMut::from_column_major_slice_mut(side, size, 1));
     Ok(())
 }
 
 /// Right-hand sides, one per column.
 #[derive(Clone, Debug)]
-pub struct RightSides {
+pub struct RightHandSides {
     size: usize,
     columns: Vec<f64>,
 }
 
-impl RightSides {
+impl RightHandSides {
     /// Creates `columns` columns of zeros for `size` unknowns.
     pub fn new(size: usize, columns: usize) -> Self {
         Self { size, columns: vec![0.0; size * columns] }
@@ -149,18 +149,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_not_positive_definite_is_refused() {
-        let pattern = Symmetric::new(2, [[0, 0], [1, 0], [1, 1]]).unwrap();
+    fn indefinite_matrices_are_refused() {
+        let pattern = SymmetricPattern::new(2, [[0, 0], [1, 0], [1, 1]]).unwrap();
         assert!(pattern.factorise(&[1.0, 2.0, 1.0]).is_err());
         assert!(pattern.factorise(&[2.0, 1.0, 1.0]).is_ok());
-        assert!(Symmetric::new(2, [[2, 0]]).is_err());
+        assert!(SymmetricPattern::new(2, [[2, 0]]).is_err());
     }
 
     #[test]
-    fn what_is_not_symmetric_is_solved() {
+    fn unsymmetric_systems_are_solved() {
         let mut side = [1.0, 2.0];
-        solve_any(&[(0, 1, 2.0), (1, 0, 4.0), (1, 0, 1.0)], &mut side).unwrap();
+        solve_general(&[(0, 1, 2.0), (1, 0, 4.0), (1, 0, 1.0)], &mut side).unwrap();
         assert!((side[0] - 0.4).abs() < 1e-15 && (side[1] - 0.5).abs() < 1e-15, "{side:?}");
-        assert!(solve_any(&[(0, 0, 1.0), (1, 0, 1.0)], &mut side).is_err());
+        assert!(solve_general(&[(0, 0, 1.0), (1, 0, 1.0)], &mut side).is_err());
     }
 }

@@ -19,5 +19,5 @@ mod prisms;
 mod quality;
 mod rings;
 
-pub use mesh::{Layer, TetraError, Tetrahedra};
+pub use mesh::{MeshLayer, TetraError, Tetrahedra};
 pub use quality::Quality;

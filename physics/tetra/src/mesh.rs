@@ -1,6 +1,6 @@
 //! Tetrahedral meshes of soft layers.
 
-use fabkit_elastic::{Hold, SoftStack};
+use fabkit_elastic::{BoundaryCondition, SoftStack};
 use fabkit_geometry::{Point3, TouchSurface};
 use nalgebra::Vector3;
 
@@ -15,22 +15,22 @@ pub(crate) type Face = [u32; 3];
 pub const MAX_CELLS: usize = 5_000_000;
 /// Maximum length of edges relative to the thickness of a layer: flatter prisms give flat tetrahedra. Thinner layers
 /// are merged with a neighbour.
-const FLATTEST: f64 = 2.5;
+const MAX_EDGE_PER_THICKNESS: f64 = 2.5;
 /// Approximate height of a prism relative to its edges. It is below 1 because a dome is narrower inside.
-const HEIGHT: f64 = 0.8;
+const PRISM_HEIGHT_PER_EDGE: f64 = 0.8;
 /// Sample points along the meridian for thicknesses and areas.
-const PLACES: usize = 200;
+const MERIDIAN_SAMPLES: usize = 200;
 
 /// Node on the touched surface of a dome.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Node {
+pub(crate) struct DomeNode {
     pub s: f64,
     pub azimuth: f64,
 }
 
 /// Layer of a mesh.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Layer {
+pub struct MeshLayer {
     /// Name of the body.
     pub name: String,
     /// Name of the material.
@@ -49,17 +49,17 @@ pub struct Tetrahedra {
     /// Corners of the tetrahedra, as indices of nodes.
     pub cells: Vec<[u32; 4]>,
     /// Index into `layers` for each tetrahedron.
-    pub layer_of: Vec<u32>,
+    pub cell_layers: Vec<u32>,
     /// Layers, from the touched one inwards.
-    pub layers: Vec<Layer>,
+    pub layers: Vec<MeshLayer>,
     /// Triangles of the touched surface, counter-clockwise from outside.
-    pub outer: Vec<[u32; 3]>,
+    pub touched_faces: Vec<[u32; 3]>,
     /// Triangles bonded to stiff bodies, below the last layer and at its rim, oriented out of the soft body.
-    pub bonded: Vec<[u32; 3]>,
+    pub bonded_faces: Vec<[u32; 3]>,
     /// Approximate length of edges, mm.
     pub edge_mm: f64,
     /// Simplifications, in words.
-    pub left_out: Vec<String>,
+    pub simplifications: Vec<String>,
 }
 
 /// Reason why there is no mesh.
@@ -87,7 +87,7 @@ pub enum TetraError {
     },
     /// Tetrahedron with a volume of nearly zero, or one that is not a number.
     #[error("a tetrahedron of {layer} is inverted at ({x:.2}, {y:.2}, {z:.2}) mm")]
-    Inverted {
+    Degenerate {
         /// Name of the layer.
         layer: String,
         /// Position, sensor frame, mm.
@@ -108,7 +108,7 @@ impl Tetrahedra {
         if !(edge_mm > 0.0 && edge_mm.is_finite()) {
             return Err(TetraError::Edge { edge_mm });
         }
-        let kept = Kept::of(soft, touch, edge_mm);
+        let kept = MeshPlan::new(soft, touch, edge_mm);
         let edge_mm = kept.edge_mm;
         let parts: Vec<usize> = kept.layers.iter().map(|layer| layer.parts).collect();
         let levels: usize = parts.iter().sum();
@@ -127,17 +127,17 @@ impl Tetrahedra {
             return Err(error);
         }
         let surface = match touch {
-            TouchSurface::Dome(_) => Surface::dome(soft, edge_mm),
-            TouchSurface::Plane(plane) => Surface::pad(&plane.outline, edge_mm)?,
+            TouchSurface::Dome(_) => SurfaceTriangles::dome(soft, edge_mm),
+            TouchSurface::Plane(plane) => SurfaceTriangles::pad(&plane.outline, edge_mm)?,
         };
         if let Some(error) = too_many(surface.faces.len()) {
             return Err(error);
         }
-        surface.below(soft, &kept)
+        surface.extrude(soft, &kept)
     }
 
     /// Returns the nodes of a set of triangles, each once, in ascending order.
-    pub fn nodes_of(faces: &[[u32; 3]]) -> Vec<u32> {
+    pub fn collect_nodes(faces: &[[u32; 3]]) -> Vec<u32> {
         let mut nodes: Vec<u32> = faces.iter().flatten().copied().collect();
         nodes.sort_unstable();
         nodes.dedup();
@@ -146,7 +146,7 @@ impl Tetrahedra {
 }
 
 /// Layer that is meshed.
-struct KeptLayer {
+struct MeshedLayer {
     /// Index in the stack.
     layer: usize,
     /// Index of the interface below it.
@@ -156,21 +156,21 @@ struct KeptLayer {
 }
 
 /// Layers to mesh, and how finely.
-struct Kept {
-    layers: Vec<KeptLayer>,
+struct MeshPlan {
+    layers: Vec<MeshedLayer>,
     edge_mm: f64,
-    left_out: Vec<String>,
+    simplifications: Vec<String>,
 }
 
-impl Kept {
+impl MeshPlan {
     /// Decides which layers are meshed, and with which edge length.
-    fn of(soft: &SoftStack, touch: &TouchSurface, edge_mm: f64) -> Self {
+    fn new(soft: &SoftStack, touch: &TouchSurface, edge_mm: f64) -> Self {
         // The layers of a pad are equally thick everywhere.
-        let places = if matches!(touch, TouchSurface::Plane(_)) { 1 } else { PLACES };
+        let places = if matches!(touch, TouchSurface::Plane(_)) { 1 } else { MERIDIAN_SAMPLES };
         let thickness = |upper: usize, lower: usize| {
             let [upper, lower] = [upper, lower].map(|i| &soft.body.interfaces[i]);
             let thickness_mm = |i: usize| {
-                let s = i as f64 / PLACES as f64;
+                let s = i as f64 / MERIDIAN_SAMPLES as f64;
                 let (a, b) = (upper.at(s), lower.at(s));
                 (a[0] - b[0]).hypot(a[1] - b[1])
             };
@@ -180,7 +180,7 @@ impl Kept {
                 .fold(ends, |(least, most), mm| (least.min(mm), f64::max(most, mm)))
         };
         let count = soft.body.layers.len();
-        let is_thin = |i: usize| FLATTEST * thickness(i, i + 1).0 < edge_mm;
+        let is_thin = |i: usize| MAX_EDGE_PER_THICKNESS * thickness(i, i + 1).0 < edge_mm;
         let mut kept: Vec<usize> = (0..count).filter(|i| !is_thin(*i)).collect();
         if kept.is_empty() {
             // If all layers are thin, the thickest is meshed, more finely.
@@ -188,12 +188,12 @@ impl Kept {
                 (0..count).max_by(|a, b| thickness(*a, a + 1).0.total_cmp(&thickness(*b, b + 1).0)),
             );
         }
-        let mut left_out = Vec::new();
+        let mut simplifications = Vec::new();
         for i in (0..count).filter(|i| !kept.contains(i)) {
             let (name, mm) = (&soft.layers[i].name, thickness(i, i + 1).0);
             let next = kept.iter().find(|kept| **kept > i).or(kept.last()).copied().unwrap_or(0);
             let into = &soft.layers[next].name;
-            left_out.push(format!(
+            simplifications.push(format!(
                 "that {name}, {mm:.3} mm where it is thinnest, is another material than {into}"
             ));
         }
@@ -205,7 +205,7 @@ impl Kept {
         let (mut upper, mut edge_mm) = (0, edge_mm);
         for (at, layer) in kept.iter().enumerate() {
             let (least, _) = thickness(upper, interface(at));
-            edge_mm = edge_mm.min(FLATTEST * least);
+            edge_mm = edge_mm.min(MAX_EDGE_PER_THICKNESS * least);
             upper = interface(at);
             layers.push((*layer, upper));
         }
@@ -214,73 +214,73 @@ impl Kept {
             let (least, most) = thickness(upper, interface);
             upper = interface;
             // By the geometric mean of the extreme thicknesses.
-            let parts = ((least * most).sqrt() / (HEIGHT * edge_mm)).round().max(1.0) as usize;
-            KeptLayer { layer, interface, parts }
+            let parts = ((least * most).sqrt() / (PRISM_HEIGHT_PER_EDGE * edge_mm)).round().max(1.0) as usize;
+            MeshedLayer { layer, interface, parts }
         });
-        Self { layers: layers.collect(), edge_mm, left_out }
+        Self { layers: layers.collect(), edge_mm, simplifications }
     }
 }
 
 /// Computes the area of the touched surface as a sum of frustums, mm2.
 fn area_mm2(soft: &SoftStack) -> f64 {
     let Some(surface) = soft.body.interfaces.first() else { return 0.0 };
-    let place = |i: usize| surface.at(i as f64 / PLACES as f64);
+    let place = |i: usize| surface.at(i as f64 / MERIDIAN_SAMPLES as f64);
     let frustum = |i: usize| {
         let (a, b) = (place(i), place(i + 1));
         std::f64::consts::PI * (a[0] + b[0]) * (a[0] - b[0]).hypot(a[1] - b[1])
     };
-    (0..PLACES).map(frustum).sum()
+    (0..MERIDIAN_SAMPLES).map(frustum).sum()
 }
 
 /// Triangles of the touched surface, and the positions of their nodes on every interface.
-struct Surface {
-    places: Places,
+struct SurfaceTriangles {
+    places: SurfaceNodes,
     faces: Vec<Face>,
     /// Nodes of a dome's rim, in order.
     rim: Vec<u32>,
 }
 
 /// Positions of the nodes on the touched surface.
-enum Places {
-    Dome(Vec<Node>),
+enum SurfaceNodes {
+    Dome(Vec<DomeNode>),
     /// x and y, mm.
     Pad(Vec<[f64; 2]>),
 }
 
-impl Surface {
+impl SurfaceTriangles {
     /// Triangulates the touched surface of a dome.
     fn dome(soft: &SoftStack, edge_mm: f64) -> Self {
-        let (nodes, faces, rim) = rings::triangles(&soft.body.interfaces[0], edge_mm);
-        Self { places: Places::Dome(nodes), faces, rim }
+        let (nodes, faces, rim) = rings::triangulate(&soft.body.interfaces[0], edge_mm);
+        Self { places: SurfaceNodes::Dome(nodes), faces, rim }
     }
 
     /// Triangulates the touched surface of a pad.
     fn pad(outline: &fabkit_geometry::Path, edge_mm: f64) -> Result<Self, TetraError> {
-        let (nodes, faces) = outline::triangles(outline, edge_mm)?;
-        Ok(Self { places: Places::Pad(nodes), faces, rim: Vec::new() })
+        let (nodes, faces) = outline::triangulate(outline, edge_mm)?;
+        Ok(Self { places: SurfaceNodes::Pad(nodes), faces, rim: Vec::new() })
     }
 
     /// Returns the number of nodes.
     fn count(&self) -> usize {
         match &self.places {
-            Places::Dome(nodes) => nodes.len(),
-            Places::Pad(nodes) => nodes.len(),
+            SurfaceNodes::Dome(nodes) => nodes.len(),
+            SurfaceNodes::Pad(nodes) => nodes.len(),
         }
     }
 
     /// Returns the positions of the nodes on an interface, sensor frame, mm.
-    fn on_interface(&self, soft: &SoftStack, interface: usize) -> Vec<Point3<f64>> {
+    fn node_positions(&self, soft: &SoftStack, interface: usize) -> Vec<Point3<f64>> {
         let curve = &soft.body.interfaces[interface];
         match &self.places {
-            Places::Dome(nodes) => {
-                let place = |node: &Node| {
+            SurfaceNodes::Dome(nodes) => {
+                let place = |node: &DomeNode| {
                     let [r, z] = curve.at(node.s);
                     let (sin, cos) = node.azimuth.sin_cos();
                     soft.sensor_from_stack.point(Point3::new(r * cos, r * sin, z))
                 };
                 nodes.iter().map(place).collect()
             }
-            Places::Pad(nodes) => {
+            SurfaceNodes::Pad(nodes) => {
                 let z = soft.sensor_from_stack.point(Point3::new(0.0, 0.0, curve.at(0.0)[1])).z;
                 nodes.iter().map(|[x, y]| Point3::new(*x, *y, z)).collect()
             }
@@ -288,16 +288,16 @@ impl Surface {
     }
 
     /// Extrudes the surface through all layers.
-    fn below(&self, soft: &SoftStack, kept: &Kept) -> Result<Tetrahedra, TetraError> {
+    fn extrude(&self, soft: &SoftStack, kept: &MeshPlan) -> Result<Tetrahedra, TetraError> {
         let edge_mm = kept.edge_mm;
         let mut points_mm: Vec<[f64; 3]> = Vec::new();
         let mut add = |points: &[Point3<f64>]| {
             points_mm.extend(points.iter().map(|p| <[f64; 3]>::from(p.coords)))
         };
-        let mut upper = self.on_interface(soft, 0);
+        let mut upper = self.node_positions(soft, 0);
         add(&upper);
-        for KeptLayer { interface, parts, .. } in &kept.layers {
-            let lower = self.on_interface(soft, *interface);
+        for MeshedLayer { interface, parts, .. } in &kept.layers {
+            let lower = self.node_positions(soft, *interface);
             for part in 1..=*parts {
                 let share = part as f64 / *parts as f64;
                 // The last level lies exactly on the interface, without rounding.
@@ -311,7 +311,7 @@ impl Surface {
         }
         let levels = Levels { per_level: self.count() as u32 };
         let (mut cells, mut layer_of, mut level) = (Vec::new(), Vec::new(), 0);
-        for (layer, KeptLayer { parts, .. }) in kept.layers.iter().enumerate() {
+        for (layer, MeshedLayer { parts, .. }) in kept.layers.iter().enumerate() {
             for _ in 0..*parts {
                 for face in &self.faces {
                     cells.extend(levels.prism(*face, level));
@@ -331,11 +331,11 @@ impl Surface {
             if volume_mm3.abs() <= 1e-9 * edge_mm.powi(3) || volume_mm3.is_nan() {
                 let [x, y, z] = points_mm[cell[0] as usize];
                 let layer = soft.layers[kept.layers[*layer as usize].layer].name.clone();
-                return Err(TetraError::Inverted { layer, x, y, z });
+                return Err(TetraError::Degenerate { layer, x, y, z });
             }
         }
-        let bonded = self.bonded(soft, &levels, level);
-        let layers = kept.layers.iter().map(|kept| &soft.layers[kept.layer]).map(|layer| Layer {
+        let bonded = self.find_bonded_faces(soft, &levels, level);
+        let layers = kept.layers.iter().map(|kept| &soft.layers[kept.layer]).map(|layer| MeshLayer {
             name: layer.name.clone(),
             material: layer.material.clone(),
             young_mpa: layer.elasticity.young_mpa,
@@ -343,21 +343,21 @@ impl Surface {
         });
         Ok(Tetrahedra {
             cells,
-            layer_of,
+            cell_layers: layer_of,
             layers: layers.collect(),
-            outer: self.faces.clone(),
-            bonded,
+            touched_faces: self.faces.clone(),
+            bonded_faces: bonded,
             points_mm,
             edge_mm,
-            left_out: soft.left_out.iter().chain(&kept.left_out).cloned().collect(),
+            simplifications: soft.simplifications.iter().chain(&kept.simplifications).cloned().collect(),
         })
     }
 
     /// Returns the faces bonded to stiff bodies, below the last level and at the rim.
-    fn bonded(&self, soft: &SoftStack, levels: &Levels, last: usize) -> Vec<Face> {
+    fn find_bonded_faces(&self, soft: &SoftStack, levels: &Levels, last: usize) -> Vec<Face> {
         let is_held = |node: u32| match (&soft.body.inner, &self.places) {
-            (Hold::Free, _) => false,
-            (Hold::BondedBeyond(from), Places::Dome(nodes)) => {
+            (BoundaryCondition::Free, _) => false,
+            (BoundaryCondition::BondedBeyond(from), SurfaceNodes::Dome(nodes)) => {
                 // Tolerance for rounding of s.
                 nodes[node as usize].s >= from - 1e-12
             }

@@ -9,25 +9,25 @@ use crate::mesh::{Face, TetraError};
 
 /// Minimum angle of the refined triangles, degrees. Ruppert's method is proven to reach 20.7; in practice it reaches
 /// 30.
-const LEAST_ANGLE_DEG: f64 = 30.0;
+const MIN_ANGLE_DEG: f64 = 30.0;
 /// Maximum area of a triangle over its squared side: that of an equilateral triangle, with some room for longer sides.
-const AREA: f64 = 0.5;
+const MAX_AREA_PER_EDGE_SQUARED: f64 = 0.5;
 /// Maximum number of nodes. A refinement that reaches it would not end.
-const MOST_NODES: usize = 2_000_000;
+const MAX_NODES: usize = 2_000_000;
 
 /// Triangulates a face. Returns corners and triangles, counter-clockwise, with edges about `edge_mm` long. Nodes of the
 /// outline lie on it exactly.
 ///
 /// # Errors
 /// [`TetraError::Outline`].
-pub(crate) fn triangles(
+pub(crate) fn triangulate(
     outline: &Path,
     edge_mm: f64,
 ) -> Result<(Vec<[f64; 2]>, Vec<Face>), TetraError> {
     let failed = |what: String| TetraError::Outline { what };
     let mut triangulation = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
     let mut edge = Vec::new();
-    for [x, y] in points(outline, edge_mm) {
+    for [x, y] in sample_outline(outline, edge_mm) {
         let handle = triangulation.insert(Point2::new(x, y));
         edge.push(handle.map_err(|error| failed(error.to_string()))?);
     }
@@ -41,12 +41,12 @@ pub(crate) fn triangles(
     let parameters = RefinementParameters::<f64>::new()
         .exclude_outer_faces(true)
         .keep_constraint_edges()
-        .with_angle_limit(AngleLimit::from_deg(LEAST_ANGLE_DEG))
-        .with_max_allowed_area(AREA * edge_mm * edge_mm)
-        .with_max_additional_vertices(MOST_NODES);
+        .with_angle_limit(AngleLimit::from_deg(MIN_ANGLE_DEG))
+        .with_max_allowed_area(MAX_AREA_PER_EDGE_SQUARED * edge_mm * edge_mm)
+        .with_max_additional_vertices(MAX_NODES);
     let refined = triangulation.refine(parameters);
     if !refined.refinement_complete {
-        return Err(failed(format!("its triangles do not become even with {MOST_NODES} nodes")));
+        return Err(failed(format!("its triangles do not become even with {MAX_NODES} nodes")));
     }
     let mut excluded: Vec<usize> = refined.excluded_faces.iter().map(|face| face.index()).collect();
     excluded.sort_unstable();
@@ -62,7 +62,7 @@ pub(crate) fn triangles(
 }
 
 /// Samples the outline with points about `edge_mm` apart, including each of its corners.
-fn points(outline: &Path, edge_mm: f64) -> Vec<[f64; 2]> {
+fn sample_outline(outline: &Path, edge_mm: f64) -> Vec<[f64; 2]> {
     let (mut points, mut from) = (Vec::new(), outline.start);
     for segment in &outline.segments {
         let to = segment.to();

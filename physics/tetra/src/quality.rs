@@ -26,7 +26,7 @@ impl Tetrahedra {
             least_dihedral_deg: 180.0,
             most_dihedral_deg: 0.0,
         };
-        for (cell, layer) in self.cells.iter().zip(&self.layer_of) {
+        for (cell, layer) in self.cells.iter().zip(&self.cell_layers) {
             let corners = cell.map(|node| Vector3::from(self.points_mm[node as usize]));
             let volume_mm3 = volume_mm3(&corners);
             quality.volume_mm3[*layer as usize] += volume_mm3;

@@ -2,41 +2,41 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_elastic::Curve;
+use fabkit_elastic::MeridianCurve;
 
-use crate::mesh::{Face, Node};
+use crate::mesh::{Face, DomeNode};
 
 /// Sample points by which the length of the meridian is measured.
 const LENGTH_STEPS: usize = 4000;
 /// Height of an equilateral triangle over its side.
 const HEIGHT: f64 = 0.866;
 /// Minimum number of nodes of a ring.
-const LEAST: usize = 5;
+const MIN_RING_NODES: usize = 5;
 
 /// Triangulates a surface with edges about `edge_mm` long. Returns nodes by s and azimuth, triangles, and the nodes of
 /// the rim in order.
-pub(crate) fn triangles(surface: &Curve, edge_mm: f64) -> (Vec<Node>, Vec<Face>, Vec<u32>) {
-    let lengths = lengths(surface);
+pub(crate) fn triangulate(surface: &MeridianCurve, edge_mm: f64) -> (Vec<DomeNode>, Vec<Face>, Vec<u32>) {
+    let lengths = arc_lengths(surface);
     let total_mm = lengths[LENGTH_STEPS];
     let rows = ((total_mm / (HEIGHT * edge_mm)).round() as usize).max(2);
-    let mut nodes = vec![Node { s: 0.0, azimuth: 0.0 }];
+    let mut nodes = vec![DomeNode { s: 0.0, azimuth: 0.0 }];
     let mut faces = Vec::new();
     let mut before = Ring { first: 0, count: 1, phase: 0.0 };
     for row in 1..=rows {
         let s = match row == rows {
             true => 1.0,
-            false => s_at(&lengths, total_mm * row as f64 / rows as f64),
+            false => find_parameter(&lengths, total_mm * row as f64 / rows as f64),
         };
         let around_mm = TAU * surface.at(s)[0];
-        let count = ((around_mm / edge_mm).round() as usize).max(LEAST);
+        let count = ((around_mm / edge_mm).round() as usize).max(MIN_RING_NODES);
         // Every other ring is turned by half a step, so that triangles are equilateral where neighbouring rings have
         // equal counts.
         let phase = if row % 2 == 1 { 0.5 / count as f64 } else { 0.0 };
         let ring = Ring { first: nodes.len() as u32, count, phase };
-        nodes.extend((0..count).map(|i| Node { s, azimuth: TAU * ring.turn(i) }));
+        nodes.extend((0..count).map(|i| DomeNode { s, azimuth: TAU * ring.turn(i) }));
         match before.count {
             1 => faces.extend((0..count).map(|i| [0, ring.node(i), ring.node(i + 1)])),
-            _ => between(&before, &ring, &mut faces),
+            _ => triangulate_strip(&before, &ring, &mut faces),
         }
         before = ring;
     }
@@ -64,7 +64,7 @@ impl Ring {
 }
 
 /// Triangulates the strip between two rings: each triangle takes the nearer of the two next nodes.
-fn between(inner: &Ring, outer: &Ring, faces: &mut Vec<Face>) {
+fn triangulate_strip(inner: &Ring, outer: &Ring, faces: &mut Vec<Face>) {
     let (mut i, mut j) = (0, 0);
     // Starts at the outer node that is nearest to the first inner one.
     let skip = ((inner.phase - outer.phase) * outer.count as f64).round().max(0.0) as usize;
@@ -87,7 +87,7 @@ fn between(inner: &Ring, outer: &Ring, faces: &mut Vec<Face>) {
 }
 
 /// Returns the length of the meridian from the pole to each sample point.
-fn lengths(surface: &Curve) -> Vec<f64> {
+fn arc_lengths(surface: &MeridianCurve) -> Vec<f64> {
     let mut lengths = vec![0.0];
     let mut before = surface.at(0.0);
     for i in 1..=LENGTH_STEPS {
@@ -99,7 +99,7 @@ fn lengths(surface: &Curve) -> Vec<f64> {
 }
 
 /// Returns the curve parameter at a length along the meridian.
-fn s_at(lengths: &[f64], length_mm: f64) -> f64 {
+fn find_parameter(lengths: &[f64], length_mm: f64) -> f64 {
     let i = lengths.partition_point(|&l| l <= length_mm).clamp(1, LENGTH_STEPS) - 1;
     let step_mm = lengths[i + 1] - lengths[i];
     let within = if step_mm > 0.0 { (length_mm - lengths[i]) / step_mm } else { 0.0 };

@@ -1,22 +1,22 @@
 //! Rendering of a reflective coat under coloured light sources: shading by slopes, and shadows on the coat.
 
-use fabkit_depth::truth::{DepthMap, NO_LABEL, Sigmas, Yielding as _};
+use fabkit_depth::ground_truth::{DepthMap, NO_LABEL, StandardDeviations, SurfaceDisplacement as _};
 use fabkit_files::Error;
 use fabkit_geometry::{
-    Lighting, Mark, Point3, Rgb, Scratch, Sensor, Shows, SurfacePoints, TouchSurface, Vector3,
+    Lighting, Marker, Point3, Rgb, Scratch, Sensor, VisibleEffect, SurfacePoints, TouchSurface, Vector3,
 };
-use fabkit_light::{Coat, Emitter, Emitters, Peg};
-use fabkit_scene::Seen;
-use fabkit_scene::pressing::Answer;
+use fabkit_light::{Coat, Emitter, Emitters, RaisedMarker};
+use fabkit_scene::CastResult;
+use fabkit_scene::press_simulation::ContactSolution;
 use rayon::prelude::*;
 
-use super::pegs::{Ball, Pegs};
-use super::scene::middle_of;
-use super::table::{Place, Plan};
-use super::{CaptureError, LightConstants, Painted, moved};
+use super::marker_index::{BoundingBall, MarkerIndex};
+use super::scene::surface_middle;
+use super::surface_table::{SurfacePlace, SurfaceGrid};
+use super::{CaptureError, LightConstants, RenderedLight, displaced_markers};
 
 /// Distance beyond which markers that stand out of the coat throw no shadow, mm.
-const SHADOW_MM: f64 = 2.5;
+const MARKER_SHADOW_MM: f64 = 2.5;
 /// Smallest cosine between ray and normal. Flatter rays are treated as if they had it.
 const LEAST_COSINE: f64 = 0.2;
 /// Number of steps along a shadow ray in which the deformed surface is searched, and length of the search, mm.
@@ -31,7 +31,7 @@ const BESIDE_MM: f64 = 0.5;
 const RINGS: usize = 8;
 const LEAST_DENT_MM: f64 = 1.0;
 /// Offset of a shadow ray's start from the surface, mm.
-const OFF_MM: f64 = 1e-3;
+const SHADOW_OFFSET_MM: f64 = 1e-3;
 /// Maximum number of ray-marching steps.
 const MOST_STEPS: u32 = 256;
 
@@ -45,7 +45,7 @@ pub struct CoatScene<'a> {
     coat_mm: f64,
     /// Whether markers are printed dark on the coat, rather than standing out of it.
     is_printed: bool,
-    plan: Plan,
+    plan: SurfaceGrid,
     /// Colour of each emitter.
     colors: Vec<Rgb>,
     /// Irradiance vectors at the table's places, place by place, in blocks of [`LANES`] emitters.
@@ -74,7 +74,7 @@ struct Dent {
 }
 
 impl Dent {
-    fn of(map: &DepthMap<'_>, touch: &TouchSurface) -> Option<Self> {
+    fn from_map(map: &DepthMap<'_>, touch: &TouchSurface) -> Option<Self> {
         let pressed = |i: usize| {
             let (place, _) = map.arrival(i).filter(|_| map.has_moved(i))?;
             let (depth_mm, outward) = touch.depth_mm(&place);
@@ -119,7 +119,7 @@ impl Dent {
 }
 
 /// Irradiance vector: direction of light times its density; zero without light.
-type Arrives = Vector3<f64>;
+type IrradianceVector = Vector3<f64>;
 
 /// Number of emitters processed per block, for vectorisation.
 const LANES: usize = 8;
@@ -128,7 +128,7 @@ const LANES: usize = 8;
 /// the soft layers.
 type Beams = [[[f64; LANES]; 3]; 2];
 
-fn beam(beams: &[Beams], piece: usize) -> [Arrives; 2] {
+fn irradiance_vectors(beams: &[Beams], piece: usize) -> [IrradianceVector; 2] {
     let of = |part: &[[f64; LANES]; 3]| Vector3::from(part.map(|axis| axis[piece % LANES]));
     beams[piece / LANES].each_ref().map(of)
 }
@@ -138,34 +138,34 @@ impl<'a> CoatScene<'a> {
     ///
     /// # Errors
     /// Returns an error for light sources or bodies that light cannot be traced through.
-    pub fn of(
+    pub fn new(
         sensor: &'a Sensor,
         lighting: &'a Lighting,
         constants: &'a LightConstants,
     ) -> Result<Self, Error> {
-        let missing = || CaptureError::OtherLight { sensor: sensor.name.clone() };
-        let Shows::Slopes { coat, printed } = &lighting.shows else { return Err(missing().into()) };
+        let missing = || CaptureError::UnknownLighting { sensor: sensor.name.clone() };
+        let VisibleEffect::Slopes { coat, printed } = &lighting.effect else { return Err(missing().into()) };
         let touch = sensor.touch.as_ref();
         let touch = touch.ok_or_else(|| CaptureError::NoSurface { sensor: sensor.name.clone() })?;
-        let (middle, outward) = middle_of(touch).ok_or_else(missing)?;
+        let (middle, outward) = surface_middle(touch).ok_or_else(missing)?;
         let body = sensor.body(coat).ok_or_else(missing)?;
         // A marker in the middle would make the coat thicker there, so its thickness is sampled all over the surface.
-        let solid = super::scene::in_use(body)?;
-        let coat_mm = thinnest(touch, &solid);
-        let emitters = Emitters::of(sensor, lighting).map_err(CaptureError::NoLight)?;
+        let solid = super::scene::placed_solid(body)?;
+        let coat_mm = coat_thickness_mm(touch, &solid);
+        let emitters = Emitters::new(sensor, lighting).map_err(CaptureError::NoLight)?;
         let points = SurfacePoints::new(touch).map_err(Error::bug)?;
-        let plan = Plan::of(&points);
-        let soft_mm = touch.soft_mm();
+        let plan = SurfaceGrid::new(&points);
+        let soft_mm = touch.max_indentation_mm();
         let places = plan.places(&points);
-        let arrives = |below_mm: f64| -> Vec<Vec<Arrives>> {
-            let below = |(point, outward): Place| point - below_mm * outward;
+        let arrives = |below_mm: f64| -> Vec<Vec<IrradianceVector>> {
+            let below = |(point, outward): SurfacePlace| point - below_mm * outward;
             let known: Vec<Option<Point3<f64>>> =
                 places.iter().map(|(place, _)| place.map(below)).collect();
             let of_piece = |piece: &Emitter| {
                 let mut tracer = emitters.tracer();
                 let mut arrives = |place: &Point3<f64>| {
                     let found = emitters.arrival(piece, place, &mut tracer);
-                    found.map_or_else(Vector3::zeros, |found| found.density * found.arrives)
+                    found.map_or_else(Vector3::zeros, |found| found.density * found.arrival_direction)
                 };
                 known
                     .iter()
@@ -175,7 +175,7 @@ impl<'a> CoatScene<'a> {
             emitters.pieces().par_iter().map(of_piece).collect()
         };
         // Two depths suffice: irradiance in between is interpolated linearly.
-        let [at_rest, deep] = [coat_mm + OFF_MM, coat_mm + OFF_MM + soft_mm].map(arrives);
+        let [at_rest, deep] = [coat_mm + SHADOW_OFFSET_MM, coat_mm + SHADOW_OFFSET_MM + soft_mm].map(arrives);
         let colors: Vec<Rgb> = emitters.pieces().iter().map(|piece| piece.color).collect();
         let blocks = colors.len().div_ceil(LANES);
         let mut arrives = vec![Beams::default(); places.len() * blocks];
@@ -191,13 +191,13 @@ impl<'a> CoatScene<'a> {
             }
         }
         let [diffuse, shine, exponent] = &constants.coat;
-        let coat = Coat { diffuse: diffuse.value, shine: shine.value, exponent: exponent.value };
+        let coat = Coat { diffuse: diffuse.value, gloss: shine.value, exponent: exponent.value };
         let marks = match (printed, sensor.marks.len()) {
             (_, 0) => String::new(),
             (Some(_), count) => format!(" with {count} dark marks"),
             (None, count) => format!(" with {count} dimples"),
         };
-        let words = [format!("slopes of {coat}{marks}", coat = body.name), emitters.what];
+        let words = [format!("slopes of {coat}{marks}", coat = body.name), emitters.description];
         let mut own = Self {
             sensor,
             touch,
@@ -220,7 +220,7 @@ impl<'a> CoatScene<'a> {
         let mut sums = ([0.0; 3], 0.0);
         for (place, share) in &places {
             let Some((point, outward)) = place else { continue };
-            let straight = own.straight(point, &-outward);
+            let straight = own.direct_light(point, &-outward);
             sums.0 = [0, 1, 2].map(|part| sums.0[part] + share * straight[part]);
             sums.1 += share;
         }
@@ -228,7 +228,7 @@ impl<'a> CoatScene<'a> {
         if own.mean.iter().all(|part| *part <= 0.0) {
             return Err(CaptureError::Dark { sensor: sensor.name.clone() }.into());
         }
-        let lit = own.lit(&middle, &-outward, &outward, 0.0, |_| false);
+        let lit = own.shade(&middle, &-outward, &outward, 0.0, |_| false);
         let brightest = lit.into_iter().fold(0.0, f64::max);
         if let Some(grey) = &constants.middle_grey {
             own.exposure = grey.value / brightest;
@@ -241,18 +241,18 @@ impl<'a> CoatScene<'a> {
     }
 
     /// Returns the irradiance vectors of all emitters at a place of the table.
-    fn at_place(&self, number: usize) -> &[Beams] {
+    fn beams_at(&self, number: usize) -> &[Beams] {
         let blocks = self.colors.len().div_ceil(LANES);
         &self.arrives[number * blocks..][..blocks]
     }
 
     /// Returns the direct light on an area with a unit normal, without shadows of markers.
-    fn straight(&self, rest: &Point3<f64>, facing: &Vector3<f64>) -> Rgb {
-        let around = self.plan.around(rest).map(|(i, share)| (self.at_place(i), share));
+    fn direct_light(&self, rest: &Point3<f64>, facing: &Vector3<f64>) -> Rgb {
+        let around = self.plan.weights_at(rest).map(|(i, share)| (self.beams_at(i), share));
         let mut sum = [0.0; 3];
         for (piece, color) in self.colors.iter().enumerate() {
             let arrives: Vector3<f64> =
-                around.iter().map(|(at, share)| *share * beam(at, piece)[0]).sum();
+                around.iter().map(|(at, share)| *share * irradiance_vectors(at, piece)[0]).sum();
             let lit = (-arrives.dot(facing)).max(0.0);
             sum = [0, 1, 2].map(|part| sum[part] + lit * color[part]);
         }
@@ -261,12 +261,12 @@ impl<'a> CoatScene<'a> {
 
     /// Returns the irradiance vectors for each colour of light source, at rest and at full depth of the soft layers.
     /// Emitters of one colour are summed.
-    pub fn by_color(&self, rest: &Point3<f64>) -> Vec<(Rgb, [Vector3<f64>; 2])> {
-        let around = self.plan.around(rest).map(|(i, share)| (self.at_place(i), share));
+    pub fn irradiance_by_color(&self, rest: &Point3<f64>) -> Vec<(Rgb, [Vector3<f64>; 2])> {
+        let around = self.plan.weights_at(rest).map(|(i, share)| (self.beams_at(i), share));
         let mut colors: Vec<(Rgb, [Vector3<f64>; 2])> = Vec::new();
         for (piece, color) in self.colors.iter().enumerate() {
             let both: [Vector3<f64>; 2] =
-                [0, 1].map(|k| around.iter().map(|(at, share)| *share * beam(at, piece)[k]).sum());
+                [0, 1].map(|k| around.iter().map(|(at, share)| *share * irradiance_vectors(at, piece)[k]).sum());
             match colors.iter_mut().find(|(known, _)| known == color) {
                 Some((_, sums)) => (0..2).for_each(|k| sums[k] += both[k]),
                 None => colors.push((*color, both)),
@@ -276,7 +276,7 @@ impl<'a> CoatScene<'a> {
     }
 
     /// Returns the light from repeated reflections, the same for any orientation.
-    pub fn bounced(&self) -> Rgb {
+    pub fn reflected_light(&self) -> Rgb {
         self.mean.map(|part| self.constants.bounce.value * self.coat.diffuse * part)
     }
 
@@ -287,7 +287,7 @@ impl<'a> CoatScene<'a> {
 
     /// Returns the light along a ray from a place with the normal `facing`, whose foot on the undeformed surface is
     /// `rest`. `is_hidden` is called with the direction of each emitter's light.
-    pub(super) fn lit(
+    pub(super) fn shade(
         &self,
         rest: &Point3<f64>,
         facing: &Vector3<f64>,
@@ -295,9 +295,9 @@ impl<'a> CoatScene<'a> {
         depth_mm: f64,
         mut is_hidden: impl FnMut(&Vector3<f64>) -> bool,
     ) -> Rgb {
-        let around = self.plan.around(rest).map(|(i, share)| (self.at_place(i), share));
+        let around = self.plan.weights_at(rest).map(|(i, share)| (self.beams_at(i), share));
         let share_deep = (depth_mm / self.soft_mm).clamp(0.0, 1.0);
-        let mut sum = self.bounced();
+        let mut sum = self.reflected_light();
         for (block, colors) in self.colors.chunks(LANES).enumerate() {
             let mut arrives = [[0.0; LANES]; 3];
             for (at, share) in &around {
@@ -324,7 +324,7 @@ impl<'a> CoatScene<'a> {
                 if is_hidden(&way) {
                     continue;
                 }
-                let sent = density * self.coat.sends(facing, &way, &-direction);
+                let sent = density * self.coat.reflect(facing, &way, &-direction);
                 sum.iter_mut().zip(color).for_each(|(sum, part)| *sum += sent * part);
             }
         }
@@ -333,30 +333,30 @@ impl<'a> CoatScene<'a> {
 
     /// Renders the surface at rest, so that captures of presses only render what has changed.
     pub(super) fn prepare(&mut self, map: &DepthMap<'_>) {
-        let sigmas = Sigmas::default();
+        let sigmas = StandardDeviations::default();
         let seen =
-            Seen { map, sigmas: &sigmas, deepest: None, surface_px: 0, answer: None, gap: None };
+            CastResult { map, sigmas: &sigmas, deepest: None, surface_px: 0, answer: None, gap: None };
         self.at_rest = Some((self.paint(&seen).light, map.normal_in_sensor()));
     }
 
-    pub(super) fn paint(&self, seen: &Seen<'_>) -> Painted {
+    pub(super) fn paint(&self, seen: &CastResult<'_>) -> RenderedLight {
         let map = seen.map;
         let beside = [self.constants.beside_grey.value; 3];
-        let marks = moved(self.sensor, seen.answer);
+        let marks = displaced_markers(self.sensor, seen.answer);
         let height_mm = self.height_mm();
-        let pegs = Pegs::of(&marks, height_mm, SHADOW_MM);
+        let pegs = MarkerIndex::new(&marks, height_mm, MARKER_SHADOW_MM);
         let dent = seen.answer.and_then(|answer| {
             // A point on a shadow ray is as far from the deformed surface as the surface lies below it.
             let slack_mm = answer.limits_mm()[0] + self.coat_mm;
-            Dent::of(map, self.touch).map(|dent| (answer, dent, slack_mm))
+            Dent::from_map(map, self.touch).map(|dent| (answer, dent, slack_mm))
         });
         let normals = match &self.at_rest {
             Some((_, at_rest)) => map.normals_from(at_rest.clone()),
             None => map.normal_in_sensor(),
         };
-        let ray = |balls: &mut Vec<Ball>, i: usize| {
+        let ray = |balls: &mut Vec<BoundingBall>, i: usize| {
             let is_seen = map.label()[i] != NO_LABEL;
-            let seen = if is_seen { map.arrival(i) } else { self.behind_a_rim(map, i) };
+            let seen = if is_seen { map.arrival(i) } else { self.grazing_hit(map, i) };
             let Some((place, direction)) = seen else { return beside };
             let outward = if is_seen { normals[i] } else { self.touch.depth_mm(&place).1 };
             if let Some((known, _)) = &self.at_rest
@@ -369,11 +369,11 @@ impl<'a> CoatScene<'a> {
             let inwards_mm = self.coat_mm / outward.dot(&direction).max(LEAST_COSINE);
             let at = place - inwards_mm * direction;
             let mut facing = -outward;
-            let mut from = at + OFF_MM * facing;
+            let mut from = at + SHADOW_OFFSET_MM * facing;
             let mut send = 1.0;
             if self.is_printed {
                 let is_in =
-                    |peg: &Peg| (peg.centre + peg.radius_mm * peg.axis - at).norm() < peg.radius_mm;
+                    |peg: &RaisedMarker| (peg.centre + peg.radius_mm * peg.axis - at).norm() < peg.radius_mm;
                 if pegs.near(&at).any(is_in) {
                     let [_, dark] = &self.constants.marks;
                     // The shading below uses the coat's diffuse reflectance, so the dark one is set relative to it.
@@ -381,9 +381,9 @@ impl<'a> CoatScene<'a> {
                 }
             } else {
                 pegs.balls(&at, &from, balls);
-                match pegs.before(balls, &at, &direction) {
+                match pegs.first_hit(balls, &at, &direction) {
                     Some((back_mm, normal)) => {
-                        from = at - back_mm * direction + OFF_MM * normal;
+                        from = at - back_mm * direction + SHADOW_OFFSET_MM * normal;
                         facing = normal;
                         pegs.balls(&at, &from, balls);
                     }
@@ -395,23 +395,23 @@ impl<'a> CoatScene<'a> {
             let rest = place + depth_mm * at_rest;
             let is_hidden = |way: &Vector3<f64>| {
                 let towards = -way;
-                pegs.hide(balls, &from, &towards)
+                pegs.blocks(balls, &from, &towards)
                     || dent.is_some_and(|(answer, dent, slack_mm)| {
                         dent.is_near(&from, &towards, slack_mm)
                             && self.is_behind(answer, &dent, &from, &towards)
                     })
             };
-            let light = self.lit(&rest, &facing, &direction, depth_mm, is_hidden);
+            let light = self.shade(&rest, &facing, &direction, depth_mm, is_hidden);
             light.map(|part| self.exposure * send * part)
         };
         let rays = (0..normals.len()).into_par_iter();
         let light = rays.map_init(Vec::new, ray).collect();
-        Painted { light, thickness_mm: Vec::new(), marks }
+        RenderedLight { light, thickness_mm: Vec::new(), marks }
     }
 
     /// Finds where a ray that grazes a marker's rim would meet the surface. Such a ray ends on the coat's solid without
     /// a valid surface point, but the rim is visible.
-    fn behind_a_rim(
+    fn grazing_hit(
         &self,
         map: &DepthMap<'_>,
         pixel: usize,
@@ -424,7 +424,7 @@ impl<'a> CoatScene<'a> {
         for _ in 0..MOST_STEPS {
             let depth_mm = self.touch.depth_mm(&ray.at(at_mm)).0;
             at_mm += depth_mm;
-            if depth_mm < OFF_MM {
+            if depth_mm < SHADOW_OFFSET_MM {
                 return Some((ray.at(at_mm), ray.direction));
             }
         }
@@ -433,7 +433,7 @@ impl<'a> CoatScene<'a> {
 
     /// Returns the height of markers above the coat, mm; 0 for printed ones.
     fn height_mm(&self) -> f64 {
-        let Some(Mark { point, .. }) = self.sensor.marks.first().filter(|_| !self.is_printed)
+        let Some(Marker { point, .. }) = self.sensor.marks.first().filter(|_| !self.is_printed)
         else {
             return 0.0;
         };
@@ -447,7 +447,7 @@ impl<'a> CoatScene<'a> {
         if (rest - dent.centre).norm() > far_mm {
             return false;
         }
-        self.plan.around(rest).iter().any(|(i, _)| {
+        self.plan.weights_at(rest).iter().any(|(i, _)| {
             let all = &self.comes_from[i * self.colors.len()..][..self.colors.len()];
             all.iter().flatten().any(|way| dent.is_near(rest, way, slack_mm + BESIDE_MM))
         })
@@ -456,7 +456,7 @@ impl<'a> CoatScene<'a> {
     /// Returns whether the deformed surface lies between a place and a light source.
     fn is_behind(
         &self,
-        answer: &Answer<'_>,
+        answer: &ContactSolution<'_>,
         dent: &Dent,
         from: &Point3<f64>,
         towards: &Vector3<f64>,
@@ -496,10 +496,10 @@ impl<'a> CoatScene<'a> {
 }
 
 /// Returns the lower quartile of a coat's thickness over the surface, mm: its thickness beside markers.
-fn thinnest(touch: &TouchSurface, coat: &fabkit_geometry::CompiledSolid) -> f64 {
+fn coat_thickness_mm(touch: &TouchSurface, coat: &fabkit_geometry::CompiledSolid) -> f64 {
     let Ok(points) = SurfacePoints::new(touch) else { return 0.0 };
     let (mut scratch, mut found) = (Scratch::default(), Vec::new());
-    let plan = Plan::of(&points);
+    let plan = SurfaceGrid::new(&points);
     let places = plan.places(&points).into_iter().filter_map(|(place, _)| place);
     let mut all: Vec<f64> = places
         .filter_map(|(point, outward)| {

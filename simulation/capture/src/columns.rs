@@ -2,20 +2,20 @@
 
 use std::sync::Arc;
 
-use fabkit_depth::truth::PixelRays;
-use fabkit_elastic::ChannelMoved;
+use fabkit_depth::ground_truth::PixelRays;
+use fabkit_elastic::ChannelOutcome;
 use fabkit_files::Error;
 use fabkit_geometry::{
-    Carrier, Column, CompiledSolid, Lighting, Mark, Ray, Rgb, Scratch, Sensor, Shows, Vector3,
+    MarkerCarrier, LiquidColumn, CompiledSolid, Lighting, Marker, Ray, Rgb, Scratch, Sensor, VisibleEffect, Vector3,
 };
-use fabkit_optics::{Sights, Stack};
+use fabkit_optics::{ViewStacks, OpticalStack};
 use fabkit_scene::SceneError;
 use fabkit_scene::ground_truth::Viewpoint;
-use fabkit_scene::pressing::Moved;
+use fabkit_scene::press_simulation::MarkerDisplacement;
 use rayon::prelude::*;
 
-use super::scene::in_use;
-use super::{CaptureError, LightConstants, Painted, sends_back};
+use super::scene::placed_solid;
+use super::{CaptureError, LightConstants, RenderedLight, reflectance};
 
 /// A sensor's display as seen by the camera above it.
 #[derive(Debug)]
@@ -23,7 +23,7 @@ pub(super) struct ColumnScene<'a> {
     /// The sensor with that camera in place of its own, and without the liquid.
     sensor: Sensor,
     liquid: CompiledSolid,
-    pub(super) columns: &'a [Column],
+    pub(super) columns: &'a [LiquidColumn],
     constants: &'a LightConstants,
     pub(super) exposure: f64,
     /// Rays of the view, kept where several captures share it.
@@ -31,18 +31,18 @@ pub(super) struct ColumnScene<'a> {
 }
 
 impl<'a> ColumnScene<'a> {
-    pub(super) fn of(
+    pub(super) fn new(
         sensor: &Sensor,
         lighting: &'a Lighting,
         constants: &'a LightConstants,
     ) -> Result<Self, Error> {
-        let missing = || CaptureError::OtherLight { sensor: sensor.name.clone() };
-        let (Shows::Columns { liquid, columns }, Some(camera)) =
-            (&lighting.shows, &lighting.camera)
+        let missing = || CaptureError::UnknownLighting { sensor: sensor.name.clone() };
+        let (VisibleEffect::LiquidColumns { liquid, columns }, Some(camera)) =
+            (&lighting.effect, &lighting.camera)
         else {
             return Err(missing().into());
         };
-        let compiled = in_use(sensor.body(liquid).ok_or_else(missing)?)?;
+        let compiled = placed_solid(sensor.body(liquid).ok_or_else(missing)?)?;
         let mut sensor = sensor.clone();
         sensor.camera = camera.clone();
         sensor.bodies.retain(|body| body.name != *liquid);
@@ -62,16 +62,16 @@ impl<'a> ColumnScene<'a> {
     }
 
     fn rays(&self, viewpoint: &Viewpoint, samples: u32) -> Result<PixelRays, Error> {
-        let stack = Stack::straight(&self.sensor).map_err(SceneError::Light)?;
-        Ok(viewpoint.rays(samples).through(&Arc::new(Sights::new(stack))))
+        let stack = OpticalStack::without_refraction(&self.sensor).map_err(SceneError::Light)?;
+        Ok(viewpoint.rays(samples).traced_through(&Arc::new(ViewStacks::new(stack))))
     }
 
     pub(super) fn paint(
         &self,
         viewpoint: &Viewpoint,
         samples: u32,
-        marks: Vec<Moved>,
-    ) -> Result<Painted, Error> {
+        marks: Vec<MarkerDisplacement>,
+    ) -> Result<RenderedLight, Error> {
         let own;
         let rays = match &self.rays {
             Some(rays) => rays,
@@ -85,7 +85,7 @@ impl<'a> ColumnScene<'a> {
         let sends: Vec<f64> = rays
             .seen_by_names()
             .iter()
-            .map(|name| sends_back(self.sensor.body(name), [light.value, dark.value]))
+            .map(|name| reflectance(self.sensor.body(name), [light.value, dark.value]))
             .collect();
         let per_mm = self.constants.dye_per_mm.value;
         let ray = |scratch: &mut Scratch, i: usize| -> Rgb {
@@ -96,14 +96,14 @@ impl<'a> ColumnScene<'a> {
             [back, back * left, back * left]
         };
         let light = (0..rays.len()).into_par_iter().map_init(Scratch::default, ray).collect();
-        Ok(Painted { light, thickness_mm: Vec::new(), marks })
+        Ok(RenderedLight { light, thickness_mm: Vec::new(), marks })
     }
 
     /// Returns the length of a ray in the liquid, mm.
-    fn in_liquid_mm(&self, ray: &Ray, marks: &[Moved], scratch: &mut Scratch) -> f64 {
-        let Some((column, moved)) = self.passed(ray, marks) else { return 0.0 };
-        let by_mm = moved.displacement_mm.map_or(0.0, |by| by.dot(&column.way));
-        let back = Ray { origin: ray.origin - by_mm * column.way, ..*ray };
+    fn in_liquid_mm(&self, ray: &Ray, marks: &[MarkerDisplacement], scratch: &mut Scratch) -> f64 {
+        let Some((column, moved)) = self.find_column(ray, marks) else { return 0.0 };
+        let by_mm = moved.displacement_mm.map_or(0.0, |by| by.dot(&column.direction));
+        let back = Ray { origin: ray.origin - by_mm * column.direction, ..*ray };
         let mut length_mm = |ray: &Ray| {
             let mut found = Vec::new();
             self.liquid.stretches_into(ray, scratch, &mut found);
@@ -116,28 +116,28 @@ impl<'a> ColumnScene<'a> {
     }
 
     /// Finds the column whose channel a ray passes at the height of the column's end.
-    fn passed<'m>(&self, ray: &Ray, marks: &'m [Moved]) -> Option<(&'a Column, &'m Moved)> {
+    fn find_column<'m>(&self, ray: &Ray, marks: &'m [MarkerDisplacement]) -> Option<(&'a LiquidColumn, &'m MarkerDisplacement)> {
         self.columns.iter().zip(marks).find(|(column, _)| {
             let down_mm = (column.end.z - ray.origin.z) / ray.direction.z;
             let off = ray.at(down_mm) - column.end;
-            let across = off - off.dot(&column.way) * column.way;
+            let across = off - off.dot(&column.direction) * column.direction;
             across.norm() < column.width_mm
         })
     }
 }
 
 /// Returns the columns as markers at their ends, displaced by the channels' liquid.
-pub fn column_ends(columns: &[Column], channels: &[ChannelMoved]) -> Vec<Moved> {
-    let end = |(i, column): (usize, &Column)| {
-        let moves_mm = channels.get(i).map_or(0.0, |channel| channel.column_moves_mm);
-        let mark = Mark {
+pub fn column_ends(columns: &[LiquidColumn], channels: &[ChannelOutcome]) -> Vec<MarkerDisplacement> {
+    let end = |(i, column): (usize, &LiquidColumn)| {
+        let moves_mm = channels.get(i).map_or(0.0, |channel| channel.column_displacement_mm);
+        let mark = Marker {
             name: format!("column {}", i + 1),
             point: column.end,
             axis: Vector3::z(),
             radius_mm: 0.5 * column.width_mm,
-            carrier: Carrier::Gel,
+            carrier: MarkerCarrier::Gel,
         };
-        Moved { displacement_mm: Some(moves_mm * column.way), axis: mark.axis, mark }
+        MarkerDisplacement { displacement_mm: Some(moves_mm * column.direction), axis: mark.axis, mark }
     };
     columns.iter().enumerate().map(end).collect()
 }

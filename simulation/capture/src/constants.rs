@@ -1,12 +1,12 @@
 //! Optical constants of captures, with their sources.
 
-use fabkit_geometry::{Assembly, Body, Clarity, CompiledSolid, Kind, Sensor, Shows, Vector3};
-use fabkit_light::{Chip, TwoStream};
+use fabkit_geometry::{Assembly, Body, OpticalClarity, CompiledSolid, BodyKind, Sensor, VisibleEffect, Vector3};
+use fabkit_light::{ImageSensorNoise, TwoStream};
 use serde_json::{Value, json};
 
 /// Provenance of a constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Known {
+pub enum Provenance {
     /// Not known; a plausible value.
     Chosen,
     /// Measured.
@@ -15,8 +15,8 @@ pub enum Known {
     Fitted,
 }
 
-impl Known {
-    fn word(self) -> &'static str {
+impl Provenance {
+    fn name(self) -> &'static str {
         match self {
             Self::Chosen => "chosen",
             Self::Measured => "measured",
@@ -33,7 +33,7 @@ pub struct Constant {
     /// Numeric value.
     pub value: f64,
     /// Provenance of the value.
-    pub known: Known,
+    pub known: Provenance,
     /// Description of the source.
     pub source: String,
 }
@@ -78,17 +78,17 @@ pub struct LightConstants {
 }
 
 /// Largest intensity of the surface at rest after exposure.
-const BELOW_WHITE: f64 = 235.0;
+const MAX_INTENSITY: f64 = 235.0;
 /// Reflectances of dark walls, of white walls and of walls of unknown colour. Chosen: black plastic reflects 4 to 7 %,
 /// white plastic 80 to 90 %.
-const WALLS: [f64; 3] = [0.05, 0.85, 0.3];
+const WALL_REFLECTANCES: [f64; 3] = [0.05, 0.85, 0.3];
 
 /// Returns the light from repeated reflections between a sensor's walls, relative to the direct light. For walls of
 /// reflectance r it is r + r^2 + ... = r / (1 - r), as in an integrating sphere.
-fn bounce(sensor: &Sensor) -> Constant {
+fn repeated_reflections(sensor: &Sensor) -> Constant {
     let is_wall = |body: &&Body| {
         let in_use = body.placements.iter().any(|place| place.assembly == Assembly::sensor());
-        in_use && matches!(body.kind, Kind::Made(_)) && body.clarity() == Clarity::Opaque
+        in_use && matches!(body.kind, BodyKind::Made(_)) && body.clarity() == OpticalClarity::Opaque
     };
     // The largest opaque body is taken as the one that encloses the light.
     let volume_mm3 = |body: &&Body| {
@@ -97,7 +97,7 @@ fn bounce(sensor: &Sensor) -> Constant {
     };
     let walls = sensor.bodies.iter().filter(is_wall);
     let wall = walls.max_by(|a, b| volume_mm3(a).total_cmp(&volume_mm3(b)));
-    let [dark, white, unknown] = WALLS;
+    let [dark, white, unknown] = WALL_REFLECTANCES;
     let part = match wall.and_then(|wall| wall.substance.is_dark) {
         Some(true) => dark,
         Some(false) => white,
@@ -107,7 +107,7 @@ fn bounce(sensor: &Sensor) -> Constant {
     Constant {
         name: "bounce",
         value: part / (1.0 - part),
-        known: Known::Chosen,
+        known: Provenance::Chosen,
         source: format!("{name} of {material} sends back {:.0} % of what meets it", 100.0 * part),
     }
 }
@@ -115,8 +115,8 @@ fn bounce(sensor: &Sensor) -> Constant {
 impl LightConstants {
     /// Returns the default constants: those of R-Tac0's published unit, with the repeated reflections of the sensor's
     /// own walls.
-    pub fn of(sensor: &Sensor) -> Self {
-        use Known::{Chosen, Fitted, Measured};
+    pub fn for_sensor(sensor: &Sensor) -> Self {
+        use Provenance::{Chosen, Fitted, Measured};
         let constant = |name, value, known, source: &str| Constant {
             name,
             value,
@@ -132,7 +132,7 @@ impl LightConstants {
             layer_grey: constant("layer_grey", 921.0, Fitted, PINS),
             ground_grey: constant("ground_grey", 17.0, Fitted, PINS),
             spread_mm: constant("spread_mm", 0.4, Fitted, PINS),
-            bounce: bounce(sensor),
+            bounce: repeated_reflections(sensor),
             coat: [
                 constant("coat_diffuse", 0.45, Chosen, COATS),
                 constant("coat_shine", 0.15, Chosen, COATS),
@@ -175,28 +175,28 @@ impl LightConstants {
     }
 
     /// Returns the constants that matter for what a lighting shows, in the order of outputs.
-    pub fn all(&self, shows: &Shows) -> Vec<&Constant> {
+    pub fn all(&self, shows: &VisibleEffect) -> Vec<&Constant> {
         let mut all = match shows {
-            Shows::Thickness { .. } => vec![
+            VisibleEffect::Thickness { .. } => vec![
                 &self.scatter_per_mm,
                 &self.layer_grey,
                 &self.ground_grey,
                 &self.spread_mm,
                 &self.bounce,
             ],
-            Shows::Slopes { printed, .. } => {
+            VisibleEffect::Slopes { printed, .. } => {
                 let dark = printed.iter().map(|_| &self.marks[1]);
                 self.coat.iter().chain([&self.bounce]).chain(dark).collect()
             }
-            Shows::Glow { .. } => vec![&self.uv_per_mm, &self.spread_mm, &self.bounce],
-            Shows::Marks { .. } => self.marks.iter().chain([&self.bounce]).collect(),
-            Shows::Columns { .. } => self.marks.iter().chain([&self.dye_per_mm]).collect(),
+            VisibleEffect::Fluorescence { .. } => vec![&self.uv_per_mm, &self.spread_mm, &self.bounce],
+            VisibleEffect::Markers { .. } => self.marks.iter().chain([&self.bounce]).collect(),
+            VisibleEffect::LiquidColumns { .. } => self.marks.iter().chain([&self.dye_per_mm]).collect(),
         };
         // These matter whatever the lighting shows.
         all.extend([&self.beside_grey, &self.read_noise, &self.shot_noise, &self.drift]);
         match shows {
             // Marker lightings are exposed for the brightest marker, others for the middle of the surface.
-            Shows::Marks { .. } | Shows::Columns { .. } => all.push(&self.mark_grey),
+            VisibleEffect::Markers { .. } | VisibleEffect::LiquidColumns { .. } => all.push(&self.mark_grey),
             _ => all.extend(&self.middle_grey),
         }
         all
@@ -215,9 +215,9 @@ impl LightConstants {
     }
 
     /// Returns the factor by which exposure is reduced so that the brightest place stays below white, at most 1.
-    pub(super) fn dimmer(&self, brightest_over_middle: f64) -> f64 {
+    pub(super) fn exposure_limit_factor(&self, brightest_over_middle: f64) -> f64 {
         let most = self.middle_grey.as_ref().map(|middle| middle.value * brightest_over_middle);
-        most.map_or(1.0, |most| (BELOW_WHITE / most).min(1.0))
+        most.map_or(1.0, |most| (MAX_INTENSITY / most).min(1.0))
     }
 
     /// Returns the reflectance model of the layer.
@@ -226,17 +226,17 @@ impl LightConstants {
     }
 
     /// Returns the noise model of the chip.
-    pub fn chip(&self) -> Chip {
-        Chip { read_noise: self.read_noise.value, shot_noise: self.shot_noise.value }
+    pub fn chip(&self) -> ImageSensorNoise {
+        ImageSensorNoise { read_noise: self.read_noise.value, shot_noise: self.shot_noise.value }
     }
 
     /// Returns the constants for what a lighting shows as JSON.
-    pub fn document(&self, shows: &Shows) -> Value {
+    pub fn document(&self, shows: &VisibleEffect) -> Value {
         let constant = |constant: &&Constant| {
             json!({
                 "name": constant.name,
                 "value": constant.value,
-                "known": constant.known.word(),
+                "known": constant.known.name(),
                 "source": constant.source,
             })
         };

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use fabkit_files::reading::{self, Expected};
+use fabkit_files::reading::{self, ExpectedFile};
 use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained};
 use fabkit_geometry::Sensor;
 use serde_json::Value;
 
-use super::{Constant, Known, LightConstants};
+use super::{Constant, Provenance, LightConstants};
 
 /// Name of the file format.
 pub(super) const FORMAT: &str = "fabkit-fit-light";
@@ -47,7 +47,7 @@ impl Explained for ConstantsError {
 /// # Errors
 /// Returns an error for a file that cannot be read or is not of this format.
 pub fn read_constants(sensor: &Sensor, path: &Path) -> Result<LightConstants, Error> {
-    let expected = Expected { what: "constants of light", max_bytes: 1 << 20, hint: HINT };
+    let expected = ExpectedFile { what: "constants of light", max_bytes: 1 << 20, hint: HINT };
     let text = reading::read_text(path, expected)?;
     let wrong = |what: &str| ConstantsError { file: path.into(), what: what.to_owned() };
     let document: Value =
@@ -72,7 +72,7 @@ pub fn read_constants(sensor: &Sensor, path: &Path) -> Result<LightConstants, Er
     let (fitted, what) = if is_pad { (&FITTED[..3], "balls") } else { (&FITTED[..], "pins") };
     let source =
         format!("{}: fitted to {} captures of {what}; {rms}", path.display(), document["captures"]);
-    let mut constants = LightConstants { middle_grey: None, ..LightConstants::of(sensor) };
+    let mut constants = LightConstants { middle_grey: None, ..LightConstants::for_sensor(sensor) };
     let parts: [&mut Constant; 4] = [
         &mut constants.layer_grey,
         &mut constants.ground_grey,
@@ -80,7 +80,7 @@ pub fn read_constants(sensor: &Sensor, path: &Path) -> Result<LightConstants, Er
         &mut constants.spread_mm,
     ];
     for (constant, name) in parts.into_iter().zip(fitted) {
-        (constant.value, constant.known) = (value(name)?, Known::Fitted);
+        (constant.value, constant.known) = (value(name)?, Provenance::Fitted);
         constant.source.clone_from(&source);
     }
     Ok(constants)

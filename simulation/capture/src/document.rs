@@ -2,25 +2,25 @@
 
 use fabkit_designs::{Design, design_hash};
 use fabkit_fixtures::Project;
-use fabkit_geometry::Shows;
+use fabkit_geometry::VisibleEffect;
 use fabkit_scene::ground_truth::Viewpoint;
-use fabkit_scene::pressing::marks_document;
+use fabkit_scene::press_simulation::marks_document;
 use serde_json::{Value, json};
 
-use super::{Captured, Capturing, lens, unit_document};
+use super::{SimulatedCapture, CaptureRequest, lens, unit_document};
 
 /// Returns what the simulation leaves out, as phrases for people.
-pub(super) fn left_out(shows: &Shows, of_lens: Vec<&'static str>) -> Vec<&'static str> {
+pub(super) fn omitted_effects(shows: &VisibleEffect, of_lens: Vec<&'static str>) -> Vec<&'static str> {
     let own: &[&str] = match shows {
-        Shows::Thickness { .. } => &["the bending of light between lamps and curved layers"],
-        Shows::Slopes { .. } => {
+        VisibleEffect::Thickness { .. } => &["the bending of light between lamps and curved layers"],
+        VisibleEffect::Slopes { .. } => {
             &["light that the coat sends onto itself", "what lamps' own lenses do to their light"]
         }
-        Shows::Glow { .. } => {
+        VisibleEffect::Fluorescence { .. } => {
             &["light that one ink takes up of the other", "light that is scattered"]
         }
-        Shows::Marks { .. } => &["shadows of marks on marks", "how the ground moves"],
-        Shows::Columns { .. } => &["the bending of light in the display", "menisci", "shadows"],
+        VisibleEffect::Markers { .. } => &["shadows of marks on marks", "how the ground moves"],
+        VisibleEffect::LiquidColumns { .. } => &["the bending of light in the display", "menisci", "shadows"],
     };
     let all = ["what the camera sees beside the surface, but for a constant"];
     let bounces = ["what bounces on, but for a constant"];
@@ -28,8 +28,8 @@ pub(super) fn left_out(shows: &Shows, of_lens: Vec<&'static str>) -> Vec<&'stati
 }
 
 /// Returns the constants behind a capture as JSON, those of the lens included.
-pub(super) fn constants(design: &Design, capturing: &Capturing<'_>) -> Value {
-    let Value::Array(mut all) = capturing.constants.document(&capturing.lighting.shows) else {
+pub(super) fn constants(design: &Design, capturing: &CaptureRequest<'_>) -> Value {
+    let Value::Array(mut all) = capturing.constants.document(&capturing.lighting.effect) else {
         return Value::Null;
     };
     all.extend(lens::constants(design, capturing.lighting));
@@ -37,11 +37,11 @@ pub(super) fn constants(design: &Design, capturing: &Capturing<'_>) -> Value {
 }
 
 /// Returns a capture as `fabkit capture --json` prints it (`fabkit-capture` version 1), without files.
-pub fn document(
+pub fn capture_document(
     project: &Project,
     viewpoint: &Viewpoint,
-    capturing: &Capturing<'_>,
-    captured: &Captured,
+    capturing: &CaptureRequest<'_>,
+    captured: &SimulatedCapture,
 ) -> Value {
     // Rays that meet no layer have NaN.
     let known = captured.thickness_mm.iter().filter(|mm| mm.is_finite());
@@ -72,15 +72,15 @@ pub fn document(
         "shown": captured.shown,
         // Without any finite thickness the range is still inverted, and null is written.
         "thickness_mm": (thickness[0] <= thickness[1]).then_some(thickness),
-        "lamps": captured.lamps,
+        "lamps": captured.light_sources,
         "marks": marks(captured),
         "constants": constants(design, capturing),
-        "left_out": left_out(&capturing.lighting.shows, lens::left_out(&design.sensor, capturing.lighting)),
+        "left_out": omitted_effects(&capturing.lighting.effect, lens::omitted_effects(&design.sensor, capturing.lighting)),
     })
 }
 
 /// Returns the markers as `fabkit press` prints them, with their pixels.
-fn marks(captured: &Captured) -> Value {
+fn marks(captured: &SimulatedCapture) -> Value {
     let mut document = marks_document(&captured.marks);
     for (mark, pixel) in document.as_array_mut().into_iter().flatten().zip(&captured.mark_pixels) {
         mark["pixel"] = json!(pixel);
@@ -89,7 +89,7 @@ fn marks(captured: &Captured) -> Value {
 }
 
 /// Returns one line about the origin of a capture, to be embedded in its files.
-pub fn comment(project: &Project, capturing: &Capturing<'_>, captured: &Captured) -> String {
+pub fn capture_comment(project: &Project, capturing: &CaptureRequest<'_>, captured: &SimulatedCapture) -> String {
     let presses: Vec<&str> = capturing.cast.presses.iter().map(|p| p.id.as_str()).collect();
     let pressed = if presses.is_empty() { "no contact".to_owned() } else { presses.join(" ") };
     let noise = capturing.seed.map_or("no noise".to_owned(), |seed| format!("seed {seed}"));

@@ -1,14 +1,14 @@
 //! Rendering of translucent layers over a black background: thicker layers are brighter.
 
-use fabkit_depth::truth::{DepthMap, NO_LABEL};
+use fabkit_depth::ground_truth::{DepthMap, NO_LABEL};
 use fabkit_files::Error;
 use fabkit_geometry::{Lighting, Point3, Rgb, Scratch, Sensor};
-use fabkit_light::Spread;
-use fabkit_scene::pressing::Answer;
+use fabkit_light::LayerBlur;
+use fabkit_scene::press_simulation::ContactSolution;
 use rayon::prelude::*;
 
-use super::scene::{Scene, along};
-use super::{LightConstants, Painted, ray_mm};
+use super::scene::{LayerGeometry, path_length_mm};
+use super::{LightConstants, RenderedLight, ray_spacing_mm};
 
 /// Difference of thickness below which layers count as evenly thick, mm.
 const EVEN_MM: f64 = 1e-6;
@@ -17,18 +17,18 @@ const EVEN_MM: f64 = 1e-6;
 #[derive(Debug)]
 pub struct LayerScene<'a> {
     /// Surface, layers and light sources.
-    pub scene: Scene<'a>,
+    pub scene: LayerGeometry<'a>,
     pub(super) constants: &'a LightConstants,
     pub(super) exposure: f64,
     /// Distance between the surface points of neighbouring rays, mm, where maps are parts of an image.
     ray_mm: Option<f64>,
     /// Rays of the surface at rest, where they are kept.
-    at_rest: Option<AtRest>,
+    at_rest: Option<RestImage>,
 }
 
 /// Layers along a ray, on the surface at rest.
 #[derive(Clone, Copy, Debug)]
-pub struct SeenAtRest {
+pub struct RestRay {
     /// Point where the ray meets the surface, sensor frame, mm.
     pub place: Point3<f64>,
     /// Thickness of the layers at that point along the normal, mm.
@@ -39,7 +39,7 @@ pub struct SeenAtRest {
 
 /// Intersection of a ray with the layers.
 #[derive(Clone, Copy, Debug)]
-struct Met {
+struct LayerHit {
     /// Irradiance there, relative to the mean over the surface.
     lit: f64,
     thickness_mm: f64,
@@ -48,17 +48,17 @@ struct Met {
 }
 
 /// Buffers that a worker reuses from ray to ray.
-type Memory = (Scratch, Vec<[f64; 2]>);
+type Buffers = (Scratch, Vec<[f64; 2]>);
 
 /// Rays of the surface at rest, for reuse where a press moves nothing.
 #[derive(Debug)]
-struct AtRest {
+struct RestImage {
     /// Range of each ray to the surface, mm.
     range_mm: Vec<f64>,
     /// Intensity, before lateral spread, and thickness of each ray, mm.
     seen: Vec<(f64, f64)>,
     /// Lateral spread of light.
-    spread: Spread,
+    spread: LayerBlur,
     /// Intensities after the spread.
     grey: Vec<f64>,
     /// Thickness of layers that are equally thick everywhere, mm.
@@ -70,21 +70,21 @@ impl<'a> LayerScene<'a> {
     ///
     /// # Errors
     /// Returns an error for light sources or bodies that light cannot be traced through.
-    pub fn of(
+    pub fn new(
         sensor: &'a Sensor,
         lighting: &'a Lighting,
         constants: &'a LightConstants,
     ) -> Result<Self, Error> {
-        let scene = Scene::of(sensor, lighting, constants)?;
+        let scene = LayerGeometry::new(sensor, lighting, constants)?;
         // The middle gets its intensity first; then everything is dimmed if another place would be white.
-        let exposure = scene.middle().map_or(1.0, |[lit, mm]| constants.exposure(lit, mm))
-            * constants.dimmer(scene.brightest());
+        let exposure = scene.middle_light_and_path().map_or(1.0, |[lit, mm]| constants.exposure(lit, mm))
+            * constants.exposure_limit_factor(scene.relative_peak());
         Ok(Self { scene, constants, exposure, ray_mm: None, at_rest: None })
     }
 
     /// Uses the ray spacing of `map` for maps that are parts of an image of the same resolution.
-    pub fn for_parts_of(self, map: &DepthMap<'_>) -> Self {
-        Self { ray_mm: Some(ray_mm(map)), ..self }
+    pub fn for_crops_of(self, map: &DepthMap<'_>) -> Self {
+        Self { ray_mm: Some(ray_spacing_mm(map)), ..self }
     }
 
     pub(super) fn words(&self) -> [String; 2] {
@@ -103,11 +103,11 @@ impl<'a> LayerScene<'a> {
             [f64::min(least, mm), f64::max(most, mm)]
         });
         let even_mm = (most - least < EVEN_MM).then_some(f64::midpoint(least, most));
-        self.at_rest = Some(AtRest { range_mm, seen, spread, grey, even_mm });
+        self.at_rest = Some(RestImage { range_mm, seen, spread, grey, even_mm });
     }
 
     /// Computes intensities and thickness for the rays of a map.
-    pub fn paint(&self, map: &DepthMap<'_>, answer: Option<&Answer<'_>>) -> Painted {
+    pub fn paint(&self, map: &DepthMap<'_>, answer: Option<&ContactSolution<'_>>) -> RenderedLight {
         let rays = self.rays(map, answer);
         let mut grey: Vec<f64> = rays.iter().map(|(grey, _)| *grey).collect();
         match &self.at_rest {
@@ -121,7 +121,7 @@ impl<'a> LayerScene<'a> {
         }
         let light: Vec<Rgb> = grey.into_iter().map(|grey| [grey; 3]).collect();
         let thickness_mm = rays.into_iter().map(|(_, mm)| mm).collect();
-        Painted { light, thickness_mm, marks: Vec::new() }
+        RenderedLight { light, thickness_mm, marks: Vec::new() }
     }
 
     /// Computes the intensities of one surface for each of several sets of constants. The geometry is traced once; rays
@@ -130,13 +130,13 @@ impl<'a> LayerScene<'a> {
         &self,
         constants: [&LightConstants; N],
         map: &DepthMap<'_>,
-        answer: Option<&Answer<'_>>,
+        answer: Option<&ContactSolution<'_>>,
     ) -> [Vec<f64>; N] {
-        let look = self.look(map, answer);
+        let look = self.hit_finder(map, answer);
         let rays = 0..map.range_mm().len();
-        let met: Vec<_> = rays.into_par_iter().map_init(Memory::default, look).collect();
+        let met: Vec<_> = rays.into_par_iter().map_init(Buffers::default, look).collect();
         constants.map(|constants| {
-            let seen: Vec<(f64, f64)> = met.iter().map(|met| self.sent(constants, *met)).collect();
+            let seen: Vec<(f64, f64)> = met.iter().map(|met| self.intensity(constants, *met)).collect();
             let mut grey: Vec<f64> = seen.iter().map(|(grey, _)| *grey).collect();
             self.spread(constants, map, &seen).apply(&mut grey);
             grey
@@ -144,15 +144,15 @@ impl<'a> LayerScene<'a> {
     }
 
     /// Returns what each ray meets of the layers at rest; `None` for rays that meet no layer.
-    pub fn seen_at_rest(&self, map: &DepthMap<'_>) -> Vec<Option<SeenAtRest>> {
-        let ray = |(scratch, found): &mut Memory, i: usize| {
+    pub fn seen_at_rest(&self, map: &DepthMap<'_>) -> Vec<Option<RestRay>> {
+        let ray = |(scratch, found): &mut Buffers, i: usize| {
             let (place, direction) = map.arrival(i).filter(|_| map.label()[i] != NO_LABEL)?;
             let (_, outward) = self.scene.touch.depth_mm(&place);
             let thick_mm = self.scene.thickness_mm((&place, &outward), scratch, found)?;
-            let path_mm = along(thick_mm, &outward, &direction);
-            Some(SeenAtRest { place, thick_mm, path_mm })
+            let path_mm = path_length_mm(thick_mm, &outward, &direction);
+            Some(RestRay { place, thick_mm, path_mm })
         };
-        (0..map.range_mm().len()).into_par_iter().map_init(Memory::default, ray).collect()
+        (0..map.range_mm().len()).into_par_iter().map_init(Buffers::default, ray).collect()
     }
 
     /// Returns the lateral spread of light within the pixels that see a layer.
@@ -161,30 +161,30 @@ impl<'a> LayerScene<'a> {
         constants: &LightConstants,
         map: &DepthMap<'_>,
         seen: &[(f64, f64)],
-    ) -> Spread {
+    ) -> LayerBlur {
         let is_layer = seen.iter().map(|(_, mm)| mm.is_finite()).collect();
-        let ray_mm = self.ray_mm.unwrap_or_else(|| ray_mm(map));
+        let ray_mm = self.ray_mm.unwrap_or_else(|| ray_spacing_mm(map));
         let sigma_px = constants.spread_mm.value / ray_mm;
-        Spread::new(is_layer, map.width_px() as usize, sigma_px)
+        LayerBlur::new(is_layer, map.width_px() as usize, sigma_px)
     }
 
     /// Computes intensity and thickness, mm, for each ray.
-    fn rays(&self, map: &DepthMap<'_>, answer: Option<&Answer<'_>>) -> Vec<(f64, f64)> {
-        let (look, rest) = (self.look(map, answer), self.at_rest.as_ref());
-        let ray = |memory: &mut Memory, i: usize| {
+    fn rays(&self, map: &DepthMap<'_>, answer: Option<&ContactSolution<'_>>) -> Vec<(f64, f64)> {
+        let (look, rest) = (self.hit_finder(map, answer), self.at_rest.as_ref());
+        let ray = |memory: &mut Buffers, i: usize| {
             // A ray whose range is exactly that at rest meets unchanged layers.
             let as_before = rest.filter(|rest| map.range_mm()[i] == rest.range_mm[i]);
-            as_before.map_or_else(|| self.sent(self.constants, look(memory, i)), |r| r.seen[i])
+            as_before.map_or_else(|| self.intensity(self.constants, look(memory, i)), |r| r.seen[i])
         };
-        (0..map.range_mm().len()).into_par_iter().map_init(Memory::default, ray).collect()
+        (0..map.range_mm().len()).into_par_iter().map_init(Buffers::default, ray).collect()
     }
 
     /// Returns a function from a ray's index to its intersection with the layers.
-    fn look<'s>(
+    fn hit_finder<'s>(
         &'s self,
         map: &'s DepthMap<'_>,
-        answer: Option<&'s Answer<'_>>,
-    ) -> impl Fn(&mut Memory, usize) -> Option<Met> + Sync + 's {
+        answer: Option<&'s ContactSolution<'_>>,
+    ) -> impl Fn(&mut Buffers, usize) -> Option<LayerHit> + Sync + 's {
         let scene = &self.scene;
         let lower = answer.and_then(|answer| answer.lower_face(scene.innermost()));
         let even_mm = self.at_rest.as_ref().and_then(|rest| rest.even_mm);
@@ -198,14 +198,14 @@ impl<'a> LayerScene<'a> {
                 even_mm.or_else(|| scene.thickness_mm((&foot, &outward), scratch, found))?;
             let lower_mm = lower.as_ref().map_or(0.0, |lower| lower.outwards_mm(&foot));
             let thickness_mm = (thick_mm - depth_mm - lower_mm).max(0.0);
-            let path_mm = along(thickness_mm, &outward, &direction);
-            Some(Met { lit: scene.lit.at(&foot), thickness_mm, path_mm })
+            let path_mm = path_length_mm(thickness_mm, &outward, &direction);
+            Some(LayerHit { lit: scene.lit.irradiance(&foot), thickness_mm, path_mm })
         }
     }
 
     /// Returns the intensity of a ray and the thickness of the layers, mm; a constant background and NaN without
     /// layers.
-    fn sent(&self, constants: &LightConstants, met: Option<Met>) -> (f64, f64) {
+    fn intensity(&self, constants: &LightConstants, met: Option<LayerHit>) -> (f64, f64) {
         let Some(met) = met else { return (constants.beside_grey.value, f64::NAN) };
         let sent = constants.ground_grey.value
             + constants.layer_grey.value * constants.layer().reflectance(met.path_mm);

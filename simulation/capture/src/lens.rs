@@ -6,15 +6,15 @@ use fabkit_designs::Design;
 use fabkit_designs::parameters::Setting;
 use fabkit_files::Error;
 use fabkit_geometry::{LensImaging, Lighting, NominalCamera, Point3, Ray, Rgb, Sensor};
-use fabkit_light::{Defocus, circle_px};
-use fabkit_optics::{LightPath, Stack, Tracer};
+use fabkit_light::{Defocus, blur_diameter_px};
+use fabkit_optics::{LightPath, OpticalStack, Tracer};
 use fabkit_scene::SceneError;
 use fabkit_scene::ground_truth::Viewpoint;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
 /// Effects left out where the lens has neither vignetting nor an aperture.
-pub(super) const LEFT_OUT: &str = "vignetting and defocus of the lens";
+pub(super) const OMITTED_EFFECTS: &str = "vignetting and defocus of the lens";
 
 /// Smallest apparent distance from the optical centre, mm.
 const NEAREST_MM: f64 = 0.1;
@@ -29,7 +29,7 @@ pub(super) struct LensEffects {
 
 impl LensEffects {
     /// Computes the effects for a view of a sensor; `None` for a lens without vignetting and aperture.
-    pub(super) fn of(
+    pub(super) fn new(
         sensor: &Sensor,
         lighting: &Lighting,
         viewpoint: &Viewpoint,
@@ -40,7 +40,7 @@ impl LensEffects {
             return Ok(None);
         }
         let rays = viewpoint.rays(samples);
-        let camera = viewpoint.camera().in_air();
+        let camera = viewpoint.camera().without_interface();
         let part = |i: usize| {
             let ray = camera.unproject(&rays.at_px(i));
             // Natural vignetting: a power of the cosine of the angle to the axis.
@@ -60,7 +60,7 @@ impl LensEffects {
         let pupil = pose.point(Point3::origin());
         // Apparent distances are measured from the pupil, so rays start there. The drawn interface is close enough to
         // that of the camera model.
-        let ray = |i: usize| match stack.is_entered() {
+        let ray = |i: usize| match stack.starts_behind_interface() {
             true => {
                 let direction = camera.unproject(&rays.at_px(i)).ok()?.direction;
                 Some(Ray { origin: pupil, direction: pose.vector(direction) })
@@ -70,7 +70,7 @@ impl LensEffects {
         let diameter = |tracer: &mut Tracer<'_>, i: usize| {
             let Some(ray) = ray(i) else { return 0.0 };
             let path = tracer.follow(&ray);
-            circle_px(pupil_mm, focus_mm, apparent_mm(&ray, &path, tracer), focal_px)
+            blur_diameter_px(pupil_mm, focus_mm, apparent_distance_mm(&ray, &path, tracer), focal_px)
         };
         let all = (0..rays.len()).into_par_iter();
         let diameters: Vec<f64> = all.map_init(|| Tracer::new(&stack), diameter).collect();
@@ -93,7 +93,7 @@ impl LensEffects {
 /// divided by its index, which holds for rays near the normal of the media's faces. The distance is taken along the
 /// ray, not along the axis: near the image's edge, wide lenses see points that are hardly in front of them, and their
 /// focus is not on a plane.
-fn apparent_mm(ray: &Ray, path: &LightPath, tracer: &Tracer<'_>) -> f64 {
+fn apparent_distance_mm(ray: &Ray, path: &LightPath, tracer: &Tracer<'_>) -> f64 {
     if !path.end_mm.is_finite() {
         return f64::INFINITY;
     }
@@ -106,7 +106,7 @@ fn apparent_mm(ray: &Ray, path: &LightPath, tracer: &Tracer<'_>) -> f64 {
     sum_mm.max(NEAREST_MM)
 }
 
-fn stack(sensor: &Sensor, lighting: &Lighting, viewpoint: &Viewpoint) -> Result<Stack, Error> {
+fn stack(sensor: &Sensor, lighting: &Lighting, viewpoint: &Viewpoint) -> Result<OpticalStack, Error> {
     // The stack must belong to the camera of this lighting, which may not be the sensor's own.
     let seen = match &lighting.camera {
         Some(camera) => Cow::Owned(Sensor { camera: camera.clone(), ..sensor.clone() }),
@@ -145,10 +145,10 @@ pub(super) fn constants(design: &Design, lighting: &Lighting) -> Vec<Value> {
 }
 
 /// Returns the lens effects that captures leave out.
-pub(super) fn left_out(sensor: &Sensor, lighting: &Lighting) -> Vec<&'static str> {
+pub(super) fn omitted_effects(sensor: &Sensor, lighting: &Lighting) -> Vec<&'static str> {
     let LensImaging { falloff_power, pupil_mm, .. } = imaging(sensor, lighting);
     match (falloff_power > 0.0, pupil_mm > 0.0) {
-        (false, false) => vec![LEFT_OUT],
+        (false, false) => vec![OMITTED_EFFECTS],
         (false, true) => vec!["vignetting of the lens", "that what moves is defocused otherwise"],
         (true, false) => vec!["defocus of the lens"],
         (true, true) => vec!["that what moves is defocused otherwise"],

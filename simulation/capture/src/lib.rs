@@ -9,64 +9,64 @@ mod columns;
 mod constants;
 mod constants_file;
 mod document;
-mod glowing;
+mod glow_layers;
 mod layers;
 mod lens;
 mod lighting;
-mod lit;
+mod irradiance_table;
 mod marks;
 mod pack;
-mod pegs;
+mod marker_index;
 mod scene;
-mod sent;
+mod jpeg_roundtrip;
 mod skin;
-mod studio;
-mod table;
-mod taken;
-mod thins;
+mod renderer;
+mod surface_table;
+mod captured_image;
+mod thickness_change;
 mod unit;
 
-pub mod fitting_light;
+pub mod light_fit;
 pub mod live;
 
-use fabkit_depth::truth::DepthMap;
-use fabkit_geometry::{Body, Lighting, Mark, Rgb, Sensor, Shows, Vector3};
-use fabkit_light::{Chip, NoLight, drift};
-use fabkit_optics::Sights;
+use fabkit_depth::ground_truth::DepthMap;
+use fabkit_geometry::{Body, Lighting, Marker, Rgb, Sensor, VisibleEffect, Vector3};
+use fabkit_light::{ImageSensorNoise, LightingError, draw_drift};
+use fabkit_optics::ViewStacks;
 use rayon::prelude::*;
 
 pub use columns::column_ends;
-pub use constants::{Constant, Known, LightConstants};
+pub use constants::{Constant, Provenance, LightConstants};
 pub use constants_file::{ConstantsError, read_constants};
-pub use document::{comment, document};
-pub use lighting::{lighting, lit};
+pub use document::{capture_comment, capture_document};
+pub use lighting::{find_lighting, select_lighting};
 pub use pack::{OpticsPack, SLOPE_BINS, optics_pack};
-pub use scene::Scene;
+pub use scene::LayerGeometry;
 pub use skin::SkinView;
-pub use studio::Studio;
-pub use taken::{OtherSize, Taken, check_size};
+pub use renderer::Renderer;
+pub use captured_image::{SizeMismatch, CapturedImage, check_size};
 pub use unit::{Unit, unit_document};
 
 pub use self::coat::CoatScene;
-use self::glowing::GlowScene;
-pub use self::layers::{LayerScene, SeenAtRest};
+use self::glow_layers::GlowScene;
+pub use self::layers::{LayerScene, RestRay};
 use self::lens::LensEffects;
 use self::marks::MarkScene;
-pub use self::scene::{in_use, middle_of};
-use self::sent::sent;
-pub use self::skin::skin_pictures;
-pub use self::thins::Thins;
+pub use self::scene::{placed_solid, surface_middle};
+use self::jpeg_roundtrip::jpeg_roundtrip;
+pub use self::skin::render_skin;
+pub use self::thickness_change::ThicknessChange;
 use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained, UnknownName};
-use fabkit_scene::ground_truth::{Viewpoint, pixels_of};
-use fabkit_scene::pressing::{Answer, Contact, Moved};
-use fabkit_scene::{Cast, Seen, SensorView};
+use fabkit_scene::ground_truth::{Viewpoint, project_points};
+use fabkit_scene::press_simulation::{ContactSolution, ContactModel, MarkerDisplacement};
+use fabkit_scene::{Cast, CastResult, SensorView};
 
 /// Reason why a capture cannot be simulated.
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
     /// A sensor without a known lighting, or without what that lighting shows.
     #[error("nobody says how `{sensor}` is lit, or what of it that shows")]
-    OtherLight {
+    UnknownLighting {
         /// Name of the sensor.
         sensor: String,
     },
@@ -78,7 +78,7 @@ pub enum CaptureError {
     },
     /// An unknown lighting.
     #[error("`{sensor}` has no light `{light}`: it has {}", .known.join(", "))]
-    UnknownLight {
+    NoSuchLighting {
         /// Name of the sensor.
         sensor: String,
         /// Requested lighting.
@@ -90,7 +90,7 @@ pub enum CaptureError {
     #[error(
         "fitted constants are those of translucent layers; `{sensor}` in `{light}` light shows something else"
     )]
-    OtherConstants {
+    ConstantsMismatch {
         /// Name of the sensor.
         sensor: String,
         /// Name of the lighting.
@@ -122,7 +122,7 @@ pub enum CaptureError {
     },
     /// A lighting whose light sources are not known.
     #[error(transparent)]
-    NoLight(#[from] NoLight),
+    NoLight(#[from] LightingError),
     /// Light sources whose light does not reach the surface.
     #[error(
         "no light of `{sensor}`'s lamps reaches what its camera looks at: opaque bodies are in the way"
@@ -140,19 +140,19 @@ impl Explained for CaptureError {
 
     fn hint(&self) -> Option<String> {
         let hint = match self {
-            Self::OtherLight { .. } | Self::NoSurface { .. } => {
+            Self::UnknownLighting { .. } | Self::NoSurface { .. } => {
                 "take a built-in sensor, or one of its family"
             }
-            Self::UnknownLight { light, known, .. } => {
+            Self::NoSuchLighting { light, known, .. } => {
                 return Some(UnknownName::new("light", light, known.iter().copied()).hint());
             }
-            Self::OtherConstants { .. } => "leave the constants out",
+            Self::ConstantsMismatch { .. } => "leave the constants out",
             Self::NoTable { .. } => {
                 "take another of its lights, or render pictures with `fabkit capture`"
             }
             Self::NotFlat { .. } => "render its pictures with `fabkit capture` or `fabkit dataset`",
             Self::RigidMarks { .. } => "take `linear` contact",
-            Self::NoLight(NoLight::NoLamps { .. }) => "draw its lamps",
+            Self::NoLight(LightingError::NoLamps { .. }) => "draw its lamps",
             Self::Dark { .. } => "`fabkit check` says what is in the way",
             Self::NoLight(_) => return None,
         };
@@ -166,7 +166,7 @@ impl Explained for CaptureError {
 
 /// Options of a capture.
 #[derive(Clone, Debug)]
-pub struct Capturing<'a> {
+pub struct CaptureRequest<'a> {
     /// Presses, contact model and samples. A sample is one ray; a pixel records the mean of its samples.
     pub cast: Cast<'a>,
     /// Lighting of the sensor.
@@ -179,7 +179,7 @@ pub struct Capturing<'a> {
 
 /// A simulated capture with the data behind it.
 #[derive(Clone, Debug)]
-pub struct Captured {
+pub struct SimulatedCapture {
     /// Number of columns and rows.
     pub size_px: [u32; 2],
     /// Number of values per pixel: 1, or 3 for red, green and blue.
@@ -197,9 +197,9 @@ pub struct Captured {
     /// Description of what the lighting shows.
     pub shown: String,
     /// Description of the light sources.
-    pub lamps: String,
+    pub light_sources: String,
     /// Markers during the press, where the lighting shows them.
-    pub marks: Vec<Moved>,
+    pub marks: Vec<MarkerDisplacement>,
     /// Column and row of each marker, px, even if an opaque body hides it; `None` outside the image.
     pub mark_pixels: Vec<Option<[f64; 2]>>,
     /// Solution of the soft layers as JSON; `None` without elastic contact.
@@ -208,7 +208,7 @@ pub struct Captured {
     pub contact_level: &'static str,
 }
 
-impl Captured {
+impl SimulatedCapture {
     /// Returns the smallest and the largest intensity.
     pub fn range_grey(&self) -> [f64; 2] {
         let ends = |[low, high]: [f64; 2], grey: &f64| [low.min(*grey), high.max(*grey)];
@@ -217,18 +217,18 @@ impl Captured {
 }
 
 /// Light of all rays, before the lens and the chip.
-pub struct Painted {
+pub struct RenderedLight {
     /// Light of each ray, in intensities.
     pub light: Vec<Rgb>,
     /// Same as [`Captured::thickness_mm`].
     thickness_mm: Vec<f64>,
     /// Same as [`Captured::marks`].
-    marks: Vec<Moved>,
+    marks: Vec<MarkerDisplacement>,
 }
 
-impl Painted {
+impl RenderedLight {
     /// Applies the lens: the light as it arrives at the chip.
-    fn through(mut self, lens: Option<&LensEffects>) -> Self {
+    fn with_lens(mut self, lens: Option<&LensEffects>) -> Self {
         if let Some(lens) = lens {
             lens.apply(&mut self.light);
         }
@@ -238,29 +238,29 @@ impl Painted {
 
 /// Renderer of a sensor in one of its lightings, by what the lighting shows.
 #[derive(Debug)]
-enum Painter<'a> {
+enum LightingRenderer<'a> {
     Layers(LayerScene<'a>),
     Coat(CoatScene<'a>),
     Glow(GlowScene<'a>),
     Marks(Box<MarkScene<'a>>),
 }
 
-impl<'a> Painter<'a> {
-    fn of(
+impl<'a> LightingRenderer<'a> {
+    fn new(
         sensor: &'a Sensor,
         lighting: &'a Lighting,
         constants: &'a LightConstants,
     ) -> Result<Self, Error> {
-        Ok(match &lighting.shows {
-            Shows::Thickness { .. } => Self::Layers(LayerScene::of(sensor, lighting, constants)?),
-            Shows::Slopes { .. } => Self::Coat(CoatScene::of(sensor, lighting, constants)?),
-            Shows::Glow { .. } => Self::Glow(GlowScene::of(sensor, lighting, constants)?),
-            Shows::Marks { .. } => {
-                Self::Marks(Box::new(MarkScene::of(sensor, lighting, constants)?))
+        Ok(match &lighting.effect {
+            VisibleEffect::Thickness { .. } => Self::Layers(LayerScene::new(sensor, lighting, constants)?),
+            VisibleEffect::Slopes { .. } => Self::Coat(CoatScene::new(sensor, lighting, constants)?),
+            VisibleEffect::Fluorescence { .. } => Self::Glow(GlowScene::new(sensor, lighting, constants)?),
+            VisibleEffect::Markers { .. } => {
+                Self::Marks(Box::new(MarkScene::new(sensor, lighting, constants)?))
             }
-            Shows::Columns { .. } => {
+            VisibleEffect::LiquidColumns { .. } => {
                 let sensor = sensor.name.clone();
-                return Err(CaptureError::OtherLight { sensor }.into());
+                return Err(CaptureError::UnknownLighting { sensor }.into());
             }
         })
     }
@@ -269,17 +269,17 @@ impl<'a> Painter<'a> {
         &self,
         scene: &SensorView,
         cast: &Cast<'_>,
-        seen: &Seen<'_>,
-    ) -> Result<Painted, Error> {
+        seen: &CastResult<'_>,
+    ) -> Result<RenderedLight, Error> {
         Ok(match self {
             Self::Layers(layers) => layers.paint(seen.map, seen.answer),
             Self::Coat(coat) => coat.paint(seen),
             Self::Glow(glow) => {
-                let marks = moved(&scene.project.design.sensor, seen.answer);
-                Painted { marks, ..glow.paint(seen.map, seen.answer) }
+                let marks = displaced_markers(&scene.project.design.sensor, seen.answer);
+                RenderedLight { marks, ..glow.paint(seen.map, seen.answer) }
             }
             Self::Marks(marks) => {
-                let moved = moved(&scene.project.design.sensor, seen.answer);
+                let moved = displaced_markers(&scene.project.design.sensor, seen.answer);
                 marks.paint(&scene.viewpoint, cast.samples, moved)?
             }
         })
@@ -305,31 +305,31 @@ impl<'a> Painter<'a> {
     }
 }
 
-impl Capturing<'_> {
+impl CaptureRequest<'_> {
     /// Renders the capture. `also` is called with the ground truth that the image shows.
     ///
     /// # Errors
     /// Returns an error for a lighting that cannot be simulated, and the errors of [`SensorView::cast`].
-    pub fn take(
+    pub fn render(
         &self,
         scene: &SensorView,
-        also: impl FnOnce(&Seen<'_>) -> Result<(), Error>,
-    ) -> Result<Captured, Error> {
+        also: impl FnOnce(&CastResult<'_>) -> Result<(), Error>,
+    ) -> Result<SimulatedCapture, Error> {
         let sensor = &scene.project.design.sensor;
         self.check(sensor, self.cast.presses.is_empty(), self.cast.contact)?;
-        let painter = Painter::of(sensor, self.lighting, self.constants)?;
+        let painter = LightingRenderer::new(sensor, self.lighting, self.constants)?;
         let samples = self.cast.samples;
-        let lens = LensEffects::of(sensor, self.lighting, &scene.viewpoint, samples)?;
+        let lens = LensEffects::new(sensor, self.lighting, &scene.viewpoint, samples)?;
         scene.cast(&self.cast, |seen| {
             also(&seen)?;
-            let painted = painter.paint(scene, &self.cast, &seen)?.through(lens.as_ref());
+            let painted = painter.paint(scene, &self.cast, &seen)?.with_lens(lens.as_ref());
             let size_px = [seen.map.width_px(), seen.map.height_px()];
             let size_px = size_px.map(|side| side / self.cast.samples);
             let words = (painter.words(), painter.exposure());
-            let elastic = seen.answer.map(fabkit_scene::pressing::answer);
-            let mark_pixels = mark_pixels(&scene.viewpoint, scene.sights(), &painted.marks);
-            let captured = self.recorded(sensor, painted, size_px, words)?;
-            Ok::<_, Error>(Captured { elastic, mark_pixels, ..captured })
+            let elastic = seen.answer.map(fabkit_scene::press_simulation::solution_document);
+            let mark_pixels = project_markers(&scene.viewpoint, scene.sights(), &painted.marks);
+            let captured = self.record(sensor, painted, size_px, words)?;
+            Ok::<_, Error>(SimulatedCapture { elastic, mark_pixels, ..captured })
         })
     }
 
@@ -337,16 +337,16 @@ impl Capturing<'_> {
         &self,
         sensor: &Sensor,
         is_at_rest: bool,
-        contact: Contact,
+        contact: ContactModel,
     ) -> Result<(), CaptureError> {
-        let shows = &self.lighting.shows;
-        let shows_thickness = matches!(shows, Shows::Thickness { .. });
+        let shows = &self.lighting.effect;
+        let shows_thickness = matches!(shows, VisibleEffect::Thickness { .. });
         // Only constants fitted to a real unit lack `middle_grey`, and fits exist for thickness alone.
         if self.constants.middle_grey.is_none() && !shows_thickness {
             let sensor = sensor.name.clone();
-            return Err(CaptureError::OtherConstants { sensor, light: self.lighting.name });
+            return Err(CaptureError::ConstantsMismatch { sensor, light: self.lighting.name });
         }
-        let is_elastic = matches!(contact, Contact::Linear(_));
+        let is_elastic = matches!(contact, ContactModel::Linear(_));
         let has_marks = !sensor.marks.is_empty() && !shows_thickness;
         if has_marks && !is_elastic && !is_at_rest {
             return Err(CaptureError::RigidMarks { light: self.lighting.name });
@@ -355,22 +355,22 @@ impl Capturing<'_> {
     }
 
     /// Records the light with the chip, and collects the capture's data.
-    fn recorded(
+    fn record(
         &self,
         sensor: &Sensor,
-        painted: Painted,
+        painted: RenderedLight,
         size_px: [u32; 2],
         ([shown, lamps], exposure): ([String; 2], f64),
-    ) -> Result<Captured, Error> {
-        Ok(Captured {
+    ) -> Result<SimulatedCapture, Error> {
+        Ok(SimulatedCapture {
             size_px,
             channels: self.channels(),
-            grey: self.values(sensor, &painted.light, size_px)?,
+            grey: self.pixel_intensities(sensor, &painted.light, size_px)?,
             thickness_mm: painted.thickness_mm,
             exposure,
             drift_grey: self.drift_grey(),
             shown,
-            lamps,
+            light_sources: lamps,
             marks: painted.marks,
             mark_pixels: Vec::new(),
             elastic: None,
@@ -383,7 +383,7 @@ impl Capturing<'_> {
     }
 
     fn drift_grey(&self) -> f64 {
-        self.seed.map_or(0.0, |seed| drift(self.constants.drift.value, seed))
+        self.seed.map_or(0.0, |seed| draw_drift(self.constants.drift.value, seed))
     }
 
     /// Returns the JPEG quality of the sensor's images. A capture without noise is not compressed.
@@ -393,27 +393,27 @@ impl Capturing<'_> {
 
     /// Computes the intensities of all pixels: means over the samples, with drift and noise, quantised as by the chip,
     /// and compressed where the camera sends JPEG.
-    fn values(&self, sensor: &Sensor, light: &[Rgb], size_px: [u32; 2]) -> Result<Vec<f64>, Error> {
-        let taken = self.taken(sensor, light, size_px);
+    fn pixel_intensities(&self, sensor: &Sensor, light: &[Rgb], size_px: [u32; 2]) -> Result<Vec<f64>, Error> {
+        let taken = self.chip_intensities(sensor, light, size_px);
         match self.jpeg_quality(sensor) {
-            Some(quality) => sent(&taken, size_px, quality),
+            Some(quality) => jpeg_roundtrip(&taken, size_px, quality),
             None => Ok(taken),
         }
     }
 
-    fn taken(&self, sensor: &Sensor, light: &[Rgb], [width, height]: [u32; 2]) -> Vec<f64> {
+    fn chip_intensities(&self, sensor: &Sensor, light: &[Rgb], [width, height]: [u32; 2]) -> Vec<f64> {
         let samples = self.cast.samples as usize;
         let drift_grey = self.drift_grey();
         let (chip, seed) = match self.seed {
             Some(seed) => (self.constants.chip(), seed),
-            None => (Chip::IDEAL, 0),
+            None => (ImageSensorNoise::IDEAL, 0),
         };
         let (width, height) = (width as usize, height as usize);
         let channels = self.channels();
         // A chip with fewer than eight bits has fewer levels up to the same white; finer levels than eight bits do not
         // matter.
-        let steps = f64::from((1u32 << sensor.grey_bits.min(8)) - 1);
-        let stepped = |grey: f64| match sensor.grey_bits {
+        let steps = f64::from((1u32 << sensor.intensity_bits.min(8)) - 1);
+        let stepped = |grey: f64| match sensor.intensity_bits {
             8.. => grey,
             _ => (grey / 255.0 * steps).round() * 255.0 / steps,
         };
@@ -425,7 +425,7 @@ impl Capturing<'_> {
             let all = rows.flat_map(|begin| &light[begin..begin + samples]);
             let mean = all.map(|light| light[channel]).sum::<f64>() / (samples * samples) as f64;
             // The index makes the noise of each value independent of threads and order.
-            stepped(chip.records(mean + drift_grey, seed, i as u64))
+            stepped(chip.add_noise(mean + drift_grey, seed, i as u64))
         };
         (0..width * height * channels).into_par_iter().map(value).collect()
     }
@@ -433,20 +433,20 @@ impl Capturing<'_> {
 
 /// Returns the reflectance of a body, given those of light and dark bodies. Dark holds for the surface and for rays
 /// that meet nothing; bodies of unknown colour get [`UNKNOWN_SENDS`].
-fn sends_back(body: Option<&Body>, [light, dark]: [f64; 2]) -> f64 {
+fn reflectance(body: Option<&Body>, [light, dark]: [f64; 2]) -> f64 {
     match body.map(|body| body.substance.is_dark) {
         None | Some(Some(true)) => dark,
         Some(Some(false)) => light,
-        Some(None) => UNKNOWN_SENDS,
+        Some(None) => UNKNOWN_REFLECTANCE,
     }
 }
 
 /// Reflectance of bodies of unknown colour: neither white nor black. Chosen.
-const UNKNOWN_SENDS: f64 = 0.3;
+const UNKNOWN_REFLECTANCE: f64 = 0.3;
 
 /// Returns a sensor's markers at their places during a press; at rest without a solution.
-pub fn moved(sensor: &Sensor, answer: Option<&Answer<'_>>) -> Vec<Moved> {
-    let at_rest = |mark: &Mark| Moved {
+pub fn displaced_markers(sensor: &Sensor, answer: Option<&ContactSolution<'_>>) -> Vec<MarkerDisplacement> {
+    let at_rest = |mark: &Marker| MarkerDisplacement {
         displacement_mm: Some(Vector3::zeros()),
         axis: mark.axis,
         mark: mark.clone(),
@@ -458,18 +458,18 @@ pub fn moved(sensor: &Sensor, answer: Option<&Answer<'_>>) -> Vec<Moved> {
 }
 
 /// Projects markers to pixels; `None` for markers outside the image or of unknown place.
-pub fn mark_pixels(
+pub fn project_markers(
     viewpoint: &Viewpoint,
-    sights: &Sights,
-    marks: &[Moved],
+    sights: &ViewStacks,
+    marks: &[MarkerDisplacement],
 ) -> Vec<Option<[f64; 2]>> {
-    let place = |moved: &Moved| Some(moved.mark.point + moved.displacement_mm?);
-    pixels_of(viewpoint, sights, &marks.iter().map(place).collect::<Vec<_>>())
+    let place = |moved: &MarkerDisplacement| Some(moved.mark.point + moved.displacement_mm?);
+    project_points(viewpoint, sights, &marks.iter().map(place).collect::<Vec<_>>())
 }
 
 /// Returns the median distance, mm, between the surface points of neighbouring rays in a row; infinity without any.
-pub fn ray_mm(map: &DepthMap<'_>) -> f64 {
-    use fabkit_depth::truth::NO_LABEL;
+pub fn ray_spacing_mm(map: &DepthMap<'_>) -> f64 {
+    use fabkit_depth::ground_truth::NO_LABEL;
     let places: Vec<_> = map.point_in_sensor().collect();
     let width = map.width_px() as usize;
     // Pairs across the surface's outline have no distance on it.

@@ -13,12 +13,12 @@ use super::{CaptureError, LightConstants, Unit};
 ///
 /// # Errors
 /// [`CaptureError`] for an unknown name, and for a sensor without lightings.
-pub fn lighting<'a>(sensor: &'a Sensor, name: Option<&str>) -> Result<&'a Lighting, CaptureError> {
+pub fn find_lighting<'a>(sensor: &'a Sensor, name: Option<&str>) -> Result<&'a Lighting, CaptureError> {
     let Some(name) = name else {
-        let missing = || CaptureError::OtherLight { sensor: sensor.name.clone() };
+        let missing = || CaptureError::UnknownLighting { sensor: sensor.name.clone() };
         return sensor.lightings.first().ok_or_else(missing);
     };
-    let unknown = || CaptureError::UnknownLight {
+    let unknown = || CaptureError::NoSuchLighting {
         sensor: sensor.name.clone(),
         light: name.to_owned(),
         known: sensor.lightings.iter().map(|light| light.name).collect(),
@@ -31,19 +31,19 @@ pub fn lighting<'a>(sensor: &'a Sensor, name: Option<&str>) -> Result<&'a Lighti
 ///
 /// # Errors
 /// Returns an error for an unknown lighting, and for a file that cannot be read or holds no constants.
-pub fn lit<'a>(
+pub fn select_lighting<'a>(
     project: &'a Project,
     light: Option<&str>,
     constants: Option<&Path>,
 ) -> Result<(&'a Lighting, LightConstants), Error> {
     let sensor = &project.design.sensor;
-    let lighting = lighting(sensor, light)?;
+    let lighting = find_lighting(sensor, light)?;
     let mut constants = match constants {
         Some(path) => read_constants(sensor, path)?,
-        None => LightConstants::of(sensor),
+        None => LightConstants::for_sensor(sensor),
     };
     if let Some(unit) = &project.unit {
-        Unit(unit.number).change(&mut constants);
+        Unit(unit.number).apply_to_constants(&mut constants);
     }
     Ok((lighting, constants))
 }

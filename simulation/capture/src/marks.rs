@@ -2,23 +2,23 @@
 
 use std::sync::Arc;
 
-use fabkit_depth::truth::PixelRays;
+use fabkit_depth::ground_truth::PixelRays;
 use fabkit_files::Error;
 use fabkit_geometry::{
-    CompiledSolid, Lighting, Matrix3, Point3, Ray, Rgb, Scratch, Sensor, Shows, Vector3,
+    CompiledSolid, Lighting, Matrix3, Point3, Ray, Rgb, Scratch, Sensor, VisibleEffect, Vector3,
 };
 use fabkit_light::Emitters;
-use fabkit_optics::{Sights, Stack, Tracer};
+use fabkit_optics::{ViewStacks, OpticalStack, Tracer};
 use fabkit_scene::SceneError;
 use fabkit_scene::ground_truth::Viewpoint;
-use fabkit_scene::pressing::Moved;
+use fabkit_scene::press_simulation::MarkerDisplacement;
 use rayon::prelude::*;
 
-use super::scene::in_use;
-use super::{CaptureError, LightConstants, Painted, moved, sends_back};
+use super::scene::placed_solid;
+use super::{CaptureError, LightConstants, RenderedLight, displaced_markers, reflectance};
 
 /// Radius around a marker's visible centre within which its solid lies, in marker radii.
-const AROUND: f64 = 2.5;
+const SOLID_RADII: f64 = 2.5;
 /// Spacing of the samples of irradiance on the background, in rays.
 const COARSE: usize = 12;
 /// Step of the finite differences for the irradiance at markers, mm: as far as markers move. Irradiance is taken as
@@ -41,16 +41,16 @@ pub(super) struct MarkScene<'a> {
     constants: &'a LightConstants,
     pub(super) exposure: f64,
     /// View and irradiance, kept where many captures share the same rays.
-    kept: Option<Kept>,
+    kept: Option<RestMarkers>,
 }
 
 /// Everything that no press changes.
 #[derive(Debug)]
-struct Kept {
+struct RestMarkers {
     view: View,
     /// Markers at rest with the gradient of the irradiance vector at each, 1/mm; empty if irradiance is computed for
     /// each capture.
-    at_rest: Vec<(Placed, Matrix3<f64>)>,
+    at_rest: Vec<(PlacedMarker, Matrix3<f64>)>,
 }
 
 /// View of the sensor without its markers, which no press changes.
@@ -59,8 +59,8 @@ struct View {
     straight: PixelRays,
     /// Rays behind all refracting bodies.
     rays: PixelRays,
-    stack: Stack,
-    ground: Ground,
+    stack: OpticalStack,
+    ground: Background,
     /// Length at which each ray ends at or before the background, mm. `None` for a single capture, which needs few of
     /// them.
     ends_mm: Option<Vec<f64>>,
@@ -84,7 +84,7 @@ impl View {
 
 /// A marker at its present place and orientation.
 #[derive(Clone, Copy, Debug)]
-struct Placed {
+struct PlacedMarker {
     at: Point3<f64>,
     /// Visible centre of the marker at rest.
     at_rest: Point3<f64>,
@@ -95,7 +95,7 @@ struct Placed {
     reach_mm: f64,
 }
 
-impl Placed {
+impl PlacedMarker {
     fn may_meet(&self, ray: &Ray) -> bool {
         let from = self.at - ray.origin;
         let along = from.dot(&ray.direction);
@@ -104,28 +104,28 @@ impl Placed {
 }
 
 impl<'a> MarkScene<'a> {
-    pub(super) fn of(
+    pub(super) fn new(
         sensor: &'a Sensor,
         lighting: &'a Lighting,
         constants: &'a LightConstants,
     ) -> Result<Self, Error> {
-        let missing = || CaptureError::OtherLight { sensor: sensor.name.clone() };
-        let Shows::Marks { marks } = &lighting.shows else { return Err(missing().into()) };
-        let compiled = in_use(sensor.body(marks).ok_or_else(missing)?)?;
-        let emitters = Emitters::of(sensor, lighting).map_err(CaptureError::NoLight)?;
+        let missing = || CaptureError::UnknownLighting { sensor: sensor.name.clone() };
+        let VisibleEffect::Markers { marks } = &lighting.effect else { return Err(missing().into()) };
+        let compiled = placed_solid(sensor.body(marks).ok_or_else(missing)?)?;
+        let emitters = Emitters::new(sensor, lighting).map_err(CaptureError::NoLight)?;
         let mut ground = sensor.clone();
         ground.bodies.retain(|body| body.name != *marks);
         let mut own = Self {
             sensor,
             marks: compiled,
             ground,
-            lamps: lighting.lamps.iter().map(|group| group.body.clone()).collect(),
+            lamps: lighting.light_sources.iter().map(|group| group.body.clone()).collect(),
             emitters,
             constants,
             exposure: 1.0,
             kept: None,
         };
-        let at_rest = own.placed(&moved(sensor, None));
+        let at_rest = own.place_markers(&displaced_markers(sensor, None));
         let facing = sensor.marks.iter().zip(&at_rest);
         // Irradiance on the end of each marker, which faces along its axis.
         let lit = facing.map(|(mark, placed)| -placed.arrives.dot(&mark.axis));
@@ -138,42 +138,42 @@ impl<'a> MarkScene<'a> {
     }
 
     pub(super) fn words(&self) -> [String; 2] {
-        [format!("places of {} marks", self.sensor.marks.len()), self.emitters.what.clone()]
+        [format!("places of {} marks", self.sensor.marks.len()), self.emitters.description.clone()]
     }
 
     /// Keeps the view for several captures with the same rays.
     pub(super) fn keep_view(&mut self, viewpoint: &Viewpoint, samples: u32) -> Result<(), Error> {
-        self.kept = Some(Kept { view: self.view(viewpoint, samples)?, at_rest: Vec::new() });
+        self.kept = Some(RestMarkers { view: self.view(viewpoint, samples)?, at_rest: Vec::new() });
         Ok(())
     }
 
     /// Prepares many captures with the same rays: also tabulates where rays end, and irradiance at markers to first
     /// order.
     pub(super) fn prepare(&mut self, viewpoint: &Viewpoint, samples: u32) -> Result<(), Error> {
-        let at_rest = self.placed(&moved(self.sensor, None));
+        let at_rest = self.place_markers(&displaced_markers(self.sensor, None));
         let mut view = self.view(viewpoint, samples)?;
         let memory = || Tracer::new(&view.stack);
         let end_mm = |tracer: &mut Tracer<'_>, i| view.end_mm(i, tracer);
         let rays = (0..view.rays.len()).into_par_iter();
         view.ends_mm = Some(rays.map_init(memory, end_mm).collect());
-        let slope = |tracer: &mut Tracer<'_>, mark: &Placed| {
+        let slope = |tracer: &mut Tracer<'_>, mark: &PlacedMarker| {
             let along = |axis: usize| {
                 let mut step = Vector3::zeros();
                 step[axis] = SLOPE_STEP_MM;
                 let [after, before] =
-                    [mark.at + step, mark.at - step].map(|at| self.arrives(&at, tracer));
+                    [mark.at + step, mark.at - step].map(|at| self.irradiance_vector(&at, tracer));
                 (after - before) / (2.0 * SLOPE_STEP_MM)
             };
             Matrix3::from_columns(&[0, 1, 2].map(along))
         };
-        let with_slope = |tracer: &mut Tracer<'_>, mark: Placed| (mark, slope(tracer, &mark));
+        let with_slope = |tracer: &mut Tracer<'_>, mark: PlacedMarker| (mark, slope(tracer, &mark));
         let marks = at_rest.into_par_iter();
         let at_rest = marks.map_init(|| self.emitters.tracer(), with_slope).collect();
-        self.kept = Some(Kept { view, at_rest });
+        self.kept = Some(RestMarkers { view, at_rest });
         Ok(())
     }
 
-    fn placed(&self, marks: &[Moved]) -> Vec<Placed> {
+    fn place_markers(&self, marks: &[MarkerDisplacement]) -> Vec<PlacedMarker> {
         let known = marks.par_iter().enumerate();
         let known = known.filter_map(|(i, moved)| Some((i, moved, moved.displacement_mm?)));
         known
@@ -186,14 +186,14 @@ impl<'a> MarkScene<'a> {
                     let arrives = match kept.and_then(|kept| kept.at_rest.get(i)) {
                         Some((at_rest, slope)) => at_rest.arrives + slope * by_mm,
                         // The place is shifted outwards so that the marker does not shadow itself.
-                        None => self.arrives(&(at + 1e-3 * moved.axis), tracer),
+                        None => self.irradiance_vector(&(at + 1e-3 * moved.axis), tracer),
                     };
-                    Placed {
+                    PlacedMarker {
                         at,
                         at_rest: moved.mark.point,
-                        turn: turn(&moved.mark.axis, &moved.axis),
+                        turn: smallest_rotation(&moved.mark.axis, &moved.axis),
                         arrives,
-                        reach_mm: AROUND * moved.mark.radius_mm,
+                        reach_mm: SOLID_RADII * moved.mark.radius_mm,
                     }
                 },
             )
@@ -202,26 +202,26 @@ impl<'a> MarkScene<'a> {
 
     fn view(&self, viewpoint: &Viewpoint, samples: u32) -> Result<View, Error> {
         let stack = viewpoint.stack(&self.ground).map_err(SceneError::Light)?;
-        let sights = Arc::new(Sights::new(stack.clone()));
+        let sights = Arc::new(ViewStacks::new(stack.clone()));
         let straight = viewpoint.rays(samples);
-        let rays = straight.clone().through(&sights);
-        let ground = self.ground(&straight, &rays, &stack);
+        let rays = straight.clone().traced_through(&sights);
+        let ground = self.background(&straight, &rays, &stack);
         Ok(View { straight, rays, stack, ground, ends_mm: None })
     }
 
     /// Returns the irradiance vector at a place: the sum of the directions of light times its density.
-    fn arrives(&self, place: &Point3<f64>, tracer: &mut Tracer<'_>) -> Vector3<f64> {
+    fn irradiance_vector(&self, place: &Point3<f64>, tracer: &mut Tracer<'_>) -> Vector3<f64> {
         let pieces = self.emitters.pieces().iter();
         let all = pieces.filter_map(|piece| self.emitters.arrival(piece, place, tracer));
-        all.map(|found| found.density * found.arrives).sum()
+        all.map(|found| found.density * found.arrival_direction).sum()
     }
 
     pub(super) fn paint(
         &self,
         viewpoint: &Viewpoint,
         samples: u32,
-        marks: Vec<Moved>,
-    ) -> Result<Painted, Error> {
+        marks: Vec<MarkerDisplacement>,
+    ) -> Result<RenderedLight, Error> {
         let own;
         let view = match &self.kept {
             Some(kept) => &kept.view,
@@ -231,7 +231,7 @@ impl<'a> MarkScene<'a> {
             }
         };
         let View { rays, stack, ground, .. } = view;
-        let placed = self.placed(&marks);
+        let placed = self.place_markers(&marks);
         let (width, [light, _]) = (rays.width_px() as usize, &self.constants.marks);
         let bounced = self.constants.bounce.value;
         let mean =
@@ -241,7 +241,7 @@ impl<'a> MarkScene<'a> {
             let behind = ground.at(i, width, bounced * mean) * self.exposure;
             let Some(ray) = rays.ray(i) else { return [self.constants.beside_grey.value; 3] };
             let near = tiles.near(i).iter().map(|mark| &placed[*mark as usize]);
-            let Some((at_mm, normal, mark)) = self.first(near, &ray, scratch) else {
+            let Some((at_mm, normal, mark)) = self.first_marker(near, &ray, scratch) else {
                 return [behind; 3];
             };
             // A body other than the background may hide the marker.
@@ -257,17 +257,17 @@ impl<'a> MarkScene<'a> {
         };
         let memory = || (Scratch::default(), Tracer::new(stack));
         let light = (0..rays.len()).into_par_iter().map_init(memory, ray).collect();
-        Ok(Painted { light, thickness_mm: Vec::new(), marks })
+        Ok(RenderedLight { light, thickness_mm: Vec::new(), marks })
     }
 
     /// Finds the first marker on a ray: distance along the ray, mm, normal there, and the marker.
-    fn first<'p>(
+    fn first_marker<'p>(
         &self,
-        placed: impl Iterator<Item = &'p Placed>,
+        placed: impl Iterator<Item = &'p PlacedMarker>,
         ray: &Ray,
         scratch: &mut Scratch,
-    ) -> Option<(f64, Vector3<f64>, &'p Placed)> {
-        let mut nearest: Option<(f64, Vector3<f64>, &Placed)> = None;
+    ) -> Option<(f64, Vector3<f64>, &'p PlacedMarker)> {
+        let mut nearest: Option<(f64, Vector3<f64>, &PlacedMarker)> = None;
         for mark in placed {
             if !mark.may_meet(ray) {
                 continue;
@@ -292,12 +292,12 @@ impl<'a> MarkScene<'a> {
     }
 
     /// Computes reflectance and irradiance of everything behind the markers.
-    fn ground(&self, straight: &PixelRays, rays: &PixelRays, stack: &Stack) -> Ground {
+    fn background(&self, straight: &PixelRays, rays: &PixelRays, stack: &OpticalStack) -> Background {
         let [light, dark] = &self.constants.marks;
         let sends = |name: &String| match self.lamps.contains(name) {
             true => f64::INFINITY,
             // The surface is seen through the layers that the markers stand on, so it counts as background.
-            false => sends_back(self.ground.body(name), [light.value, dark.value]),
+            false => reflectance(self.ground.body(name), [light.value, dark.value]),
         };
         let sends: Vec<f64> = rays.seen_by_names().iter().map(sends).collect();
         let (width, height) = (rays.width_px() as usize, rays.height_px() as usize);
@@ -313,12 +313,12 @@ impl<'a> MarkScene<'a> {
             }
             // The background is taken to face the camera, since its normal is not known here.
             let place = path.last.at(path.end_mm - 1e-2);
-            self.arrives(&place, of_light).dot(&path.last.direction).max(0.0)
+            self.irradiance_vector(&place, of_light).dot(&path.last.direction).max(0.0)
         };
         let memory = || (self.emitters.tracer(), Tracer::new(stack));
         let lit = (0..rows * columns).into_par_iter().map_init(memory, node).collect();
         let sends = rays.seen_by().iter().map(|by| sends[usize::from(*by)]).collect();
-        Ground { columns, lit, sends }
+        Background { columns, lit, sends }
     }
 }
 
@@ -330,7 +330,7 @@ struct Tiles {
 }
 
 impl Tiles {
-    fn of(rays: &PixelRays, placed: &[Placed]) -> Self {
+    fn of(rays: &PixelRays, placed: &[PlacedMarker]) -> Self {
         let (width, height) = (rays.width_px() as usize, rays.height_px() as usize);
         let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
         let of_tile = |tile: usize| {
@@ -339,7 +339,7 @@ impl Tiles {
                 (column..(column + TILE).min(width)).map(move |column| row * width + column)
             });
             let own: Vec<Ray> = own.filter_map(|i| rays.ray(i)).collect();
-            let meets = |mark: &Placed| own.iter().any(|ray| mark.may_meet(ray));
+            let meets = |mark: &PlacedMarker| own.iter().any(|ray| mark.may_meet(ray));
             // A ball around the marker, widened by the tile's spread, must reach the middle ray; only then are all rays
             // tested.
             let Some(middle) = own.get(own.len() / 2) else { return Vec::new() };
@@ -351,7 +351,7 @@ impl Tiles {
             let farthest_mm = nearest.fold(0.0, f64::max);
             let spread_mm = spread(0.0).max(spread(farthest_mm));
             let near = placed.iter().enumerate().filter(|(_, mark)| {
-                let wide = Placed { reach_mm: mark.reach_mm + spread_mm, ..**mark };
+                let wide = PlacedMarker { reach_mm: mark.reach_mm + spread_mm, ..**mark };
                 wide.may_meet(middle) && meets(mark)
             });
             near.map(|(i, _)| i as u32).collect()
@@ -367,7 +367,7 @@ impl Tiles {
 
 /// Irradiance and reflectance of the background behind the markers.
 #[derive(Debug)]
-struct Ground {
+struct Background {
     columns: usize,
     /// Irradiance at every [`COARSE`]-th ray.
     lit: Vec<f64>,
@@ -375,7 +375,7 @@ struct Ground {
     sends: Vec<f64>,
 }
 
-impl Ground {
+impl Background {
     fn at(&self, ray: usize, width: usize, bounced: f64) -> f64 {
         let sends = self.sends[ray];
         if sends.is_infinite() {
@@ -392,7 +392,7 @@ impl Ground {
 }
 
 /// Returns the smallest rotation that takes one unit vector to another (Rodrigues 1840).
-fn turn(from: &Vector3<f64>, to: &Vector3<f64>) -> Matrix3<f64> {
+fn smallest_rotation(from: &Vector3<f64>, to: &Vector3<f64>) -> Matrix3<f64> {
     let (axis, cosine) = (from.cross(to), from.dot(to));
     let across = axis.cross_matrix();
     // The denominator vanishes only for opposite vectors, and no marker turns over.

@@ -2,12 +2,12 @@
 
 use fabkit_files::Error;
 use fabkit_geometry::{
-    Assembly, Body, CompiledSolid, Lighting, Point3, Pose, Ray, Scratch, Sensor, Shows,
+    Assembly, Body, CompiledSolid, Lighting, Point3, Pose, Ray, Scratch, Sensor, VisibleEffect,
     SurfacePoints, TouchSurface, Vector3,
 };
 use fabkit_light::Emitters;
 
-use super::lit::Lit;
+use super::irradiance_table::IrradianceTable;
 use super::{CaptureError, LightConstants};
 
 /// Smallest cosine between ray and normal in path lengths. Flatter rays are treated as if they had it.
@@ -18,7 +18,7 @@ const TOUCHING_MM: f64 = 1e-3;
 
 /// Surface, layers and light sources that form a sensor's images.
 #[derive(Debug)]
-pub struct Scene<'a> {
+pub struct LayerGeometry<'a> {
     /// The surface that is pressed.
     pub touch: &'a TouchSurface,
     /// Names of the layers, from the inside out.
@@ -26,31 +26,31 @@ pub struct Scene<'a> {
     /// Description of the light sources.
     pub lamps: String,
     /// Irradiance over the surface.
-    pub lit: Lit,
+    pub lit: IrradianceTable,
     solids: Solids,
     /// Shift of the core of the layers' mold, sensor frame, mm.
     core_off_mm: Vector3<f64>,
     pupil: Point3<f64>,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> LayerGeometry<'a> {
     /// Builds the scene for a lighting that shows the layers' thickness or their glow.
     ///
     /// # Errors
     /// [`CaptureError`] for a lighting that shows something else, and if no light reaches the surface.
-    pub fn of(
+    pub fn new(
         sensor: &'a Sensor,
         lighting: &Lighting,
         constants: &LightConstants,
     ) -> Result<Self, Error> {
-        let layers: Vec<String> = match &lighting.shows {
-            Shows::Thickness { layers } => layers.clone(),
-            Shows::Glow { layers } => layers.iter().map(|(layer, _)| layer.clone()).collect(),
+        let layers: Vec<String> = match &lighting.effect {
+            VisibleEffect::Thickness { layers } => layers.clone(),
+            VisibleEffect::Fluorescence { layers } => layers.iter().map(|(layer, _)| layer.clone()).collect(),
             _ => Vec::new(),
         };
         let touch = sensor.touch.as_ref();
         let touch = touch.ok_or_else(|| CaptureError::NoSurface { sensor: sensor.name.clone() })?;
-        let missing = || CaptureError::OtherLight { sensor: sensor.name.clone() };
+        let missing = || CaptureError::UnknownLighting { sensor: sensor.name.clone() };
         let bodies = layers.iter().map(|layer| sensor.body(layer).ok_or_else(missing));
         let bodies = bodies.collect::<Result<Vec<_>, _>>()?;
         if bodies.is_empty() {
@@ -58,35 +58,35 @@ impl<'a> Scene<'a> {
         }
         // Exciting light is attenuated along its own slanted path, whose direction depends on the layer's index.
         let slanted_in =
-            lighting.glows().then(|| bodies[0].substance.refractive_index.unwrap_or(1.0));
-        let solids = bodies.into_iter().map(in_use).collect::<Result<Vec<_>, _>>()?;
+            lighting.is_fluorescent().then(|| bodies[0].substance.refractive_index.unwrap_or(1.0));
+        let solids = bodies.into_iter().map(placed_solid).collect::<Result<Vec<_>, _>>()?;
         let solids = Solids(solids);
-        let emitters = Emitters::of(sensor, lighting).map_err(CaptureError::NoLight)?;
+        let emitters = Emitters::new(sensor, lighting).map_err(CaptureError::NoLight)?;
         let points = SurfacePoints::new(touch).map_err(Error::bug)?;
         let inner_mm = |point: &Point3<f64>, outward: &Vector3<f64>| {
             let extent = solids.extent((point, outward), &mut Scratch::default(), &mut Vec::new());
             // Light arrives from inside, so irradiance is computed at the innermost face.
             extent.map_or(0.0, |[_, to]| to)
         };
-        let lit = Lit::new(&points, &emitters, inner_mm, constants.bounce.value, slanted_in);
+        let lit = IrradianceTable::new(&points, &emitters, inner_mm, constants.bounce.value, slanted_in);
         let lit = lit.ok_or_else(|| CaptureError::Dark { sensor: sensor.name.clone() })?;
         let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
-        let lamps = emitters.what;
+        let lamps = emitters.description;
         let core_off_mm = constants.core_off_mm;
         Ok(Self { touch, layers, lamps, lit, solids, core_off_mm, pupil })
     }
 
     /// Returns the relative irradiance in the middle of the surface at rest, and the path length in the layers there,
     /// mm.
-    pub(super) fn middle(&self) -> Option<[f64; 2]> {
-        let (point, outward) = middle_of(self.touch)?;
-        Some([self.lit.at(&point), self.paths_mm(&point, &outward, 0.0)[0]])
+    pub(super) fn middle_light_and_path(&self) -> Option<[f64; 2]> {
+        let (point, outward) = surface_middle(self.touch)?;
+        Some([self.lit.irradiance(&point), self.paths_mm(&point, &outward, 0.0)[0]])
     }
 
     /// Returns the largest irradiance, except near the foot, relative to that in the middle.
-    pub(super) fn brightest(&self) -> f64 {
-        let middle = middle_of(self.touch).map_or(1.0, |(point, _)| self.lit.at(&point));
-        self.lit.most() / middle
+    pub(super) fn relative_peak(&self) -> f64 {
+        let middle = surface_middle(self.touch).map_or(1.0, |(point, _)| self.lit.irradiance(&point));
+        self.lit.maximum() / middle
     }
 
     /// Returns the name of the innermost layer.
@@ -119,21 +119,21 @@ impl<'a> Scene<'a> {
             .thickness_mm((rest, outward), &mut Scratch::default(), &mut Vec::new())
             .unwrap_or(0.0);
         let direction = (rest - self.pupil).normalize();
-        [0.0, gains_mm].map(|gains_mm| along((thick_mm + gains_mm).max(0.0), outward, &direction))
+        [0.0, gains_mm].map(|gains_mm| path_length_mm((thick_mm + gains_mm).max(0.0), outward, &direction))
     }
 }
 
 /// Compiles a body's solid at its place in the finished sensor.
-pub fn in_use(body: &Body) -> Result<CompiledSolid, Error> {
+pub fn placed_solid(body: &Body) -> Result<CompiledSolid, Error> {
     let place = body.placements.iter().find(|place| place.assembly == Assembly::sensor());
     let pose = place.map_or_else(Pose::identity, |place| place.assembly_from_body);
     CompiledSolid::new(&body.solid.clone().placed(pose)).map_err(Error::bug)
 }
 
 /// Returns the middle of the surface and its normal.
-pub fn middle_of(touch: &TouchSurface) -> Option<(Point3<f64>, Vector3<f64>)> {
+pub fn surface_middle(touch: &TouchSurface) -> Option<(Point3<f64>, Vector3<f64>)> {
     match SurfacePoints::new(touch).ok()? {
-        SurfacePoints::Dome(dome) => dome.towards(0.0, 0.0),
+        SurfacePoints::Dome(dome) => dome.point_in_direction(0.0, 0.0),
         SurfacePoints::Plane(pad) => {
             pad.at(pad.bounds_mm().map(|[least, most]| f64::midpoint(least, most)))
         }
@@ -141,7 +141,7 @@ pub fn middle_of(touch: &TouchSurface) -> Option<(Point3<f64>, Vector3<f64>)> {
 }
 
 /// Returns the path length along a direction in a layer of a given thickness. The layer's faces are taken as parallel.
-pub(super) fn along(thickness_mm: f64, outward: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
+pub(super) fn path_length_mm(thickness_mm: f64, outward: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
     thickness_mm / outward.dot(direction).max(LEAST_COSINE)
 }
 

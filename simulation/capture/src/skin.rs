@@ -6,14 +6,14 @@ use std::sync::Arc;
 use fabkit_elastic::{LiquidOutcome, LiquidStack};
 use fabkit_files::Error;
 use fabkit_fixtures::Project;
-use fabkit_geometry::{Lighting, Mark, Sensor, Shows};
-use fabkit_optics::Sights;
+use fabkit_geometry::{Lighting, Marker, Sensor, VisibleEffect};
+use fabkit_optics::ViewStacks;
 use fabkit_scene::ground_truth::Viewpoint;
-use fabkit_scene::pressing::{Contact, Linear, Moved, PressingError, on_solids};
+use fabkit_scene::press_simulation::{ContactModel, LinearOptions, MarkerDisplacement, PressingError, with_indenters};
 use fabkit_scene::{Cast, SceneError};
 
 use super::columns::{ColumnScene, column_ends};
-use super::{Captured, Capturing, LensEffects, LightConstants, MarkScene, Painted, mark_pixels};
+use super::{SimulatedCapture, CaptureRequest, LensEffects, LightConstants, MarkScene, RenderedLight, project_markers};
 
 /// Default distance of nodes, mm.
 const SPACING_MM: f64 = 1.0;
@@ -39,11 +39,11 @@ impl<'a> SkinScene<'a> {
         lighting: &'a Lighting,
         constants: &'a LightConstants,
     ) -> Result<Self, Error> {
-        Ok(match lighting.shows {
-            Shows::Columns { .. } => {
-                Self::Columns(Box::new(ColumnScene::of(sensor, lighting, constants)?))
+        Ok(match lighting.effect {
+            VisibleEffect::LiquidColumns { .. } => {
+                Self::Columns(Box::new(ColumnScene::new(sensor, lighting, constants)?))
             }
-            _ => Self::Marks(Box::new(MarkScene::of(sensor, lighting, constants)?)),
+            _ => Self::Marks(Box::new(MarkScene::new(sensor, lighting, constants)?)),
         })
     }
 
@@ -51,8 +51,8 @@ impl<'a> SkinScene<'a> {
         &self,
         viewpoint: &Viewpoint,
         samples: u32,
-        moved: Vec<Moved>,
-    ) -> Result<Painted, Error> {
+        moved: Vec<MarkerDisplacement>,
+    ) -> Result<RenderedLight, Error> {
         match self {
             Self::Columns(scene) => scene.paint(viewpoint, samples, moved),
             Self::Marks(scene) => scene.paint(viewpoint, samples, moved),
@@ -73,56 +73,56 @@ impl<'a> SkinScene<'a> {
 ///
 /// # Errors
 /// Returns the errors of [`Capturing::take_of_skin`].
-pub fn skin_pictures(
+pub fn render_skin(
     sensor: &Sensor,
     lighting: &Lighting,
     viewpoint: &Viewpoint,
-    presses: Vec<(Vec<Moved>, Option<u64>)>,
+    presses: Vec<(Vec<MarkerDisplacement>, Option<u64>)>,
 ) -> Result<Vec<Vec<f64>>, Error> {
-    let constants = LightConstants::of(sensor);
+    let constants = LightConstants::for_sensor(sensor);
     let mut scene = SkinScene::of(sensor, lighting, &constants)?;
-    let cast = Cast { samples: 1, ..Cast::at_rest(Contact::Linear(Linear::default())) };
+    let cast = Cast { samples: 1, ..Cast::at_rest(ContactModel::Linear(LinearOptions::default())) };
     match &mut scene {
         SkinScene::Columns(scene) => scene.keep_view(viewpoint, cast.samples)?,
         SkinScene::Marks(scene) => scene.keep_view(viewpoint, cast.samples)?,
     }
     let camera = viewpoint.camera();
     let size_px = [camera.width_px(), camera.height_px()];
-    let lens = LensEffects::of(sensor, lighting, viewpoint, cast.samples)?;
-    let picture = |(moved, seed): (Vec<Moved>, Option<u64>)| {
-        let capturing = Capturing { cast: cast.clone(), lighting, constants: &constants, seed };
-        let painted = scene.paint(viewpoint, cast.samples, moved)?.through(lens.as_ref());
-        capturing.values(sensor, &painted.light, size_px)
+    let lens = LensEffects::new(sensor, lighting, viewpoint, cast.samples)?;
+    let picture = |(moved, seed): (Vec<MarkerDisplacement>, Option<u64>)| {
+        let capturing = CaptureRequest { cast: cast.clone(), lighting, constants: &constants, seed };
+        let painted = scene.paint(viewpoint, cast.samples, moved)?.with_lens(lens.as_ref());
+        capturing.pixel_intensities(sensor, &painted.light, size_px)
     };
     presses.into_iter().map(picture).collect()
 }
 
-impl Capturing<'_> {
+impl CaptureRequest<'_> {
     /// Renders the capture of a skin with liquid channels, as [`Capturing::take`] does for other surfaces.
     ///
     /// # Errors
     /// Returns an error for a lighting that shows neither markers nor columns, and the errors of the skin's solver.
-    pub fn take_of_skin(&self, view: &SkinView) -> Result<Captured, Error> {
+    pub fn render_skin(&self, view: &SkinView) -> Result<SimulatedCapture, Error> {
         let sensor = &view.project.design.sensor;
         self.check(sensor, self.cast.presses.is_empty(), self.cast.contact)?;
-        let pressed = self.pressed(sensor)?;
+        let pressed = self.solve_skin(sensor)?;
         let samples = self.cast.samples;
         let scene = SkinScene::of(sensor, self.lighting, self.constants)?;
-        let moved = match (&self.lighting.shows, &pressed) {
-            (Shows::Columns { columns, .. }, pressed) => {
+        let moved = match (&self.lighting.effect, &pressed) {
+            (VisibleEffect::LiquidColumns { columns, .. }, pressed) => {
                 let channels = pressed.as_ref().map(|(_, outcome)| &outcome.channels[..]);
                 column_ends(columns, channels.unwrap_or_default())
             }
             (_, Some((stack, outcome))) => {
-                let by_mm = |mark: &Mark| outcome.displacement_mm(stack, &mark.point);
+                let by_mm = |mark: &Marker| outcome.displacement_mm(stack, &mark.point);
                 let moved =
-                    |moved: Moved| Moved { displacement_mm: Some(by_mm(&moved.mark)), ..moved };
-                super::moved(sensor, None).into_iter().map(moved).collect()
+                    |moved: MarkerDisplacement| MarkerDisplacement { displacement_mm: Some(by_mm(&moved.mark)), ..moved };
+                super::displaced_markers(sensor, None).into_iter().map(moved).collect()
             }
-            (_, None) => super::moved(sensor, None),
+            (_, None) => super::displaced_markers(sensor, None),
         };
-        let lens = LensEffects::of(sensor, self.lighting, &view.viewpoint, samples)?;
-        let painted = scene.paint(&view.viewpoint, samples, moved)?.through(lens.as_ref());
+        let lens = LensEffects::new(sensor, self.lighting, &view.viewpoint, samples)?;
+        let painted = scene.paint(&view.viewpoint, samples, moved)?.with_lens(lens.as_ref());
         let words = scene.words();
         let camera = view.viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()];
@@ -130,26 +130,26 @@ impl Capturing<'_> {
         let mut seen = sensor.clone();
         seen.camera = self.lighting.camera.clone().unwrap_or(seen.camera);
         let stack = view.viewpoint.stack(&seen).map_err(SceneError::Light)?;
-        let mark_pixels = mark_pixels(&view.viewpoint, &Sights::new(stack), &painted.marks);
-        let captured = self.recorded(sensor, painted, size_px, words);
-        Ok(Captured { mark_pixels, ..captured? })
+        let mark_pixels = project_markers(&view.viewpoint, &ViewStacks::new(stack), &painted.marks);
+        let captured = self.record(sensor, painted, size_px, words);
+        Ok(SimulatedCapture { mark_pixels, ..captured? })
     }
 
     /// Solves the skin under the presses; `None` without presses.
-    fn pressed(&self, sensor: &Sensor) -> Result<Option<(LiquidStack, LiquidOutcome)>, Error> {
+    fn solve_skin(&self, sensor: &Sensor) -> Result<Option<(LiquidStack, LiquidOutcome)>, Error> {
         if self.cast.presses.is_empty() {
             return Ok(None);
         }
         let spacing_mm = match self.cast.contact {
-            Contact::Linear(Linear { spacing_mm, .. }) => spacing_mm,
+            ContactModel::Linear(LinearOptions { spacing_mm, .. }) => spacing_mm,
             // Other contact models carry no spacing; the default applies.
             _ => None,
         };
-        let stack = LiquidStack::of(sensor, spacing_mm.unwrap_or(SPACING_MM));
+        let stack = LiquidStack::from_sensor(sensor, spacing_mm.unwrap_or(SPACING_MM));
         let stack = stack.map_err(PressingError::from)?;
         let presses = self.cast.presses.iter();
         let bodies: Vec<_> = presses.flat_map(|press| &press.bodies).cloned().collect();
-        let outcome = on_solids(&bodies, |pressers| Ok(stack.ready(pressers)?.press(pressers)?))?;
+        let outcome = with_indenters(&bodies, |pressers| Ok(stack.prepare(pressers)?.press(pressers)?))?;
         Ok(Some((stack, outcome)))
     }
 }

@@ -3,19 +3,19 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use fabkit_files::listed;
-use fabkit_files::reading::{self, Expected};
-use fabkit_picture::{ENDINGS, Picture, Values};
+use fabkit_files::join_first_messages;
+use fabkit_files::reading::{self, ExpectedFile};
+use fabkit_picture::{EXTENSIONS, DecodedImage, PixelValues};
 use rayon::prelude::*;
 
 /// Words for the sides, in file names and in CSV, in the order of the halves.
 const SIDES: [&str; 2] = ["left", "right"];
-const LIST: Expected = Expected {
+const LIST: ExpectedFile = ExpectedFile {
     what: "a list of captures",
     max_bytes: 1 << 20,
     hint: "it has one row for each half",
 };
-const PICTURE: Expected = Expected {
+const PICTURE: ExpectedFile = ExpectedFile {
     what: "a capture",
     max_bytes: 256 << 20,
     hint: "captures are files of a few megabytes at most",
@@ -32,7 +32,7 @@ pub struct HalfCaptures {
 
 /// All problems of a set of captures.
 #[derive(Debug, thiserror::Error)]
-#[error("{}", listed(.0))]
+#[error("{}", join_first_messages(.0))]
 pub struct InvalidCaptures(pub Vec<String>);
 
 impl HalfCaptures {
@@ -72,7 +72,7 @@ impl HalfCaptures {
             }
         }
         let read: Vec<Result<(u32, Vec<u8>), String>> =
-            files.par_iter().map(|file| read_one(file, size_px)).collect();
+            files.par_iter().map(|file| read_image(file, size_px)).collect();
         let mut pictures = Vec::new();
         let mut channels = None;
         for (file, pixels) in files.iter().zip(read) {
@@ -100,7 +100,7 @@ impl HalfCaptures {
     }
 
     /// Returns the values of a half's image, row by row.
-    pub(super) fn picture(&self, half: usize) -> &[u8] {
+    pub(super) fn image(&self, half: usize) -> &[u8] {
         &self.pictures[half]
     }
 
@@ -114,16 +114,16 @@ impl HalfCaptures {
     }
 }
 
-type Found = BTreeMap<(String, &'static str), Vec<PathBuf>>;
+type FilesByHalf = BTreeMap<(String, &'static str), Vec<PathBuf>>;
 
 /// Finds the images of each half in a folder, by their names.
-fn in_folder(folder: &Path, patterns: &[String]) -> Found {
-    let mut found = Found::new();
+fn in_folder(folder: &Path, patterns: &[String]) -> FilesByHalf {
+    let mut found = FilesByHalf::new();
     for side in SIDES {
         for pattern in patterns {
             // Names are compared exactly, so that upper-case extensions are tried too.
             let endings =
-                ENDINGS.into_iter().flat_map(|end| [end.into(), end.to_ascii_uppercase()]);
+                EXTENSIONS.into_iter().flat_map(|end| [end.into(), end.to_ascii_uppercase()]);
             let files = endings.map(|end: String| folder.join(format!("{pattern}-{side}.{end}")));
             let files = files.filter(|file| file.is_file()).collect();
             found.insert((pattern.clone(), side), files);
@@ -133,8 +133,8 @@ fn in_folder(folder: &Path, patterns: &[String]) -> Found {
 }
 
 /// Reads the images of each half from a list.
-fn in_csv(csv: &Path, patterns: &[String], faults: &mut Vec<String>) -> Found {
-    let mut found = Found::new();
+fn in_csv(csv: &Path, patterns: &[String], faults: &mut Vec<String>) -> FilesByHalf {
+    let mut found = FilesByHalf::new();
     let shown = csv.display();
     let text = match reading::read_text(csv, LIST) {
         Ok(text) => text,
@@ -172,11 +172,11 @@ fn in_csv(csv: &Path, patterns: &[String], faults: &mut Vec<String>) -> Found {
 }
 
 /// Reads channels and 8-bit values, which training sets consist of. The size is compared before anything is decoded.
-fn read_one(file: &Path, size_px: [u32; 2]) -> Result<(u32, Vec<u8>), String> {
+fn read_image(file: &Path, size_px: [u32; 2]) -> Result<(u32, Vec<u8>), String> {
     let shown = file.display();
     let bytes = reading::read(file, PICTURE).map_err(|error| error.to_string())?;
     let unreadable = |error| format!("{shown}: {error}");
-    let found = fabkit_picture::size_px(&bytes).map_err(unreadable)?;
+    let found = fabkit_picture::read_size_px(&bytes).map_err(unreadable)?;
     if found != size_px {
         let ([found_width, found_height], [width, height]) = (found, size_px);
         return Err(format!(
@@ -184,10 +184,10 @@ fn read_one(file: &Path, size_px: [u32; 2]) -> Result<(u32, Vec<u8>), String> {
         ));
     }
     // The image has the size of the camera's, which has its own limit.
-    let Picture { channels, values, .. } =
+    let DecodedImage { channels, values, .. } =
         fabkit_picture::read(&bytes, u64::MAX).map_err(unreadable)?;
     match values {
-        Values::U8(values) => Ok((channels, values)),
-        Values::U16(_) => Err(format!("{shown}: a picture of 16 bits a sample; 8 bits are read")),
+        PixelValues::U8(values) => Ok((channels, values)),
+        PixelValues::U16(_) => Err(format!("{shown}: a picture of 16 bits a sample; 8 bits are read")),
     }
 }

@@ -1,20 +1,20 @@
 //! Data card: everything that somebody needs to train on the folder.
 
-use fabkit_depth::truth::Uncertainty;
+use fabkit_depth::ground_truth::Uncertainty;
 use fabkit_scene::ground_truth::median;
-use fabkit_scene::pressing::{Contact, ContactGap};
+use fabkit_scene::press_simulation::{ContactModel, ContactGap};
 
-use super::halves::{pressers_of, with_map};
-use super::{DatasetError, Job, Split};
+use super::halves::{bodies_of_half, with_depth_map};
+use super::{DatasetError, DatasetJob, Split};
 
 /// Number of halves for which elastic and rigid contact are compared.
-const COMPARED: usize = 8;
+const COMPARED_HALVES: usize = 8;
 
 /// Writes the content of `README.md`.
 ///
 /// # Errors
 /// Fails for a press without a contact solution.
-pub(super) fn text(job: &Job) -> Result<String, DatasetError> {
+pub(super) fn write_card(job: &DatasetJob) -> Result<String, DatasetError> {
     let plan = job.plan;
     let count = plan.patterns.len();
     let of = |split: Split| {
@@ -23,16 +23,16 @@ pub(super) fn text(job: &Job) -> Result<String, DatasetError> {
     };
     let (width, height) = (job.surface.rays().width_px(), job.surface.rays().height_px());
     let sure = match job.uncertainty {
-        Some(uncertainty) => how_sure(job, uncertainty),
+        Some(uncertainty) => describe_uncertainty(job, uncertainty),
         None => "camera and pose count as exact: nobody says how sure they are. `fabkit calibrate` does, and then \
                  each pixel's standard deviation is here"
             .to_owned(),
     };
-    let about = serde_json::to_string_pretty(&plan.about).unwrap_or_default();
+    let about = serde_json::to_string_pretty(&plan.origin).unwrap_or_default();
     let contact = match job.contact {
-        Contact::Rigid => "rigid: the gel follows what penetrates it".into(),
-        Contact::Membrane(mm) => format!("rigid, with a membrane of {mm} mm around it"),
-        Contact::Linear(_) => "linear (simulated): the layers below give way as elastic ones do, at small strain, and \
+        ContactModel::Rigid => "rigid: the gel follows what penetrates it".into(),
+        ContactModel::Membrane(mm) => format!("rigid, with a membrane of {mm} mm around it"),
+        ContactModel::Linear(_) => "linear (simulated): the layers below give way as elastic ones do, at small strain, and \
                               bulge beside contacts, where indentations are negative. `halves.csv` has forces and \
                               moments of the presser on the sensor, in the sensor's frame, N and N mm. They rest on \
                               the moduli below and scale with them"
@@ -46,8 +46,8 @@ pub(super) fn text(job: &Job) -> Result<String, DatasetError> {
         }
     };
     let model = match job.contact {
-        Contact::Linear(_) => beside_rigid(job)?,
-        Contact::Rigid | Contact::Membrane(_) => {
+        ContactModel::Linear(_) => compare_with_rigid(job)?,
+        ContactModel::Rigid | ContactModel::Membrane(_) => {
             "`fabkit depth` in rigid and in linear contact shows it press by press".into()
         }
     };
@@ -89,16 +89,16 @@ pub(super) fn text(job: &Job) -> Result<String, DatasetError> {
 }
 
 /// Compares ranges with those of rigid contact, for halves spread over the set.
-fn beside_rigid(job: &Job) -> Result<String, DatasetError> {
+fn compare_with_rigid(job: &DatasetJob) -> Result<String, DatasetError> {
     let halves = 2 * job.plan.patterns.len();
-    let compared = COMPARED.min(halves);
+    let compared = COMPARED_HALVES.min(halves);
     let mut gap = ContactGap::default();
     for number in 0..compared {
         let half = number * halves / compared;
-        let rigid = job.surface.pressed(pressers_of(job, half));
-        gap.join(&with_map(job, half, false, |map, _| ContactGap::of(map, &rigid))?);
+        let rigid = job.surface.map_with_indenters(bodies_of_half(job, half));
+        gap.merge(&with_depth_map(job, half, false, |map, _| ContactGap::compare(map, &rigid))?);
     }
-    let [touched, beside] = [gap.touched_mm(), gap.beside_mm()];
+    let [touched, beside] = [gap.touched_mm(), gap.outside_contact_mm()];
     Ok(format!(
         "in {compared} of the halves ranges are {:.3} mm rms ({:.3} at most) from those of rigid contact where something \
          touches, and {:.3} mm rms ({:.3} at most) where the surface moves beside that; `fabkit depth` shows it press by press",
@@ -107,8 +107,8 @@ fn beside_rigid(job: &Job) -> Result<String, DatasetError> {
 }
 
 /// Describes the standard deviations of the surface at rest, by medians over its pixels.
-fn how_sure(job: &Job, uncertainty: &Uncertainty) -> String {
-    let sigmas = job.surface.untouched().sigmas(uncertainty);
+fn describe_uncertainty(job: &DatasetJob, uncertainty: &Uncertainty) -> String {
+    let sigmas = job.surface.map_without_contact().compute_standard_deviations(uncertainty);
     let [range_mm, point_mm, normal_rad] = [
         median(|| sigmas.range_mm()),
         median(|| sigmas.point_mm()),

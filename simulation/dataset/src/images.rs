@@ -2,16 +2,16 @@
 
 use std::borrow::Cow;
 
-use fabkit_capture::Studio;
-use fabkit_export::{Element, ZarrArray, zarr_pack};
+use fabkit_capture::Renderer;
+use fabkit_export::{ZarrType, ZarrArray, zarr_pack};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::captures::HalfCaptures;
-use super::samples::{Part, stitched_array, write_array};
+use super::samples::{HalfPart, stitched_array, write_array};
 use super::store::{DatasetError, Store};
 use super::tiling::Tiling;
-use super::{Job, halves};
+use super::{DatasetJob, halves};
 
 const HALVES: &str = "halves/image";
 const SAMPLES: &str = "samples/image";
@@ -22,7 +22,7 @@ pub enum HalfImages<'a> {
     /// Existing images.
     Given(HalfCaptures),
     /// Images that are rendered when needed, with noise from this seed and the half's number.
-    Simulated(Box<Studio<'a>>, u64),
+    Simulated(Box<Renderer<'a>>, u64),
 }
 
 impl HalfImages<'_> {
@@ -46,7 +46,7 @@ impl HalfImages<'_> {
         }
     }
 
-    fn is(&self) -> &'static str {
+    fn description(&self) -> &'static str {
         match self {
             Self::Given(_) => "captures as given",
             Self::Simulated(..) => "simulated captures",
@@ -54,28 +54,28 @@ impl HalfImages<'_> {
     }
 
     /// Returns the image of a half, rendered if it is simulated.
-    fn picture(
+    fn render(
         &self,
         store: &Store,
-        job: &Job,
+        job: &DatasetJob,
         halves: &[ZarrArray],
         half: usize,
     ) -> Result<Cow<'_, [u8]>, DatasetError> {
         let (studio, seed) = match self {
-            Self::Given(captures) => return Ok(Cow::Borrowed(captures.picture(half))),
+            Self::Given(captures) => return Ok(Cow::Borrowed(captures.image(half))),
             Self::Simulated(studio, seed) => (studio, seed),
         };
         // Distinct seeds of data sets give distinct seeds of halves.
         let seed = Some(seed.wrapping_mul(2 * job.patterns.len() as u64 + 1) + half as u64);
-        let taken = if studio.wants_normals() {
-            halves::with_map(job, half, true, |map, answer| studio.take(map, answer, seed))?
+        let taken = if studio.needs_normals() {
+            halves::with_depth_map(job, half, true, |map, answer| studio.render(map, answer, seed))?
         } else {
             // The half's depth map has been written: rays need not be cast again.
             let written = halves::read_halves(store, halves, half..half + 1)?;
             let Some(truth) = written.first() else { return Ok(Cow::Owned(Vec::new())) };
             let (by_mm, label) = (&truth.indentation_mm, &truth.label);
-            let map = job.surface.indented(by_mm, label, Studio::STILL_MM);
-            studio.take(&map, halves::answer(job, half)?.as_ref(), seed)
+            let map = job.surface.map_from_indentation(by_mm, label, Renderer::MOTION_THRESHOLD_MM);
+            studio.render(&map, halves::solve_contact(job, half)?.as_ref(), seed)
         };
         let taken = taken.map_err(|error| DatasetError::Picture(Box::new(error)))?;
         Ok(Cow::Owned(taken.iter().map(|grey| grey.round() as u8).collect()))
@@ -84,28 +84,28 @@ impl HalfImages<'_> {
     /// Returns the array `halves/image` and, if there is a tiling, `samples/image`.
     pub(super) fn arrays(
         &self,
-        job: &Job,
+        job: &DatasetJob,
         tiling: Option<&Tiling>,
         [height, width]: [u32; 2],
     ) -> Vec<(String, ZarrArray)> {
         let count = job.patterns.len();
         let shape: Vec<u64> = [height, width, self.channels()].map(u64::from).to_vec();
         let halves = ZarrArray {
-            element: Element::U8,
+            element: ZarrType::U8,
             samples: 2 * count as u64,
             sample_shape: shape.clone(),
             chunk_shape: shape,
             samples_per_shard: count as u64,
             dimensions: ["half", "row", "column", "channel"].map(String::from).to_vec(),
-            attributes: json!({ "is": self.is() }),
+            attributes: json!({ "is": self.description() }),
         };
         let mut arrays = vec![(HALVES.to_owned(), halves)];
         arrays.extend(tiling.map(|tiling| {
             let is = format!(
                 "{} stitched like the labels; 0 in the seam and off the surface",
-                self.is()
+                self.description()
             );
-            let mut samples = stitched_array(count, tiling, [height, width], Element::U8, &is);
+            let mut samples = stitched_array(count, tiling, [height, width], ZarrType::U8, &is);
             samples.sample_shape.push(self.channels().into());
             samples.chunk_shape.push(self.channels().into());
             samples.dimensions.push("channel".into());
@@ -118,7 +118,7 @@ impl HalfImages<'_> {
     pub(super) fn write(
         &self,
         store: &Store,
-        job: &Job,
+        job: &DatasetJob,
         tiling: Option<&Tiling>,
         halves: &[ZarrArray],
         arrays: &[(String, ZarrArray)],
@@ -130,14 +130,14 @@ impl HalfImages<'_> {
         let is_whole = names.into_iter().all(|name| store.has(&name));
         let count = if is_whole { 0 } else { 2 * job.patterns.len() };
         let taken = (0..count).into_par_iter().map(|half| {
-            let picture = self.picture(store, job, halves, half)?;
+            let picture = self.render(store, job, halves, half)?;
             let part = tiling.map(|tiling| self.part(job, tiling, half, &picture)).transpose()?;
             Ok((zarr_pack(&picture)?, part))
         });
-        let taken: Vec<(Vec<u8>, Option<Part>)> = taken.collect::<Result<_, DatasetError>>()?;
+        let taken: Vec<(Vec<u8>, Option<HalfPart>)> = taken.collect::<Result<_, DatasetError>>()?;
         for (name, array) in arrays {
             if let Some(tiling) = tiling.filter(|_| name == SAMPLES) {
-                let parts: Vec<&Part> =
+                let parts: Vec<&HalfPart> =
                     taken.iter().filter_map(|(_, part)| part.as_ref()).collect();
                 write_array(store, name, array, tiling, &parts)?;
                 continue;
@@ -145,7 +145,7 @@ impl HalfImages<'_> {
             store.put(&format!("{name}/zarr.json"), || Ok(array.metadata()?))?;
             (0..array.shards()).into_par_iter().try_for_each(|shard| {
                 store.put(&format!("{name}/{}", array.shard_path(shard)), || {
-                    let of_shard = array.samples_of(shard);
+                    let of_shard = array.samples_in_shard(shard);
                     let packed = &taken[of_shard.start as usize..of_shard.end as usize];
                     let packed: Vec<Vec<u8>> =
                         packed.iter().map(|(packed, _)| packed.clone()).collect();
@@ -159,16 +159,16 @@ impl HalfImages<'_> {
     /// Cuts a half's image into its part of samples.
     fn part(
         &self,
-        job: &Job,
+        job: &DatasetJob,
         tiling: &Tiling,
         half: usize,
         picture: &[u8],
-    ) -> Result<Part, DatasetError> {
+    ) -> Result<HalfPart, DatasetError> {
         let (sides, own) = (job.seam.sides(), job.half(half).1);
         if self.channels() == 1 {
-            return Part::new(tiling, sides, own, |pixel| [picture[pixel]]);
+            return HalfPart::new(tiling, sides, own, |pixel| [picture[pixel]]);
         }
         let (colors, _) = picture.as_chunks::<3>();
-        Part::new(tiling, sides, own, |pixel| colors[pixel])
+        HalfPart::new(tiling, sides, own, |pixel| colors[pixel])
     }
 }

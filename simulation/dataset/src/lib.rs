@@ -23,44 +23,44 @@
 
 mod captures;
 mod card;
-mod elsewhere;
-mod felt;
+mod remote_shards;
+mod press_forces;
 mod halves;
 mod images;
-mod order;
+mod request;
 mod patterns;
 mod plan;
 mod read;
 mod reader;
-mod room;
+mod memory;
 mod samples;
 mod shard_file;
-mod sheet;
+mod contact_sheet;
 mod store;
 mod tiling;
 
 use std::path::Path;
 
-use fabkit_depth::truth::{Presser, ReferenceSurface, Seam, Side, Uncertainty};
+use fabkit_depth::ground_truth::{PlacedIndenter, ReferenceSurface, Seam, Side, Uncertainty};
 use fabkit_export::ZarrArray;
 use serde_json::json;
 
 pub use captures::{HalfCaptures, InvalidCaptures};
-pub use elsewhere::{Files, shard};
-pub use felt::Felt;
+pub use remote_shards::{ShardFiles, compute_shard};
+pub use press_forces::PatternResponse;
 pub use images::HalfImages;
-pub use order::{DatasetRequest, DatasetRequestError, ImageRequest, prepare};
-pub use patterns::{MAX_BODIES, MAX_PATTERNS, NamedPresses, NoPatterns, read as read_patterns};
+pub use request::{DatasetRequest, DatasetRequestError, ImageRequest, prepare_job};
+pub use patterns::{MAX_BODIES, MAX_PATTERNS, NamedPresses, PatternsError, read as read_patterns};
 pub use plan::{DatasetPlan, Split};
 pub use read::{SampleArray, SampleError};
 pub use reader::DatasetReader;
-pub use room::Room;
-pub use sheet::sheet;
+pub use memory::DatasetMemory;
+pub use contact_sheet::render_contact_sheet;
 pub use store::{DatasetError, KIND};
 
-use fabkit_files::progress::OnProgress;
-use fabkit_files::resumable::{Folder, FolderError};
-use fabkit_scene::pressing::{Contact, Ready};
+use fabkit_files::progress::ProgressCallback;
+use fabkit_files::resumable::{ResumableFolder, ResumableFolderError};
+use fabkit_scene::press_simulation::{ContactModel, ElasticSolver};
 use tiling::Tiling;
 
 /// Pattern of bodies that is pressed on either side of the seam.
@@ -69,16 +69,16 @@ pub struct PressPattern {
     /// Name, for example `semi-dome-017`.
     pub name: String,
     /// Bodies on the left, in the sensor frame.
-    pub left: Vec<Presser>,
+    pub left: Vec<PlacedIndenter>,
     /// The same bodies after half a turn about z.
-    pub right: Vec<Presser>,
+    pub right: Vec<PlacedIndenter>,
     /// Response of soft layers on either side, if it is simulated.
-    pub felt: Option<Felt>,
+    pub response: Option<PatternResponse>,
 }
 
 /// Inputs of a data set.
 #[derive(Clone, Copy, Debug)]
-pub struct Job<'a> {
+pub struct DatasetJob<'a> {
     /// Surface as the camera sees it.
     pub surface: &'a ReferenceSurface<'a>,
     /// Seam between the left and the right side.
@@ -86,9 +86,9 @@ pub struct Job<'a> {
     /// Patterns, in order.
     pub patterns: &'a [PressPattern],
     /// Contact model of the surface.
-    pub contact: Contact,
+    pub contact: ContactModel,
     /// Solver for the soft layers, if they are simulated.
-    pub ready: Option<&'a Ready>,
+    pub elastic_solver: Option<&'a ElasticSolver>,
     /// Uncertainty of camera and pose, if a calibration states it.
     pub uncertainty: Option<&'a Uncertainty>,
     /// Description of the data set, stored in its folder.
@@ -101,7 +101,7 @@ pub struct Job<'a> {
     pub resume: bool,
 }
 
-impl Job<'_> {
+impl DatasetJob<'_> {
     /// Returns the pattern of a half, and the side of the seam on which it presses.
     fn half(&self, half: usize) -> (&PressPattern, Side) {
         let count = self.patterns.len();
@@ -123,19 +123,19 @@ pub struct WrittenDataset {
     /// Number of their combinations.
     pub samples: usize,
     /// Number of files that an earlier run had finished.
-    pub found: usize,
+    pub existing_files: usize,
     /// Number of files written in this run.
-    pub made: usize,
+    pub written_files: usize,
     /// Rewritten files that existed with other content than an earlier run wrote.
     pub damaged: Vec<String>,
     /// Halves cast in this run whose bodies no pixel on their side of the seam shows.
-    pub untouched: Vec<String>,
+    pub halves_without_contact: Vec<String>,
 }
 
 /// Data set that is being written. The folder is locked until this is dropped.
 #[derive(Debug)]
-pub struct Begun {
-    folder: Folder,
+pub struct DatasetWriter {
+    folder: ResumableFolder,
     /// Plan with which the data set was begun.
     plan: serde_json::Value,
     /// Arrays `halves/indentation_mm`, `halves/label` and, if present, `halves/indentation_sigma_mm`.
@@ -146,10 +146,10 @@ pub struct Begun {
 ///
 /// # Errors
 /// Returns [`DatasetError::Folder`] for a folder that is not empty, holds another plan, or is in use.
-pub fn begin(folder: &Path, job: &Job) -> Result<Begun, DatasetError> {
+pub fn begin(folder: &Path, job: &DatasetJob) -> Result<DatasetWriter, DatasetError> {
     let plan = job.plan.document(job);
-    let folder = Folder::open(KIND, folder, plan.clone(), job.resume)?;
-    Ok(Begun { folder, plan, halves: halves::arrays(job, size_px(job)) })
+    let folder = ResumableFolder::open(KIND, folder, plan.clone(), job.resume)?;
+    Ok(DatasetWriter { folder, plan, halves: halves::arrays(job, size_px(job)) })
 }
 
 /// Writes a data set: calls [`begin`] and [`Begun::write`].
@@ -158,14 +158,14 @@ pub fn begin(folder: &Path, job: &Job) -> Result<Begun, DatasetError> {
 /// Fails as these two.
 pub fn write(
     folder: &Path,
-    job: &Job,
-    progress: OnProgress,
+    job: &DatasetJob,
+    progress: ProgressCallback,
     cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<WrittenDataset, DatasetError> {
     begin(folder, job)?.write(job, progress, cancelled)
 }
 
-impl Begun {
+impl DatasetWriter {
     /// Writes the files that are missing. `cancelled` is called before each file; files that are finished then remain
     /// for `resume`.
     ///
@@ -173,8 +173,8 @@ impl Begun {
     /// Fails if a file cannot be computed or written, or if the job has another plan.
     pub fn write(
         self,
-        job: &Job,
-        progress: OnProgress,
+        job: &DatasetJob,
+        progress: ProgressCallback,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Result<WrittenDataset, DatasetError> {
         self.check(job)?;
@@ -186,7 +186,7 @@ impl Begun {
         let samples = samples.unwrap_or_default();
         let images = job.captures.map(|captures| captures.arrays(job, tiling, [height, width]));
         let images = images.unwrap_or_default();
-        let felt = felt::halves_csv(job);
+        let felt = press_forces::halves_csv(job);
         // Five files: group, reference, list of samples, data card, document.
         let groups = if job.materialise { ["halves", "samples"].as_slice() } else { &["halves"] };
         let arrays = halves.iter().chain(&samples).chain(images.iter().map(|(_, array)| array));
@@ -207,7 +207,7 @@ impl Begun {
             store.put("halves.csv", || Ok(felt.into_bytes()))?;
         }
         // The data card may cast some halves, to compare contact models.
-        store.put("README.md", || Ok(card::text(job)?.into_bytes()))?;
+        store.put("README.md", || Ok(card::write_card(job)?.into_bytes()))?;
         // The reference and the halves are independent and both take long.
         let (reference, cast) = rayon::join(
             || store.put("reference.npz", || halves::reference(job)),
@@ -227,27 +227,27 @@ impl Begun {
         Ok(WrittenDataset {
             halves,
             samples: job.patterns.len().pow(2),
-            found,
-            made,
+            existing_files: found,
+            written_files: made,
             damaged,
-            untouched,
+            halves_without_contact: untouched,
         })
     }
 
     /// Checks that the job still has the plan with which the data set was begun, as its inputs may have changed.
-    fn check(&self, job: &Job) -> Result<(), DatasetError> {
-        let differences = fabkit_files::resumable::differences(&self.plan, &job.plan.document(job));
+    fn check(&self, job: &DatasetJob) -> Result<(), DatasetError> {
+        let differences = fabkit_files::resumable::find_differences(&self.plan, &job.plan.document(job));
         match differences.is_empty() {
             true => Ok(()),
             false => {
                 let folder = self.folder.path().into();
-                Err(FolderError::OtherPlan { what: KIND.what, folder, differences }.into())
+                Err(ResumableFolderError::OtherPlan { what: KIND.what, folder, differences }.into())
             }
         }
     }
 }
 
 /// Returns rows and columns.
-fn size_px(job: &Job) -> [u32; 2] {
+fn size_px(job: &DatasetJob) -> [u32; 2] {
     [job.surface.rays().height_px(), job.surface.rays().width_px()]
 }

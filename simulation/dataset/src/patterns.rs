@@ -2,8 +2,8 @@
 
 use fabkit_fixtures::{Press, PressError, PressFinder, Project};
 use fabkit_geometry::Length;
-use fabkit_scene::unknown_hint;
-use fabkit_text::{Fault, Position, shown};
+use fabkit_scene::unknown_press_hint;
+use fabkit_text::{YamlFault, Position, to_printable};
 
 /// Largest number of patterns: each half is cast and each pair stitched, which makes a million samples.
 pub const MAX_PATTERNS: usize = 1000;
@@ -20,7 +20,7 @@ const MAX_SHEAR_MM: f64 = 50.0;
 
 /// Reason why there are no patterns.
 #[derive(Debug, thiserror::Error)]
-pub enum NoPatterns {
+pub enum PatternsError {
     /// The sensor's own presses cannot be made.
     #[error(transparent)]
     Press(#[from] PressError),
@@ -48,7 +48,7 @@ pub struct NamedPresses {
 ///
 /// # Errors
 /// Fails if the sensor has no halves, or if they cannot be made.
-pub fn semi_domes(project: &Project) -> Result<Vec<NamedPresses>, NoPatterns> {
+pub fn semi_domes(project: &Project) -> Result<Vec<NamedPresses>, PatternsError> {
     let (mut presses, mut failed) = (Vec::new(), None);
     for of_fixture in project.presses() {
         match of_fixture {
@@ -61,7 +61,7 @@ pub fn semi_domes(project: &Project) -> Result<Vec<NamedPresses>, NoPatterns> {
         if let Some(error) = failed {
             return Err(PressError::from(error).into());
         }
-        return Err(NoPatterns::NoSemiDomes { sensor: project.design.sensor.name.clone() });
+        return Err(PatternsError::NoSemiDomes { sensor: project.design.sensor.name.clone() });
     }
     let named = |press: Press| NamedPresses {
         name: press.id.clone(),
@@ -75,7 +75,7 @@ pub fn semi_domes(project: &Project) -> Result<Vec<NamedPresses>, NoPatterns> {
 ///
 /// # Errors
 /// Returns all problems.
-pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, Vec<Fault>> {
+pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, Vec<YamlFault>> {
     let mut faults = Vec::new();
     let mut patterns: Vec<NamedPresses> = Vec::new();
     let finder = project.press_finder();
@@ -88,8 +88,8 @@ pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, Vec<Faul
             continue;
         }
         let mut fault = |message: String, hint: String| {
-            let fault = Fault::new(Position { line, column }, "", message).hint(hint);
-            faults.push(Fault { written: shown(content), ..fault });
+            let fault = YamlFault::new(Position { line, column }, "", message).hint(hint);
+            faults.push(YamlFault { written: to_printable(content), ..fault });
         };
         match pattern(content, &finder) {
             Ok(found) if patterns.iter().any(|other| other.name == found.name) => {
@@ -103,22 +103,22 @@ pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, Vec<Faul
     let count = patterns.len();
     if faults.is_empty() && !(1..=MAX_PATTERNS).contains(&count) {
         let message = format!("{count} patterns; there must be 1 to {MAX_PATTERNS}");
-        faults.push(Fault::new(None, "", message).hint(FORM));
+        faults.push(YamlFault::new(None, "", message).hint(FORM));
     }
     if faults.is_empty() { Ok(patterns) } else { Err(faults) }
 }
 
 /// Problem, and advice.
-type Wrong = (String, String);
+type Problem = (String, String);
 
 /// Parses a line of the list.
-fn pattern(content: &str, finder: &PressFinder) -> Result<NamedPresses, Wrong> {
+fn pattern(content: &str, finder: &PressFinder) -> Result<NamedPresses, Problem> {
     let (name, ids) = match content.split_once('=') {
         Some((name, ids)) => (name.trim(), ids),
         None => (content.split(SHEAR).next().unwrap_or_default().trim(), content),
     };
     let (ids, shear_mm) = match ids.split_once(SHEAR) {
-        Some((ids, lengths)) => (ids, shear(lengths)?),
+        Some((ids, lengths)) => (ids, parse_shear(lengths)?),
         None => (ids, [0.0; 2]),
     };
     let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
@@ -133,7 +133,7 @@ fn pattern(content: &str, finder: &PressFinder) -> Result<NamedPresses, Wrong> {
     let press = |id: &str| {
         finder.press(id).map_err(|error| {
             let hint = match &error {
-                PressError::Unknown { id, known, place } => unknown_hint(id, known, place),
+                PressError::Unknown { id, known, place } => unknown_press_hint(id, known, place),
                 _ => FORM.into(),
             };
             (error.to_string(), hint)
@@ -150,7 +150,7 @@ fn pattern(content: &str, finder: &PressFinder) -> Result<NamedPresses, Wrong> {
 }
 
 /// Reads two lengths, mm.
-fn shear(text: &str) -> Result<[f64; 2], Wrong> {
+fn parse_shear(text: &str) -> Result<[f64; 2], Problem> {
     let length = |text: &str| text.trim().parse::<Length>().ok().map(Length::mm);
     let lengths = text.split_once(',').and_then(|(a, b)| Some([length(a)?, length(b)?]));
     match lengths.filter(|[a, b]| a.hypot(*b) <= MAX_SHEAR_MM) {
@@ -173,7 +173,7 @@ impl NamedPresses {
 ///
 /// # Panics
 /// Never: solids and poses are JSON.
-pub fn hash(patterns: &[NamedPresses]) -> String {
+pub fn hash_patterns(patterns: &[NamedPresses]) -> String {
     let mut hasher = blake3::Hasher::new();
     for pattern in patterns {
         hasher.update(pattern.name.as_bytes());

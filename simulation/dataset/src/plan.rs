@@ -2,11 +2,11 @@
 
 use std::fmt::Write as _;
 
-use fabkit_geometry::sequences::Random;
+use fabkit_geometry::sequences::SplitMix64;
 use serde_json::{Value, json};
 
 use super::store::KIND;
-use super::{HalfImages, Job, PressPattern, size_px};
+use super::{HalfImages, DatasetJob, PressPattern, size_px};
 
 /// Purpose of a pattern, and of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +47,7 @@ pub struct DatasetPlan {
     /// Split of each pattern.
     pub splits: Vec<Split>,
     /// Caller's part of the document: sensor, design hash, camera, frames, units, seed.
-    pub about: Value,
+    pub origin: Value,
 }
 
 impl DatasetPlan {
@@ -55,7 +55,7 @@ impl DatasetPlan {
     ///
     /// With fewer than ten patterns there is one for the test and, from three on, one for
     /// validation.
-    pub fn new(patterns: &[PressPattern], seed: u64, about: Value) -> Self {
+    pub fn new(patterns: &[PressPattern], seed: u64, origin: Value) -> Self {
         let names =
             |pattern: &PressPattern| pattern.left.iter().map(|body| body.name.clone()).collect();
         let bodies = patterns.iter().map(names).collect();
@@ -67,14 +67,14 @@ impl DatasetPlan {
         };
         let (test, validation) = (share(TEST_OF_TEN, 2), share(VALIDATION_OF_TEN, 3));
         let mut splits = vec![Split::Train; count];
-        for (rank, pattern) in shuffled(count, seed).into_iter().enumerate() {
+        for (rank, pattern) in shuffled_indices(count, seed).into_iter().enumerate() {
             if rank < test {
                 splits[pattern] = Split::Test;
             } else if rank < test + validation {
                 splits[pattern] = Split::Validation;
             }
         }
-        Self { patterns, bodies, splits, about }
+        Self { patterns, bodies, splits, origin }
     }
 
     /// Returns the split of the sample of two patterns.
@@ -110,7 +110,7 @@ impl DatasetPlan {
     }
 
     /// Writes `dataset.json` without its list of files.
-    pub(super) fn document(&self, job: &Job) -> Value {
+    pub(super) fn document(&self, job: &DatasetJob) -> Value {
         let [height_px, width_px] = size_px(job);
         let pattern = |((name, bodies), split): ((&String, &Vec<String>), &Split)| json!({ "name": name, "bodies": bodies, "split": split.word() });
         let patterns = self.patterns.iter().zip(&self.bodies).zip(&self.splits).map(pattern);
@@ -128,15 +128,15 @@ impl DatasetPlan {
             "sample": "left_half * patterns + (right_half - patterns)",
             "range_mm": "reference range minus indentation; NaN in the reference where no surface \
                          is seen",
-            "about": self.about,
+            "about": self.origin,
         })
     }
 }
 
 /// Returns the numbers below `count` in an order given by the seed.
-pub(super) fn shuffled(count: usize, seed: u64) -> Vec<usize> {
+pub(super) fn shuffled_indices(count: usize, seed: u64) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
-    Random::new(seed).shuffle(&mut order);
+    SplitMix64::new(seed).shuffle(&mut order);
     order
 }
 
@@ -149,7 +149,7 @@ mod tests {
             name: format!("p{i}"),
             left: Vec::new(),
             right: Vec::new(),
-            felt: None,
+            response: None,
         };
         DatasetPlan::new(&(0..count).map(named).collect::<Vec<_>>(), seed, Value::Null)
     }
@@ -175,7 +175,7 @@ mod tests {
     fn the_seed_decides_the_order_of_patterns() {
         assert_eq!(plan(100, 1), plan(100, 1));
         assert_ne!(plan(100, 1).splits, plan(100, 2).splits);
-        let mut order = shuffled(50, 3);
+        let mut order = shuffled_indices(50, 3);
         order.sort_unstable();
         assert_eq!(order, (0..50).collect::<Vec<_>>());
         assert_eq!(plan(1, 1).splits, [Split::Train]);

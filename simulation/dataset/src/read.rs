@@ -7,13 +7,13 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use fabkit_export::{Element, ZarrArray};
+use fabkit_export::{ZarrType, ZarrArray};
 use fabkit_files::reading::{self, ReadError};
-use fabkit_files::resumable::{FolderError, read_regular};
+use fabkit_files::resumable::{ResumableFolderError, read_regular};
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 use rayon::prelude::*;
 
-use super::shard_file::{Fault, ShardFile};
+use super::shard_file::{ReadFault, ShardFile};
 
 /// Largest `zarr.json` of an array, bytes.
 pub(super) const MAX_METADATA_BYTES: u64 = 1 << 20;
@@ -26,7 +26,7 @@ pub enum SampleError {
     Io(#[from] ReadError),
     /// There is no data set.
     #[error("cannot read {}: there is no such file", .path.display())]
-    Absent {
+    NoDataset {
         /// Path of its `dataset.json`.
         path: PathBuf,
         /// True if a data set was begun there.
@@ -34,7 +34,7 @@ pub enum SampleError {
     },
     /// Metadata are not fabkit's, or do not belong to this data set.
     #[error("{}: {what}", .path.display())]
-    Foreign {
+    ForeignMetadata {
         /// File concerned.
         path: PathBuf,
         /// Description of the problem.
@@ -50,7 +50,7 @@ pub enum SampleError {
     },
     /// A document or a file is not what was written.
     #[error(transparent)]
-    Folder(#[from] FolderError),
+    Folder(#[from] ResumableFolderError),
     /// The index is beyond the last sample.
     #[error("there is no sample {index}; the array has {samples}")]
     OutOfRange {
@@ -65,8 +65,8 @@ impl Explained for SampleError {
     fn kind(&self) -> ErrorKind {
         match self {
             Self::Folder(error) => error.kind(),
-            Self::Io(_) | Self::Absent { .. } | Self::Damaged { .. } => ErrorKind::Io,
-            Self::Foreign { .. } | Self::OutOfRange { .. } => ErrorKind::BadInput,
+            Self::Io(_) | Self::NoDataset { .. } | Self::Damaged { .. } => ErrorKind::Io,
+            Self::ForeignMetadata { .. } | Self::OutOfRange { .. } => ErrorKind::BadInput,
         }
     }
 
@@ -74,10 +74,10 @@ impl Explained for SampleError {
         let hint = match self {
             Self::Folder(error) => return error.hint(),
             Self::Io(_) | Self::OutOfRange { .. } => return None,
-            Self::Absent { is_begun: true, .. } => "it is not finished: go on with what began it",
-            Self::Absent { .. } => "is it the right folder? Nobody wrote a data set there",
+            Self::NoDataset { is_begun: true, .. } => "it is not finished: go on with what began it",
+            Self::NoDataset { .. } => "is it the right folder? Nobody wrote a data set there",
             Self::Damaged { .. } => "delete that file, and go on with what wrote it",
-            Self::Foreign { .. } => "read it with the Python package `zarr`",
+            Self::ForeignMetadata { .. } => "read it with the Python package `zarr`",
         };
         Some(hint.into())
     }
@@ -85,10 +85,10 @@ impl Explained for SampleError {
     fn subject(&self) -> ErrorSubject {
         match self {
             Self::Folder(error) => error.subject(),
-            Self::Absent { .. } => ErrorSubject::new("no_dataset"),
+            Self::NoDataset { .. } => ErrorSubject::new("no_dataset"),
             Self::Damaged { .. } => ErrorSubject::new("damaged"),
             Self::OutOfRange { .. } => ErrorSubject::new("out_of_range"),
-            other => ErrorSubject::of_kind(other.kind()),
+            other => ErrorSubject::from_kind(other.kind()),
         }
     }
 }
@@ -116,14 +116,14 @@ impl SampleArray {
         let source = || io::Error::from(io::ErrorKind::NotFound);
         let absent = || ReadError::Io { path: path.clone(), source: source() };
         let bytes = bytes.ok_or_else(absent)?;
-        Self::of_metadata(folder, &bytes)
+        Self::from_metadata(folder, &bytes)
     }
 
     /// Creates the array from the content of its `zarr.json`.
-    pub(super) fn of_metadata(folder: &Path, bytes: &[u8]) -> Result<Self, SampleError> {
+    pub(super) fn from_metadata(folder: &Path, bytes: &[u8]) -> Result<Self, SampleError> {
         let array = ZarrArray::from_metadata(bytes).map_err(|error| {
             let path = folder.join("zarr.json");
-            SampleError::Foreign { path, what: error.to_string() }
+            SampleError::ForeignMetadata { path, what: error.to_string() }
         })?;
         Ok(Self::new(folder, array))
     }
@@ -148,7 +148,7 @@ impl SampleArray {
     }
 
     /// Type of the values.
-    pub fn element(&self) -> Element {
+    pub fn element(&self) -> ZarrType {
         self.array.element
     }
 
@@ -168,8 +168,8 @@ impl SampleArray {
         let size = self.element().size();
         let path = self.folder.join(self.array.shard_path((index / self.shard[0]) as u64));
         let fault = |fault| match fault {
-            Fault::Io(source) => ReadError::Io { path: path.clone(), source }.into(),
-            Fault::Damaged(what) => SampleError::Damaged { path: path.clone(), what },
+            ReadFault::Io(source) => ReadError::Io { path: path.clone(), source }.into(),
+            ReadFault::Damaged(what) => SampleError::Damaged { path: path.clone(), what },
         };
         let mut file = self.shard_file(&path).map_err(fault)?;
         let mut bytes = vec![0; self.shape[1..].iter().product::<usize>() * size];
@@ -179,7 +179,7 @@ impl SampleArray {
         let chunk_bytes = self.chunk.iter().product::<usize>() * size;
         // Chunks of a shard are numbered sample by sample.
         let first = index % self.shard[0] * chunks;
-        for (place, number) in places(&grid).zip(first..) {
+        for (place, number) in grid_positions(&grid).zip(first..) {
             if let Some(values) = file.chunk(number, chunk_bytes).map_err(fault)? {
                 let start = place.iter().zip(&self.chunk[1..]).map(|(i, chunk)| i * chunk);
                 self.copy(&values, &start.collect::<Vec<_>>(), &mut bytes);
@@ -189,14 +189,14 @@ impl SampleArray {
     }
 
     /// Opens a shard's file, which a complete data set always has, even if all its values are zero.
-    fn shard_file(&self, path: &Path) -> Result<ShardFile<reading::File>, Fault> {
+    fn shard_file(&self, path: &Path) -> Result<ShardFile<reading::File>, ReadFault> {
         match reading::open(path) {
             Ok((file, length)) => ShardFile::open(file, length, &self.array),
             Err(ReadError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
-                Err(Fault::Damaged("it is missing".into()))
+                Err(ReadFault::Damaged("it is missing".into()))
             }
             Err(ReadError::Io { source, .. }) => Err(source.into()),
-            Err(_) => Err(Fault::Damaged("it is not a file".into())),
+            Err(_) => Err(ReadFault::Damaged("it is not a file".into())),
         }
     }
 
@@ -224,7 +224,7 @@ impl SampleArray {
         // The last chunk along an axis may reach beyond it.
         let length = last.min(shape[axis] - start[axis]) * size;
         let (to, from) = (strides(shape), strides(chunk));
-        for line in places(rest) {
+        for line in grid_positions(rest) {
             let inside = line.iter().zip(start).zip(shape).all(|((i, s), n)| s + i < *n);
             if inside {
                 let from: usize = line.iter().zip(&from).map(|(i, stride)| i * stride).sum();
@@ -243,7 +243,7 @@ fn strides(counts: &[usize]) -> Vec<usize> {
 }
 
 /// Lists all positions of a grid, the last axis fastest.
-fn places(counts: &[usize]) -> impl Iterator<Item = Vec<usize>> + use<'_> {
+fn grid_positions(counts: &[usize]) -> impl Iterator<Item = Vec<usize>> + use<'_> {
     let strides = strides(counts);
     (0..counts.iter().product()).map(move |i: usize| {
         counts.iter().zip(&strides).map(|(count, stride)| i / stride % count).collect()
@@ -262,7 +262,7 @@ mod tests {
     #[test]
     fn what_was_written_is_read_back_sample_by_sample() {
         let array = ZarrArray {
-            element: Element::U16,
+            element: ZarrType::U16,
             samples: 5,
             sample_shape: vec![2, 3],
             chunk_shape: vec![2, 3],
@@ -274,13 +274,13 @@ mod tests {
         fs::write(folder.path().join("zarr.json"), array.metadata().unwrap()).unwrap();
         let sample = |i: u8| (0..12).map(|k| 20 * i + k).collect::<Vec<u8>>();
         for shard in 0..3 {
-            let packed = array.samples_of(shard).map(|i| zarr_pack(&sample(i as u8)).unwrap());
+            let packed = array.samples_in_shard(shard).map(|i| zarr_pack(&sample(i as u8)).unwrap());
             let path = folder.path().join(array.shard_path(shard));
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, array.shard(&packed.collect::<Vec<_>>())).unwrap();
         }
         let read = SampleArray::open(folder.path()).unwrap();
-        assert_eq!((read.shape(), read.element()), (&[5, 2, 3][..], Element::U16));
+        assert_eq!((read.shape(), read.element()), (&[5, 2, 3][..], ZarrType::U16));
         for i in 0..5 {
             assert_eq!(read.sample(i).unwrap(), sample(i as u8), "sample {i}");
         }
@@ -312,7 +312,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (shape, chunk) = ([2, 3, 5], [1, 2, 2]);
         let array = ZarrArray {
-            element: Element::U8,
+            element: ZarrType::U8,
             samples: shape[0],
             sample_shape: shape[1..].into(),
             chunk_shape: chunk[1..].into(),
@@ -323,8 +323,8 @@ mod tests {
         let array = SampleArray::new(folder.path(), array);
         let value = |s: usize, r: usize, c: usize| (100 * s + 10 * r + c) as u8;
         let (mut bytes, mut index) = (Vec::new(), Vec::new());
-        for place in places(&[2, 2, 3]) {
-            let values = places(&[2, 2])
+        for place in grid_positions(&[2, 2, 3]) {
+            let values = grid_positions(&[2, 2])
                 .map(|at| value(place[0], 2 * place[1] + at[0], 2 * place[2] + at[1]));
             let packed = zarr_pack(&values.collect::<Vec<u8>>()).unwrap();
             index.extend((bytes.len() as u64).to_le_bytes());
@@ -337,7 +337,7 @@ mod tests {
         fs::create_dir_all(folder.path().join("c/0/0")).unwrap();
         fs::write(folder.path().join("c/0/0/0"), bytes).unwrap();
         for s in 0..2 {
-            let expected: Vec<u8> = places(&[3, 5]).map(|at| value(s, at[0], at[1])).collect();
+            let expected: Vec<u8> = grid_positions(&[3, 5]).map(|at| value(s, at[0], at[1])).collect();
             assert_eq!(array.sample(s).unwrap(), expected);
         }
     }

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use fabkit_export::Element;
-use fabkit_files::memory::{self, Less, MemoryError};
-use fabkit_files::resumable::{Files, files_of};
+use fabkit_export::ZarrType;
+use fabkit_files::memory::{self, MemoryHint, MemoryError};
+use fabkit_files::resumable::{FilesByPath, listed_files};
 use serde_json::Value;
 
 use super::read::{SampleArray, SampleError};
@@ -17,7 +17,7 @@ use super::store::KIND;
 pub struct DatasetReader {
     folder: PathBuf,
     document: Value,
-    files: Files,
+    files: FilesByPath,
 }
 
 impl DatasetReader {
@@ -29,9 +29,9 @@ impl DatasetReader {
         let path = folder.join(KIND.document());
         let Some(document) = KIND.read(&path)? else {
             let is_begun = folder.join(KIND.partial("plan.json")).exists();
-            return Err(SampleError::Absent { path, is_begun });
+            return Err(SampleError::NoDataset { path, is_begun });
         };
-        Ok(Self { folder: folder.into(), files: files_of(&document), document })
+        Ok(Self { folder: folder.into(), files: listed_files(&document), document })
     }
 
     /// Content of `dataset.json`.
@@ -46,7 +46,7 @@ impl DatasetReader {
     pub fn bytes(&self, name: &str) -> Result<Vec<u8>, SampleError> {
         let unknown = || {
             let what = "it is not among the data set's files".into();
-            SampleError::Foreign { path: self.folder.join(name), what }
+            SampleError::ForeignMetadata { path: self.folder.join(name), what }
         };
         Ok(self.files.get(name).ok_or_else(unknown)?.read(&self.folder, name)?)
     }
@@ -61,8 +61,8 @@ impl DatasetReader {
             return Ok(None);
         }
         let folder = self.folder.join(name);
-        let array = SampleArray::of_metadata(&folder, &self.bytes(&metadata)?)?;
-        let foreign = |what| SampleError::Foreign { path: self.folder.join(&metadata), what };
+        let array = SampleArray::from_metadata(&folder, &self.bytes(&metadata)?)?;
+        let foreign = |what| SampleError::ForeignMetadata { path: self.folder.join(&metadata), what };
         let (shape, expected) = (array.shape(), self.shape(name));
         // Metadata with other sizes than the document's could make a reader allocate anything.
         if expected.as_deref() != Some(shape) {
@@ -71,7 +71,7 @@ impl DatasetReader {
             return Err(foreign(message));
         }
         let is_real = name.ends_with("/indentation_mm") || name.ends_with("/indentation_sigma_mm");
-        if array.element() != if is_real { Element::F32 } else { Element::U8 } {
+        if array.element() != if is_real { ZarrType::F32 } else { ZarrType::U8 } {
             return Err(foreign("its values are of another kind than the data set's".into()));
         }
         let shards = 0..array.array().shards();
@@ -103,7 +103,7 @@ impl DatasetReader {
             };
             // Packed and unpacked content of one chunk.
             let bytes = 2 * chunk_bytes(array.array()) as u64;
-            let found = memory::on_workers("reading a chunk", 0, bytes, Less::Nothing, || {
+            let found = memory::run_on_workers("reading a chunk", 0, bytes, MemoryHint::Nothing, || {
                 Ok::<_, MemoryError>(array.damaged_chunks())
             })?;
             damaged.extend(found.into_iter().map(|(file, why)| (format!("{name}/{file}"), why)));
@@ -137,7 +137,7 @@ mod tests {
     /// A folder whose document and hashes are in order, whatever the array's metadata say.
     fn folder(edit: impl Fn(&mut Value)) -> tempfile::TempDir {
         let array = ZarrArray {
-            element: Element::U8,
+            element: ZarrType::U8,
             samples: 2,
             sample_shape: vec![72, 96],
             chunk_shape: vec![72, 96],
@@ -149,19 +149,19 @@ mod tests {
         edit(&mut metadata);
         let mut shard = Shard::default();
         let chunk = shard.store(&zarr_pack(&[7; 72 * 96]).unwrap());
-        shard.push(Some(chunk));
-        shard.push(Some(chunk));
+        shard.assign(Some(chunk));
+        shard.assign(Some(chunk));
         let contents = [
             ("halves/label/zarr.json", metadata.to_string().into_bytes()),
             ("halves/label/c/0/0/0", shard.finish(&array)),
         ];
         let root = tempfile::tempdir().unwrap();
-        let mut files = Files::new();
+        let mut files = FilesByPath::new();
         for (name, bytes) in contents {
             let path = root.path().join(name);
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, &bytes).unwrap();
-            files.insert(name.into(), Piece::of(&bytes));
+            files.insert(name.into(), Piece::from_bytes(&bytes));
         }
         let plan = json!({ "version": 2, "size_px": [72, 96], "halves": 2, "samples": 1 });
         let document = KIND.whole(&plan, Map::new(), &files);
@@ -189,7 +189,7 @@ mod tests {
                 let made_up = folder(edit);
                 let array = DatasetReader::open(made_up.path()).unwrap().array("halves/label");
                 match array {
-                    Err(SampleError::Foreign { .. }) => {}
+                    Err(SampleError::ForeignMetadata { .. }) => {}
                     Err(other) => panic!("{places:?}[{axis}] = {number}: {other}"),
                     // Only how samples are shared out among files and chunks, and then files are
                     // not as that says.
@@ -212,10 +212,10 @@ mod tests {
     fn what_is_no_data_set_is_told_from_what_is_not_finished() {
         let root = tempfile::tempdir().unwrap();
         let open = || DatasetReader::open(root.path()).unwrap_err();
-        assert!(matches!(open(), SampleError::Absent { is_begun: false, .. }));
+        assert!(matches!(open(), SampleError::NoDataset { is_begun: false, .. }));
         fs::create_dir(root.path().join("dataset.partial")).unwrap();
         fs::write(root.path().join("dataset.partial/plan.json"), "").unwrap();
-        assert!(matches!(open(), SampleError::Absent { is_begun: true, .. }));
+        assert!(matches!(open(), SampleError::NoDataset { is_begun: true, .. }));
         fs::write(root.path().join("dataset.json"), "{\"version\": 1}").unwrap();
         assert!(open().to_string().contains("version 1 of a data set"), "{}", open());
         fs::write(root.path().join("dataset.json"), "{\"version\": 2}").unwrap();

@@ -4,15 +4,15 @@
 //! that contains it. For a chunk through which the seam passes, the runs of both halves are merged. So the cost of N x
 //! N samples is that of 2 N halves and of the seam.
 
-use fabkit_depth::truth::Side;
+use fabkit_depth::ground_truth::Side;
 use fabkit_export::{
-    Element, Run, RunContent, Shard, StoredChunk, ZarrArray, zarr_pack, zarr_sealed, zstd_of_runs,
+    ZarrType, ByteRun, RunContent, Shard, StoredChunk, ZarrArray, zarr_pack, zarr_append_checksum, encode_zstd_runs,
 };
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::Job;
-use super::halves::Half;
+use super::DatasetJob;
+use super::halves::HalfPress;
 use super::store::{DatasetError, Store};
 use super::tiling::Tiling;
 
@@ -28,7 +28,7 @@ pub(super) fn stitched_array(
     count: usize,
     tiling: &Tiling,
     [height, width]: [u32; 2],
-    element: Element,
+    element: ZarrType,
     is: &str,
 ) -> ZarrArray {
     // As many left halves as the index allows; at least one, even if the index is then larger.
@@ -45,39 +45,39 @@ pub(super) fn stitched_array(
 }
 
 /// Returns the arrays `samples/indentation_mm` and `samples/label`.
-pub(super) fn arrays(job: &Job, tiling: &Tiling, size_px: [u32; 2]) -> Vec<ZarrArray> {
+pub(super) fn arrays(job: &DatasetJob, tiling: &Tiling, size_px: [u32; 2]) -> Vec<ZarrArray> {
     let array = |element, is| stitched_array(job.patterns.len(), tiling, size_px, element, is);
     let mut indentation =
-        array(Element::F32, "range without contact minus range with it; 0 in the seam");
+        array(ZarrType::F32, "range without contact minus range with it; 0 in the seam");
     indentation.attributes["unit"] = json!("mm");
     let is = "0: no surface or seam, 1: surface, from 2: bodies of the pattern on that side";
-    vec![indentation, array(Element::U8, is)]
+    vec![indentation, array(ZarrType::U8, is)]
 }
 
 /// Contribution of a half to its samples.
-pub(super) struct Parts {
-    indentation: Part,
-    label: Part,
+pub(super) struct HalfParts {
+    indentation: HalfPart,
+    label: HalfPart,
 }
 
-impl Parts {
+impl HalfParts {
     /// Cuts a half's values into chunks.
     pub(super) fn new(
-        job: &Job,
+        job: &DatasetJob,
         tiling: &Tiling,
-        half: &Half,
+        half: &HalfPress,
         side: Side,
     ) -> Result<Self, DatasetError> {
         let sides = job.seam.sides();
         let indentation =
-            Part::new(tiling, sides, side, |pixel| half.indentation_mm[pixel].to_le_bytes())?;
-        let label = Part::new(tiling, sides, side, |pixel| [half.label[pixel]])?;
+            HalfPart::new(tiling, sides, side, |pixel| half.indentation_mm[pixel].to_le_bytes())?;
+        let label = HalfPart::new(tiling, sides, side, |pixel| [half.label[pixel]])?;
         Ok(Self { indentation, label })
     }
 }
 
 /// Contribution of a half's own side of the seam to one array, chunk by chunk.
-pub(super) struct Part(Vec<PartChunk>);
+pub(super) struct HalfPart(Vec<PartChunk>);
 
 enum PartChunk {
     /// Chunk of zeros, or without pixels of this side.
@@ -85,10 +85,10 @@ enum PartChunk {
     /// Chunk of this side alone, packed.
     Whole(Vec<u8>),
     /// Chunk of both sides, as runs to be merged with those of the other side.
-    Shared(Vec<Run>),
+    Shared(Vec<ByteRun>),
 }
 
-impl Part {
+impl HalfPart {
     /// Cuts a half into chunks; `bytes_of` returns the bytes of a pixel.
     pub(super) fn new<const N: usize>(
         tiling: &Tiling,
@@ -100,7 +100,7 @@ impl Part {
             let [left, right] = tiling.sides(chunk);
             let pixels = || tiling.pixels(chunk).filter(|(_, pixel)| sides[*pixel] == own);
             if left && right {
-                return Ok(PartChunk::Shared(runs(pixels(), &bytes_of)));
+                return Ok(PartChunk::Shared(collect_runs(pixels(), &bytes_of)));
             }
             let mut bytes = vec![0; N * tiling.chunk_pixels()];
             let (places, _) = bytes.as_chunks_mut::<N>();
@@ -128,10 +128,10 @@ pub(super) fn write(
     store: &Store,
     arrays: &[ZarrArray],
     tiling: &Tiling,
-    parts: &[Parts],
+    parts: &[HalfParts],
 ) -> Result<(), DatasetError> {
     let [indentations, labels] = arrays else { return Ok(()) };
-    let of = |part: fn(&Parts) -> &Part| parts.iter().map(part).collect::<Vec<&Part>>();
+    let of = |part: fn(&HalfParts) -> &HalfPart| parts.iter().map(part).collect::<Vec<&HalfPart>>();
     write_array(store, NAMES[0], indentations, tiling, &of(|parts| &parts.indentation))?;
     write_array(store, NAMES[1], labels, tiling, &of(|parts| &parts.label))
 }
@@ -142,7 +142,7 @@ pub(super) fn write_array(
     name: &str,
     array: &ZarrArray,
     tiling: &Tiling,
-    parts: &[&Part],
+    parts: &[&HalfPart],
 ) -> Result<(), DatasetError> {
     store.put(&format!("{name}/zarr.json"), || Ok(array.metadata()?))?;
     let count = parts.len() / 2;
@@ -153,19 +153,19 @@ pub(super) fn write_array(
             let mut shard = Shard::default();
             // The chunks of all right halves are stored once at the beginning of each file.
             let of_rights: Vec<_> = rights.iter().map(|right| right.store(&mut shard)).collect();
-            let samples = array.samples_of(number);
+            let samples = array.samples_in_shard(number);
             for left in &lefts[samples.start as usize / count..samples.end as usize / count] {
                 let of_left = left.store(&mut shard);
                 for (right, of_right) in rights.iter().zip(&of_rights) {
                     for chunk in 0..tiling.chunks() {
                         let stored = match (&left.0[chunk], &right.0[chunk]) {
                             (PartChunk::Shared(left), PartChunk::Shared(right)) => {
-                                merged(left, right, chunk_bytes).map(|chunk| shard.store(&chunk))
+                                merge_runs(left, right, chunk_bytes).map(|chunk| shard.store(&chunk))
                             }
                             // A chunk of one side is empty in the half of the other side.
                             _ => of_left[chunk].or(of_right[chunk]),
                         };
-                        shard.push(stored);
+                        shard.assign(stored);
                     }
                 }
             }
@@ -175,11 +175,11 @@ pub(super) fn write_array(
 }
 
 /// Collects the runs of pixels of a chunk, in order of place; zeros are left out.
-fn runs<const N: usize>(
+fn collect_runs<const N: usize>(
     pixels: impl Iterator<Item = (usize, usize)>,
     bytes_of: impl Fn(usize) -> [u8; N],
-) -> Vec<Run> {
-    let mut runs: Vec<Run> = Vec::new();
+) -> Vec<ByteRun> {
+    let mut runs: Vec<ByteRun> = Vec::new();
     for (place, pixel) in pixels {
         let place = N * place..N * (place + 1);
         let bytes = bytes_of(pixel);
@@ -187,12 +187,12 @@ fn runs<const N: usize>(
         let is_fill = bytes.iter().all(|byte| *byte == bytes[0]);
         let last = runs.last_mut().filter(|run| run.place.end == place.start);
         match last {
-            Some(Run { place: grown, content: RunContent::Fill(byte) })
+            Some(ByteRun { place: grown, content: RunContent::Fill(byte) })
                 if is_fill && *byte == bytes[0] =>
             {
                 grown.end = place.end;
             }
-            Some(Run { place: grown, content: RunContent::Bytes(content) }) if !is_fill => {
+            Some(ByteRun { place: grown, content: RunContent::Bytes(content) }) if !is_fill => {
                 grown.end = place.end;
                 content.extend(bytes);
             }
@@ -201,7 +201,7 @@ fn runs<const N: usize>(
                     true => RunContent::Fill(bytes[0]),
                     false => RunContent::Bytes(bytes.to_vec()),
                 };
-                runs.push(Run { place, content });
+                runs.push(ByteRun { place, content });
             }
         }
     }
@@ -212,14 +212,14 @@ fn runs<const N: usize>(
 
 /// Merges the runs of both sides into a packed chunk of `length` bytes; everything else, including the seam, is zero.
 /// `None` if all of it is.
-fn merged(left: &[Run], right: &[Run], length: usize) -> Option<Vec<u8>> {
+fn merge_runs(left: &[ByteRun], right: &[ByteRun], length: usize) -> Option<Vec<u8>> {
     if left.is_empty() && right.is_empty() {
         return None;
     }
-    let mut all: Vec<&Run> = left.iter().chain(right).collect();
+    let mut all: Vec<&ByteRun> = left.iter().chain(right).collect();
     // Both lists are ascending, so that this stable sort only merges.
     all.sort_by_key(|run| run.place.start);
-    Some(zarr_sealed(zstd_of_runs(all, length)))
+    Some(zarr_append_checksum(encode_zstd_runs(all, length)))
 }
 
 #[cfg(test)]
@@ -233,7 +233,7 @@ mod tests {
         let values = [0u8, 3, 0, 0, 5, 7, 0, 7];
         let of = |own| {
             let own = (0..8).filter(move |pixel: &usize| sides[*pixel] == own);
-            runs(own.map(|pixel| (pixel, pixel)), |pixel| [values[pixel]])
+            collect_runs(own.map(|pixel| (pixel, pixel)), |pixel| [values[pixel]])
         };
         let (left, right) = (of(Left), of(Right));
         assert_eq!((left.len(), right.len()), (2, 2), "zeros are left out");

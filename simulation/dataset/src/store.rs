@@ -4,10 +4,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fabkit_depth::RenderError;
 use fabkit_export::ExportError;
-use fabkit_files::progress::{OnProgress, Step};
-use fabkit_files::resumable::{Folder, FolderError, FolderKind, SAME_VERSION};
+use fabkit_files::progress::{ProgressCallback, ProgressStep};
+use fabkit_files::resumable::{ResumableFolder, ResumableFolderError, FolderKind, SAME_VERSION_HINT};
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
-use fabkit_scene::pressing::PressingError;
+use fabkit_scene::press_simulation::PressingError;
 use serde_json::Map;
 
 use super::read::SampleError;
@@ -20,7 +20,7 @@ pub const KIND: FolderKind = FolderKind { what: "data set", name: "dataset", ver
 pub enum DatasetError {
     /// The folder belongs to something else, is in use, or cannot be written to.
     #[error(transparent)]
-    Folder(#[from] FolderError),
+    Folder(#[from] ResumableFolderError),
     /// A file cannot be made.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -43,7 +43,7 @@ pub enum DatasetError {
     Picture(Box<fabkit_files::Error>),
     /// A worker sent a file that does not belong to this data set.
     #[error("a worker sent `{name}`, {what}")]
-    Stranger {
+    ForeignFile {
         /// Name of the file as sent.
         name: String,
         /// Description of the problem.
@@ -61,7 +61,7 @@ impl Explained for DatasetError {
             Self::Read(error) => error.kind(),
             Self::Press { error, .. } => error.kind(),
             Self::Picture(error) => error.kind(),
-            Self::Stranger { .. } => ErrorKind::Io,
+            Self::ForeignFile { .. } => ErrorKind::Io,
             Self::Cancelled => ErrorKind::Interrupted,
             Self::Sheet(RenderError::NoPixels { .. }) => ErrorKind::BadInput,
             Self::Sheet(RenderError::TooLarge { .. }) => ErrorKind::Limit,
@@ -75,7 +75,7 @@ impl Explained for DatasetError {
             Self::Read(error) => error.hint(),
             Self::Press { error, .. } => error.hint(),
             Self::Picture(error) => error.hint(),
-            Self::Stranger { .. } => Some(SAME_VERSION.into()),
+            Self::ForeignFile { .. } => Some(SAME_VERSION_HINT.into()),
             Self::Cancelled => Some("what is finished stays, and can be gone on with".into()),
             Self::Sheet(RenderError::TooLarge { .. }) => Some("ask for a smaller picture".into()),
             Self::Sheet(_) | Self::Export(_) => None,
@@ -86,27 +86,27 @@ impl Explained for DatasetError {
         match self {
             Self::Folder(error) => error.subject(),
             Self::Read(error) => error.subject(),
-            other => ErrorSubject::of_kind(other.kind()),
+            other => ErrorSubject::from_kind(other.kind()),
         }
     }
 }
 
 /// Writer of all files, with progress and cancellation.
 pub(super) struct Store<'a> {
-    folder: &'a Folder,
+    folder: &'a ResumableFolder,
     files: usize,
     found: AtomicUsize,
     made: AtomicUsize,
-    progress: OnProgress<'a>,
+    progress: ProgressCallback<'a>,
     cancelled: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl<'a> Store<'a> {
     /// Creates a writer for a known number of files.
     pub(super) fn new(
-        folder: &'a Folder,
+        folder: &'a ResumableFolder,
         files: usize,
-        progress: OnProgress<'a>,
+        progress: ProgressCallback<'a>,
         cancelled: &'a (dyn Fn() -> bool + Sync),
     ) -> Self {
         let (found, made) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -114,13 +114,13 @@ impl<'a> Store<'a> {
     }
 
     /// Folder of the data set.
-    pub(super) fn folder(&self) -> &Folder {
+    pub(super) fn folder(&self) -> &ResumableFolder {
         self.folder
     }
 
     /// Returns whether an earlier run finished a file.
     pub(super) fn has(&self, name: &str) -> bool {
-        self.folder.has(name)
+        self.folder.is_finished(name)
     }
 
     /// Writes a file unless it exists; `bytes` computes its content.
@@ -140,18 +140,18 @@ impl<'a> Store<'a> {
         }
         let found = self.found.load(Ordering::Relaxed);
         let done = found + self.made.load(Ordering::Relaxed);
-        (self.progress)(Step { done, found, all: self.files, last: name });
+        (self.progress)(ProgressStep { done, resumed: found, total: self.files, last_name: name });
         Ok(())
     }
 
     /// Marks the data set as complete. Returns the numbers of files found and made.
     pub(super) fn finish(&self) -> Result<(usize, usize), DatasetError> {
         // The document itself counts as found if an earlier run completed the data set.
-        let of_document = if self.folder.whole().is_some() { &self.found } else { &self.made };
+        let of_document = if self.folder.document().is_some() { &self.found } else { &self.made };
         self.folder.finish(Map::new())?;
         of_document.fetch_add(1, Ordering::Relaxed);
         let found = self.found.load(Ordering::Relaxed);
-        (self.progress)(Step { done: self.files, found, all: self.files, last: "" });
+        (self.progress)(ProgressStep { done: self.files, resumed: found, total: self.files, last_name: "" });
         Ok((found, self.made.load(Ordering::Relaxed)))
     }
 }

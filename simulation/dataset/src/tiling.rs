@@ -4,13 +4,13 @@
 //! stored once in a file, however many samples contain it. Only chunks through which the seam passes are stitched
 //! sample by sample.
 
-use fabkit_depth::truth::Side;
+use fabkit_depth::ground_truth::Side;
 
 /// Numbers of strips that are tried: more strips follow a crooked seam more closely, fewer are faster to read.
 const STRIPS: [usize; 5] = [1, 2, 4, 8, 16];
 
 /// Largest fraction of chunks with pixels of both halves; above it, narrower strips are tried.
-const MOST_MIXED: f64 = 0.125;
+const MAX_MIXED_FRACTION: f64 = 0.125;
 
 /// Grid of equal chunks over an image; the last ones may reach beyond it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,25 +29,25 @@ impl Tiling {
         let size_px = [sides.len() / width_px, width_px];
         let strips = STRIPS.into_iter().flat_map(|count| {
             [[1, count], [count, 1]].map(|[rows, columns]| {
-                Self::cut(sides, size_px, [size_px[0].div_ceil(rows), size_px[1].div_ceil(columns)])
+                Self::with_chunks(sides, size_px, [size_px[0].div_ceil(rows), size_px[1].div_ceil(columns)])
             })
         });
         let mut best: Option<(f64, Self)> = None;
         for tiling in strips {
-            let mixed = tiling.mixed_share();
+            let mixed = tiling.mixed_fraction();
             // Tilings come from coarse to fine: the first good one has the fewest chunks.
-            if mixed <= MOST_MIXED {
+            if mixed <= MAX_MIXED_FRACTION {
                 return tiling;
             }
             if best.as_ref().is_none_or(|(least, _)| mixed < *least) {
                 best = Some((mixed, tiling));
             }
         }
-        best.map_or_else(|| Self::cut(sides, size_px, size_px), |(_, tiling)| tiling)
+        best.map_or_else(|| Self::with_chunks(sides, size_px, size_px), |(_, tiling)| tiling)
     }
 
     /// Cuts the image into chunks of a size.
-    fn cut(sides: &[Side], size_px: [usize; 2], chunk_px: [usize; 2]) -> Self {
+    fn with_chunks(sides: &[Side], size_px: [usize; 2], chunk_px: [usize; 2]) -> Self {
         let mut tiling = Self { size_px, chunk_px, sides: Vec::new() };
         let chunks = tiling.grid().into_iter().product();
         tiling.sides = (0..chunks)
@@ -59,7 +59,7 @@ impl Tiling {
         tiling
     }
 
-    fn mixed_share(&self) -> f64 {
+    fn mixed_fraction(&self) -> f64 {
         let mixed = self.sides.iter().filter(|sides| **sides == [true; 2]).count();
         mixed as f64 / self.sides.len() as f64
     }

@@ -12,7 +12,7 @@ const DRIFT_STRIDE: usize = 7;
 
 /// Returns the brightness of most of an image relative to the one at rest; a press changes the smaller part. `values`
 /// are 0 to 1, `at_rest` are intensities with 0 for unusable pixels. 1 if no pixel is usable.
-pub(super) fn brighter(at_rest: &[f32], values: &[f32]) -> f32 {
+pub(super) fn estimate_relative_brightness(at_rest: &[f32], values: &[f32]) -> f32 {
     let mut counts = [0u32; DRIFT_STEPS + 1];
     let of_ratio = |ratio: f32| ((ratio - 1.0) / MOST_DRIFT + 1.0) * 0.5 * DRIFT_STEPS as f32;
     let strides = at_rest.chunks(DRIFT_STRIDE).zip(values.chunks(DRIFT_STRIDE));

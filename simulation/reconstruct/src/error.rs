@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use fabkit_capture::OtherSize;
+use fabkit_capture::SizeMismatch;
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 use fabkit_network::NetworkError;
 
@@ -13,7 +13,7 @@ pub enum ReconstructError {
     #[error(
         "depth is reconstructed where light shows how thick layers are, or which way a coat looks; `{sensor}` in `{light}` light shows something else"
     )]
-    OtherLight {
+    DepthNotShown {
         /// Name of the sensor.
         sensor: String,
         /// Name of the lighting.
@@ -21,13 +21,13 @@ pub enum ReconstructError {
     },
     /// A lighting in which no markers can be tracked.
     #[error("{why}")]
-    NoMarks {
+    NoMarkersShown {
         /// Explanation.
         why: String,
     },
     /// An image at rest without enough of the expected markers.
     #[error("{}: {found} of the {of} marks that the camera should see are found", .file.display())]
-    FewMarks {
+    TooFewMarkers {
         /// Path of the image.
         file: PathBuf,
         /// Number of markers found.
@@ -37,7 +37,7 @@ pub enum ReconstructError {
     },
     /// An image whose size differs from the camera's.
     #[error(transparent)]
-    OtherSize(#[from] OtherSize),
+    SizeMismatch(#[from] SizeMismatch),
     /// A greyscale image where colours are needed for slopes or markers.
     #[error("{}: this picture has no colours, by which lamps and layers are told apart", .file.display())]
     NoColors {
@@ -46,7 +46,7 @@ pub enum ReconstructError {
     },
     /// An image at rest in which nearly nothing is lit.
     #[error("{}: the surface is darker than {} grey nearly everywhere: this is no picture of it at rest", .file.display(), .least_grey)]
-    Dark {
+    TooDark {
         /// Path of the image.
         file: PathBuf,
         /// Minimum intensity of a lit pixel.
@@ -87,19 +87,19 @@ impl Explained for ReconstructError {
 
     fn hint(&self) -> Option<String> {
         let hint = match self {
-            Self::OtherLight { .. } => {
+            Self::DepthNotShown { .. } => {
                 "sensors with translucent layers or coloured lamps have it: rtac0, 9dtact, shadowtac, digit-like"
             }
-            Self::OtherSize(error) => return error.hint(),
+            Self::SizeMismatch(error) => return error.hint(),
             Self::NoColors { .. } => "take pictures in colour, as `fabkit capture` makes them",
-            Self::NoMarks { .. } => {
+            Self::NoMarkersShown { .. } => {
                 "sensors with dots, dimples, markers or columns have marks: tactip, shadowtac, uvdtact, fluidic, gelsight-like"
             }
-            Self::FewMarks { .. } => {
+            Self::TooFewMarkers { .. } => {
                 "take it with the lamps on and nothing that touches; a camera that is far from where it is drawn needs its \
                  calibrated pose"
             }
-            Self::Dark { .. } => "take it with the lamps on, and nothing that touches",
+            Self::TooDark { .. } => "take it with the lamps on, and nothing that touches",
             Self::Network { .. } => {
                 "export it as one chain of convolutions that keep the picture's size, without batch normalisation: exporters \
                  fold it into the weights"
@@ -114,15 +114,15 @@ impl Explained for ReconstructError {
 
     fn subject(&self) -> ErrorSubject {
         match self {
-            Self::OtherLight { .. } | Self::NoMarks { .. } => ErrorSubject::new("no_light"),
-            Self::OtherSize(error) => error.subject(),
-            Self::Dark { file, .. } | Self::NoColors { file } | Self::FewMarks { file, .. } => {
-                ErrorSubject::at("bad_picture", file)
+            Self::DepthNotShown { .. } | Self::NoMarkersShown { .. } => ErrorSubject::new("no_light"),
+            Self::SizeMismatch(error) => error.subject(),
+            Self::TooDark { file, .. } | Self::NoColors { file } | Self::TooFewMarkers { file, .. } => {
+                ErrorSubject::from_path("bad_picture", file)
             }
             Self::Network { file, .. } | Self::Card { file, .. } => {
-                ErrorSubject::at("bad_network", file)
+                ErrorSubject::from_path("bad_network", file)
             }
-            Self::SameName { first, .. } => ErrorSubject::at("same_name", first),
+            Self::SameName { first, .. } => ErrorSubject::from_path("same_name", first),
         }
     }
 }

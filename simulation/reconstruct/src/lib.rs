@@ -22,41 +22,41 @@
 
 mod drift;
 mod error;
-mod following;
-mod heights;
-mod learned;
-mod reader;
+mod marker_tracking;
+mod surface_integration;
+mod network_depth;
+mod image_reader;
 mod sharpen;
 mod slopes;
-mod thickness;
+mod thickness_depth;
 
 use std::path::Path;
 use std::time::Instant;
 
 use fabkit_capture::{LightConstants, check_size};
-use fabkit_export::{Array, Values, npz};
+use fabkit_export::{NpyArray, NpyValues, npz};
 use fabkit_files::Error;
-use fabkit_geometry::{Lighting, Shows};
+use fabkit_geometry::{Lighting, VisibleEffect};
 
-pub use fabkit_capture::Taken;
+pub use fabkit_capture::CapturedImage;
 use fabkit_scene::SensorView;
-use learned::Learned;
-use slopes::Slopes;
-use thickness::Thickness;
+use network_depth::NetworkReconstructor;
+use slopes::PhotometricStereo;
+use thickness_depth::ThicknessModel;
 
 pub use error::ReconstructError;
-pub use following::{Followed, MarkFollower, hides_marks};
-pub use learned::{Card, Circle, DepthNetwork, Normalisation};
-pub use reader::{PictureRead, PictureReader, ReadingRates};
+pub use marker_tracking::{TrackedMarkers, MarkerTracker, why_markers_hidden};
+pub use network_depth::{NetworkCard, MaskCircle, DepthNetwork, InputNormalisation};
+pub use image_reader::{ImageReading, ImageReader, ReadingRates};
 
 /// Returns whether depth can be reconstructed in this lighting without a network.
 pub fn shows_depth(lighting: &Lighting) -> bool {
-    matches!(lighting.shows, Shows::Thickness { .. } | Shows::Slopes { .. })
+    matches!(lighting.effect, VisibleEffect::Thickness { .. } | VisibleEffect::Slopes { .. })
 }
 
 /// Depth reconstructed from an image.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reconstructed {
+pub struct DepthResult {
     /// Indentation along each pixel's ray, mm, as `indentation_mm` of ground truth: negative where the gel bulges, NaN
     /// where no surface is seen. A network returns the quantity it was trained on, and 0 without contact.
     pub depth_mm: Vec<f32>,
@@ -64,10 +64,10 @@ pub struct Reconstructed {
     pub contact: Vec<bool>,
     /// Brightness of the whole image relative to the one at rest. It is 1 with a network whose card does not request
     /// the comparison.
-    pub brighter: f32,
+    pub relative_brightness: f32,
 }
 
-impl Reconstructed {
+impl DepthResult {
     /// Returns the largest depth in contact, mm, after dropping the largest thousandth of its pixels: at a pad's edge,
     /// rays pass the displaced gel. `None` without contact.
     pub fn deepest_mm(&self) -> Option<f32> {
@@ -84,14 +84,14 @@ impl Reconstructed {
 #[derive(Clone, Debug)]
 pub struct Reconstructor {
     size_px: [usize; 2],
-    shown: Shown,
+    shown: DepthModel,
 }
 
 #[derive(Clone, Debug)]
-enum Shown {
-    Thickness(Box<Thickness>),
-    Slopes(Box<Slopes>),
-    Learned(Box<Learned>),
+enum DepthModel {
+    Thickness(Box<ThicknessModel>),
+    Slopes(Box<PhotometricStereo>),
+    Learned(Box<NetworkReconstructor>),
 }
 
 impl Reconstructor {
@@ -104,24 +104,24 @@ impl Reconstructor {
         scene: &SensorView,
         lighting: &Lighting,
         constants: &LightConstants,
-        (file, reference): (&Path, &Taken),
+        (file, reference): (&Path, &CapturedImage),
     ) -> Result<Self, Error> {
         let camera = scene.viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
         check_size(file, reference, size_px)?;
-        let shown = match &lighting.shows {
-            Shows::Thickness { .. } => {
+        let shown = match &lighting.effect {
+            VisibleEffect::Thickness { .. } => {
                 let grey = reference.clone().grey();
-                Shown::Thickness(Box::new(Thickness::new(
+                DepthModel::Thickness(Box::new(ThicknessModel::new(
                     scene,
                     lighting,
                     constants,
                     (file, &grey),
                 )?))
             }
-            Shows::Slopes { .. } => {
-                check_colors(file, reference)?;
-                Shown::Slopes(Box::new(Slopes::new(
+            VisibleEffect::Slopes { .. } => {
+                check_has_colours(file, reference)?;
+                DepthModel::Slopes(Box::new(PhotometricStereo::new(
                     scene,
                     lighting,
                     constants,
@@ -130,7 +130,7 @@ impl Reconstructor {
             }
             _ => {
                 let (sensor, light) = (scene.project.design.sensor.name.clone(), lighting.name);
-                return Err(ReconstructError::OtherLight { sensor, light }.into());
+                return Err(ReconstructError::DepthNotShown { sensor, light }.into());
             }
         };
         Ok(Self { size_px, shown })
@@ -144,13 +144,13 @@ impl Reconstructor {
     pub fn with_network(
         scene: &SensorView,
         network: &DepthNetwork,
-        (file, reference): (&Path, &Taken),
+        (file, reference): (&Path, &CapturedImage),
     ) -> Result<Self, Error> {
         let camera = scene.viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
         check_size(file, reference, size_px)?;
-        let learned = Learned::new(network, scene, &reference.clone().grey())?;
-        Ok(Self { size_px, shown: Shown::Learned(Box::new(learned)) })
+        let learned = NetworkReconstructor::new(network, scene, &reference.clone().grey())?;
+        Ok(Self { size_px, shown: DepthModel::Learned(Box::new(learned)) })
     }
 
     /// Returns the width and height of images, px.
@@ -162,14 +162,14 @@ impl Reconstructor {
     ///
     /// # Errors
     /// Returns an error for an image that has another size or lacks required colours.
-    pub fn reconstruct(&self, file: &Path, picture: Taken) -> Result<Reconstructed, Error> {
+    pub fn reconstruct(&self, file: &Path, picture: CapturedImage) -> Result<DepthResult, Error> {
         check_size(file, &picture, self.size_px)?;
         Ok(match &self.shown {
-            Shown::Thickness(known) => known.of_values(&picture.grey()),
-            Shown::Learned(known) => known.of_values(&picture.grey())?,
-            Shown::Slopes(known) => {
-                check_colors(file, &picture)?;
-                known.of_values(&picture.values)
+            DepthModel::Thickness(known) => known.reconstruct(&picture.grey()),
+            DepthModel::Learned(known) => known.reconstruct(&picture.grey())?,
+            DepthModel::Slopes(known) => {
+                check_has_colours(file, &picture)?;
+                known.reconstruct(&picture.values)
             }
         })
     }
@@ -179,7 +179,7 @@ impl Reconstructor {
     ///
     /// # Errors
     /// Returns the errors of [`Self::reconstruct`].
-    pub fn pictures_per_s(&self, file: &Path, picture: &Taken) -> Result<f64, Error> {
+    pub fn measure_images_per_s(&self, file: &Path, picture: &CapturedImage) -> Result<f64, Error> {
         const RUNS: usize = 5;
         // Reconstruction is parallel otherwise.
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(Error::bug)?;
@@ -195,7 +195,7 @@ impl Reconstructor {
     }
 }
 
-fn check_colors(file: &Path, picture: &Taken) -> Result<(), ReconstructError> {
+fn check_has_colours(file: &Path, picture: &CapturedImage) -> Result<(), ReconstructError> {
     if picture.channels == 3 {
         return Ok(());
     }
@@ -207,12 +207,12 @@ fn check_colors(file: &Path, picture: &Taken) -> Result<(), ReconstructError> {
 ///
 /// # Errors
 /// Returns an error for arrays that are larger than their file can be.
-pub fn npz_of(
+pub fn encode_npz(
     size_px: [usize; 2],
-    shown: Option<&Reconstructed>,
-    marks: Vec<Array>,
+    shown: Option<&DepthResult>,
+    marks: Vec<NpyArray>,
 ) -> Result<Vec<u8>, Error> {
-    let array = |name: &str, values| Array {
+    let array = |name: &str, values| NpyArray {
         name: name.to_owned(),
         // NumPy counts rows first.
         shape: vec![size_px[1], size_px[0]],
@@ -220,8 +220,8 @@ pub fn npz_of(
     };
     let mut arrays = Vec::new();
     if let Some(shown) = shown {
-        arrays.push(array("depth_mm", Values::F32(shown.depth_mm.clone())));
-        arrays.push(array("contact", Values::Bool(shown.contact.clone())));
+        arrays.push(array("depth_mm", NpyValues::F32(shown.depth_mm.clone())));
+        arrays.push(array("contact", NpyValues::Bool(shown.contact.clone())));
     }
     arrays.extend(marks);
     npz(&arrays).map_err(Error::bug)

@@ -31,7 +31,7 @@ impl Sharpener {
 
     /// Sharpens values, row by row, in tiles with contact and their neighbours. Values beyond these tiles count as 0.
     pub fn apply(&self, values: &mut [f32], contact: &[bool]) {
-        let tiles = Tiles::near(self.size_px, contact);
+        let tiles = ContactTiles::near(self.size_px, contact);
         let [width, height] = self.size_px;
         let reach = self.weights.len() / 2;
         if reach == 0 || !tiles.is_near.contains(&true) {
@@ -80,13 +80,13 @@ impl Sharpener {
 }
 
 /// Tiles that have contact or a neighbour with contact.
-struct Tiles {
+struct ContactTiles {
     width: usize,
     across: usize,
     is_near: Vec<bool>,
 }
 
-impl Tiles {
+impl ContactTiles {
     fn near(size_px: [usize; 2], contact: &[bool]) -> Self {
         let [across, down] = size_px.map(|px| px.div_ceil(TILE_PX));
         let mut touched = vec![false; across * down];
@@ -127,7 +127,7 @@ mod tests {
 
     /// A peak that was spread by a Gaussian becomes narrower and higher, and nothing changes far from contact.
     #[test]
-    fn what_was_spread_is_brought_back() {
+    fn sharpening_narrows_a_blurred_peak() {
         let (size, sigma) = ([200, 120], 4.0f64);
         let at = |i: usize, sigma: f64| {
             let [x, y] = [(i % 200) as f64 - 90.0, (i / 200) as f64 - 60.0];

@@ -3,16 +3,16 @@
 use std::path::Path;
 
 use fabkit_capture::{CoatScene, LightConstants};
-use fabkit_depth::truth::NO_LABEL;
+use fabkit_depth::ground_truth::NO_LABEL;
 use fabkit_files::Error;
-use fabkit_geometry::{Lighting, Mark, Matrix3, Rgb, Shows, TouchSurface, Vector3};
+use fabkit_geometry::{Lighting, Marker, Matrix3, Rgb, VisibleEffect, TouchSurface, Vector3};
 use fabkit_light::{Coat, linear_fit};
-use fabkit_scene::pressing::{Contact, Linear};
+use fabkit_scene::press_simulation::{ContactModel, LinearOptions};
 use fabkit_scene::{Cast, SensorView};
 use rayon::prelude::*;
 
-use super::heights::{Grid, Node};
-use super::{ReconstructError, Reconstructed};
+use super::surface_integration::{Grid, Node};
+use super::{ReconstructError, DepthResult};
 
 /// Maximum number of grid columns. Pixels are averaged to nodes: normals are more certain then, and gel has no finer
 /// shape.
@@ -25,16 +25,16 @@ const LEAST_GREY: f64 = 8.0;
 const LEAST_LIT: f64 = 0.25;
 /// Change of intensity below which a node looks as at rest, in the mean of its pixels. Chosen: several times the noise
 /// that remains there.
-const STILL_GREY: f64 = 1.0;
+const REST_TOLERANCE: f64 = 1.0;
 /// Depth above which a pixel is in contact, mm. Chosen: the depth that remains from false slopes.
 const CONTACT_MM: f64 = 0.1;
 /// Ratio of sizes up to which a region at rest counts as surrounding a press, relative to the largest region. Chosen.
-const AROUND: usize = 4;
+const REGION_RATIO: usize = 4;
 /// Expected standard deviation of slopes, and the largest slope, as tangents.
-const STEEP: f64 = 0.7;
+const SLOPE_SIGMA: f64 = 0.7;
 const STEEPEST: f64 = 2.0;
 /// Expected standard deviation of the share of light lost to shadow. Chosen.
-const SHADED: f64 = 0.3;
+const SHADOW_SIGMA: f64 = 0.3;
 /// Stride of the nodes that are sampled for the drift of an image, which gives some thousand nodes with a noise below
 /// one intensity level, and number of iterations.
 const DRIFT_STRIDE: usize = 7;
@@ -42,8 +42,8 @@ const DRIFT_STEPS: usize = 10;
 /// Maximum number of iterations for a normal; step below which it has converged, a hundredth of the noise; and step of
 /// finite differences. All as tangents.
 const STEPS: usize = 5;
-const FINE: f64 = 2e-4;
-const NUDGE: f64 = 1e-3;
+const STEP_TOLERANCE: f64 = 2e-4;
+const DIFFERENCE_STEP: f64 = 1e-3;
 /// Number of passes: first with the light at rest, then with that at the depth of the first result.
 const PASSES: usize = 2;
 /// Radius around printed markers that is left out, in their radii: they move along with the coat.
@@ -51,7 +51,7 @@ const AROUND_MARK: f64 = 1.5;
 
 /// Light of a node at rest.
 #[derive(Clone, Debug)]
-struct Lit {
+struct NodeLight {
     /// Irradiance vectors by colour of light source: direction of light times density, at rest and at the depth of the
     /// soft layers.
     arrives: Vec<[Vector3<f64>; 2]>,
@@ -65,12 +65,12 @@ struct Lit {
 
 /// Photometric-stereo model of a sensor, calibrated with the image at rest.
 #[derive(Clone, Debug)]
-pub(super) struct Slopes {
+pub(super) struct PhotometricStereo {
     size_px: [usize; 2],
     /// Number of pixels along a side of a node.
     binned: usize,
     grid: Grid,
-    lit: Vec<Option<Lit>>,
+    lit: Vec<Option<NodeLight>>,
     /// Whether a node shows the coat alone, without a printed marker.
     is_coat: Vec<bool>,
     /// Whether a pixel sees the surface.
@@ -82,7 +82,7 @@ pub(super) struct Slopes {
     soft_mm: f64,
 }
 
-impl Slopes {
+impl PhotometricStereo {
     /// Creates the model from the view of a sensor and its colours at rest, which were read from `file`.
     ///
     /// # Errors
@@ -94,12 +94,12 @@ impl Slopes {
         (file, reference): (&Path, &[f32]),
     ) -> Result<Self, Error> {
         let sensor = &scene.project.design.sensor;
-        let coat = CoatScene::of(sensor, lighting, constants)?;
+        let coat = CoatScene::new(sensor, lighting, constants)?;
         let touch = scene.touch()?;
         let camera = scene.viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
         let binned = size_px[0].div_ceil(COLUMNS);
-        let cast = Cast::at_rest(Contact::Linear(Linear::default()));
+        let cast = Cast::at_rest(ContactModel::Linear(LinearOptions::default()));
         let (grid, is_seen) = scene.cast(&cast, |seen| {
             let map = seen.map;
             let is_seen: Vec<bool> = map.label().iter().map(|label| *label != NO_LABEL).collect();
@@ -115,12 +115,12 @@ impl Slopes {
                 .collect();
             let grid = Grid {
                 columns: size_px[0] / binned,
-                nodes: of_nodes(size_px, binned, |pixels| mean_node(&rays, pixels)),
+                nodes: map_nodes(size_px, binned, |pixels| mean_node(&rays, pixels)),
             };
             Ok::<_, Error>((grid, is_seen))
         })?;
-        let apart_mm = apart_mm(&grid);
-        let stands_out = matches!(lighting.shows, Shows::Slopes { printed: None, .. });
+        let apart_mm = node_spacing_mm(&grid);
+        let stands_out = matches!(lighting.effect, VisibleEffect::Slopes { printed: None, .. });
         let mut own = Self {
             size_px,
             binned,
@@ -129,24 +129,24 @@ impl Slopes {
             is_seen,
             colors: Vec::new(),
             coat: coat.coat(),
-            bounced: coat.bounced(),
+            bounced: coat.reflected_light(),
             touch: touch.clone(),
-            soft_mm: touch.soft_mm(),
+            soft_mm: touch.max_indentation_mm(),
             grid,
         };
         // `own` must exist before its light, since predictions use its coat and grid.
         let grey = own.grey(reference);
         let nodes = own.grid.nodes.clone();
         let first = nodes.iter().flatten().next();
-        let by_color = first.map(|node| coat.by_color(&node.place)).unwrap_or_default();
+        let by_color = first.map(|node| coat.irradiance_by_color(&node.place)).unwrap_or_default();
         own.colors = by_color.into_iter().map(|(color, _)| color).collect();
         let lit = |(node, grey): (&Option<Node>, &Rgb)| {
             let node = node.as_ref()?;
             let tangents = tangents(&node.outward);
-            let by_color = coat.by_color(&node.place);
+            let by_color = coat.irradiance_by_color(&node.place);
             let arrives = by_color.into_iter().map(|(_, arrives)| arrives).collect();
-            let mut lit = Lit { arrives, grey: *grey, gain: [0.0; 3], tangents };
-            let sent = own.sent(node, &lit, &-node.outward, 0.0);
+            let mut lit = NodeLight { arrives, grey: *grey, gain: [0.0; 3], tangents };
+            let sent = own.predicted_light(node, &lit, &-node.outward, 0.0);
             // Colours that are too dark at rest get a gain of 0 and are ignored from then on.
             lit.gain = [0, 1, 2].map(|k| match grey[k] >= LEAST_GREY && sent[k] > 0.0 {
                 true => grey[k] / sent[k],
@@ -157,12 +157,12 @@ impl Slopes {
         own.lit = nodes.iter().zip(&grey).map(lit).collect();
         let [seen, lit] = [nodes.iter().flatten().count(), own.lit.iter().flatten().count()];
         if (lit as f64) < LEAST_LIT * seen as f64 {
-            return Err(ReconstructError::Dark { file: file.into(), least_grey: LEAST_GREY }.into());
+            return Err(ReconstructError::TooDark { file: file.into(), least_grey: LEAST_GREY }.into());
         }
-        let marks: &[Mark] = if stands_out { &[] } else { &sensor.marks };
-        let is_coat = |(node, lit): (&Option<Node>, &Option<Lit>)| {
+        let marks: &[Marker] = if stands_out { &[] } else { &sensor.marks };
+        let is_coat = |(node, lit): (&Option<Node>, &Option<NodeLight>)| {
             let Some(node) = node else { return false };
-            let is_in = |mark: &Mark| {
+            let is_in = |mark: &Marker| {
                 (mark.point - node.place).norm() < AROUND_MARK * mark.radius_mm + 0.5 * apart_mm
             };
             lit.is_some() && !marks.iter().any(is_in)
@@ -173,7 +173,7 @@ impl Slopes {
 
     /// Reconstructs depth from an image, given as red, green and blue from 0 to 1, row by row, with three values per
     /// pixel.
-    pub fn of_values(&self, values: &[f32]) -> Reconstructed {
+    pub fn reconstruct(&self, values: &[f32]) -> DepthResult {
         let mut grey = self.grey(values);
         let [times, plus] = self.drift(&grey);
         // Undoes the drift, so that undisturbed nodes have their intensities at rest.
@@ -186,17 +186,17 @@ impl Slopes {
             .map(|((lit, grey), is_coat)| {
                 lit.as_ref()
                     .filter(|_| *is_coat)
-                    .is_none_or(|lit| (0..3).all(|k| (grey[k] - lit.grey[k]).abs() < STILL_GREY))
+                    .is_none_or(|lit| (0..3).all(|k| (grey[k] - lit.grey[k]).abs() < REST_TOLERANCE))
             })
             .collect();
-        let around = self.around(&still);
+        let around = self.surrounding_regions(&still);
         let mut nearer_mm = vec![0.0; self.grid.nodes.len()];
         for _ in 0..PASSES {
             let way = |i: usize| {
                 let Some(node) = &self.grid.nodes[i] else { return Vector3::zeros() };
                 match &self.lit[i] {
                     Some(lit) if self.is_coat[i] && !still[i] => {
-                        self.looks(node, lit, &grey[i], nearer_mm[i])
+                        self.solve_normal(node, lit, &grey[i], nearer_mm[i])
                     }
                     _ => node.outward,
                 }
@@ -206,18 +206,18 @@ impl Slopes {
             // Nodes with markers have no reliable intensity, so only their neighbours determine them.
             let held: Vec<bool> =
                 around.iter().zip(&self.is_coat).map(|(held, is_coat)| *held && *is_coat).collect();
-            nearer_mm = self.grid.nearer_mm(&normals, &held, &self.is_coat, nearer_mm);
+            nearer_mm = self.grid.solve_displacements_mm(&normals, &held, &self.is_coat, nearer_mm);
         }
-        let depth_mm = self.of_pixels(&nearer_mm);
+        let depth_mm = self.interpolate_pixels(&nearer_mm);
         let contact = depth_mm.iter().map(|mm| *mm > CONTACT_MM as f32).collect();
         let middle = median(self.lit.iter().flatten().map(|lit| lit.grey[1]).collect());
         // The offset counts relative to the median green intensity.
         let brighter = (times + plus / middle) as f32;
-        Reconstructed { depth_mm, contact, brighter }
+        DepthResult { depth_mm, contact, relative_brightness: brighter }
     }
 
     /// Returns the predicted light of a node with the normal `facing`, at `nearer_mm` towards the camera.
-    fn sent(&self, node: &Node, lit: &Lit, facing: &Vector3<f64>, nearer_mm: f64) -> Rgb {
+    fn predicted_light(&self, node: &Node, lit: &NodeLight, facing: &Vector3<f64>, nearer_mm: f64) -> Rgb {
         let place = node.place - nearer_mm * node.direction;
         // Irradiance is interpolated between the surface at rest and the depth of the soft layers.
         let deep = (self.touch.depth_mm(&place).0 / self.soft_mm).clamp(0.0, 1.0);
@@ -227,7 +227,7 @@ impl Slopes {
             let density = arrives.norm();
             if density > 0.0 {
                 let sent =
-                    density * self.coat.sends(facing, &(arrives / density), &-node.direction);
+                    density * self.coat.reflect(facing, &(arrives / density), &-node.direction);
                 sum = [0, 1, 2].map(|k| sum[k] + sent * color[k]);
             }
         }
@@ -236,11 +236,11 @@ impl Slopes {
 
     /// Finds the outward normal for which a node has these colours, by Gauss-Newton iteration from its normal at rest.
     /// A shadow dims all colours about equally; its strength is a third unknown.
-    fn looks(&self, node: &Node, lit: &Lit, grey: &Rgb, nearer_mm: f64) -> Vector3<f64> {
+    fn solve_normal(&self, node: &Node, lit: &NodeLight, grey: &Rgb, nearer_mm: f64) -> Vector3<f64> {
         let outward =
             |a: f64, b: f64| (node.outward + a * lit.tangents[0] + b * lit.tangents[1]).normalize();
         let miss = |at: &Vector3<f64>| {
-            let sent = self.sent(node, lit, &-outward(at[0], at[1]), nearer_mm);
+            let sent = self.predicted_light(node, lit, &-outward(at[0], at[1]), nearer_mm);
             Vector3::from_fn(|k, _| match lit.gain[k] > 0.0 {
                 true => at[2] * lit.gain[k] * sent[k] - grey[k],
                 false => 0.0,
@@ -248,12 +248,12 @@ impl Slopes {
         };
         let rest = Vector3::new(0.0, 0.0, 1.0);
         // Prior weights keep the two slopes and the brightness near rest where colours do not determine them.
-        let hold = Vector3::new(STEEP, STEEP, SHADED).map(|sigma| sigma.powi(-2));
+        let hold = Vector3::new(SLOPE_SIGMA, SLOPE_SIGMA, SHADOW_SIGMA).map(|sigma| sigma.powi(-2));
         let mut at = rest;
         for _ in 0..STEPS {
             let off = miss(&at);
             // The Jacobian, by forward differences.
-            let by = |k: usize| (miss(&(at + NUDGE * Vector3::ith(k, 1.0))) - off) / NUDGE;
+            let by = |k: usize| (miss(&(at + DIFFERENCE_STEP * Vector3::ith(k, 1.0))) - off) / DIFFERENCE_STEP;
             let slopes = Matrix3::from_columns(&[by(0), by(1), by(2)]);
             let square = slopes.transpose() * slopes + Matrix3::from_diagonal(&hold);
             let towards = slopes.transpose() * off + hold.component_mul(&(at - rest));
@@ -265,7 +265,7 @@ impl Slopes {
                 at[0] *= STEEPEST / steep;
                 at[1] *= STEEPEST / steep;
             }
-            if step.amax() < FINE {
+            if step.amax() < STEP_TOLERANCE {
                 break;
             }
         }
@@ -283,7 +283,7 @@ impl Slopes {
         let mut drift = [1.0, median(pairs.iter().map(|[rest, now]| now - rest).collect())];
         for _ in 0..DRIFT_STEPS {
             let weigh = |[rest, now]: &[f64; 2]| {
-                let off = (now - drift[0] * rest - drift[1]) / STILL_GREY;
+                let off = (now - drift[0] * rest - drift[1]) / REST_TOLERANCE;
                 // The square root of the Cauchy weight, since rows are squared.
                 let root = (1.0 + off * off).sqrt().recip();
                 ([root * rest, root], root * now)
@@ -297,7 +297,7 @@ impl Slopes {
 
     /// Returns which of the nodes that look as at rest surround a press rather than lie within it, as the middle of a
     /// flat punch does. They form a connected region that is not much smaller than the largest.
-    fn around(&self, still: &[bool]) -> Vec<bool> {
+    fn surrounding_regions(&self, still: &[bool]) -> Vec<bool> {
         let columns = self.grid.columns;
         let is_one = |i: usize| still[i] && self.grid.nodes[i].is_some();
         // Flood fill; region 0 means none.
@@ -329,7 +329,7 @@ impl Slopes {
             }
         }
         let largest = sizes.iter().copied().max().unwrap_or(0);
-        region.iter().map(|own| *own != 0 && AROUND * sizes[*own] >= largest).collect()
+        region.iter().map(|own| *own != 0 && REGION_RATIO * sizes[*own] >= largest).collect()
     }
 
     /// Returns the mean intensities of the nodes.
@@ -341,11 +341,11 @@ impl Slopes {
             }
             sum.map(|part| WHITE * part / pixels.len() as f64)
         };
-        of_nodes(self.size_px, self.binned, mean)
+        map_nodes(self.size_px, self.binned, mean)
     }
 
     /// Interpolates from nodes to pixels linearly; NaN where no surface is seen.
-    fn of_pixels(&self, nearer_mm: &[f64]) -> Vec<f32> {
+    fn interpolate_pixels(&self, nearer_mm: &[f64]) -> Vec<f32> {
         let [width, _] = self.size_px;
         let columns = self.grid.columns;
         let rows = nearer_mm.len() / columns;
@@ -369,7 +369,7 @@ impl Slopes {
 }
 
 /// Applies `of` to the pixels of each node, row by row. Pixels beyond the last whole node are left out.
-fn of_nodes<T: Send>(
+fn map_nodes<T: Send>(
     [width, height]: [usize; 2],
     binned: usize,
     of: impl Fn(&[usize]) -> T + Sync,
@@ -405,7 +405,7 @@ fn tangents(outward: &Vector3<f64>) -> [Vector3<f64>; 2] {
 }
 
 /// Returns the median distance between neighbouring nodes of a row, mm.
-fn apart_mm(grid: &Grid) -> f64 {
+fn node_spacing_mm(grid: &Grid) -> f64 {
     let beside = |i: &usize| !i.is_multiple_of(grid.columns);
     let apart = (1..grid.nodes.len()).filter(beside).filter_map(|i| {
         let [a, b] = [grid.nodes[i - 1]?, grid.nodes[i]?];

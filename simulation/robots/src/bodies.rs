@@ -5,17 +5,17 @@ use std::sync::Arc;
 use fabkit_designs::Design;
 use fabkit_export::{Inertia, RobotLink, RobotMesh, RobotShape};
 use fabkit_files::Error;
-use fabkit_geometry::{Assembly, Body, Kind, Pose};
+use fabkit_geometry::{Assembly, Body, BodyKind, Pose};
 use rayon::prelude::*;
 
 use super::masses::{Mass, mass};
 use crate::RobotError;
 
 /// Largest distance of visual meshes from the exact surface, mm: simulators draw nothing smaller.
-pub(super) const SEEN_MM: f64 = 0.05;
+pub(super) const VISUAL_TOLERANCE_MM: f64 = 0.05;
 
 /// Body of the sensor in its place.
-pub(super) struct Standing<'a> {
+pub(super) struct PlacedBody<'a> {
     pub body: &'a Body,
     pub sensor_from_body: Pose,
     pub mass: Mass,
@@ -26,20 +26,20 @@ pub(super) struct Standing<'a> {
 }
 
 /// Returns all bodies of the sensor, with their masses and meshes.
-pub(super) fn standing<'a>(design: &'a Design) -> Result<Vec<Standing<'a>>, Error> {
+pub(super) fn place_bodies<'a>(design: &'a Design) -> Result<Vec<PlacedBody<'a>>, Error> {
     let densities = fabkit_sweep::densities(design);
-    let one = |(body, pose): (&'a Body, Pose)| -> Result<Standing<'a>, Error> {
+    let one = |(body, pose): (&'a Body, Pose)| -> Result<PlacedBody<'a>, Error> {
         let failed = |source| RobotError::Mesh { part: body.name.clone(), source };
         let placed = body.solid.clone().placed(pose);
-        let mesh = fabkit_mesh::mesh(&placed, SEEN_MM).map_err(failed)?;
+        let mesh = fabkit_mesh::mesh(&placed, VISUAL_TOLERANCE_MM).map_err(failed)?;
         let moments = fabkit_export::moments(&placed).map_err(failed)?;
-        Ok(Standing {
+        Ok(PlacedBody {
             body,
             sensor_from_body: pose,
             mass: mass(body, densities.get(body.name.as_str()).copied(), moments),
             // Bodies with a known modulus that are cast, or that the design declares to give way.
             is_soft: body.substance.elasticity.is_some()
-                && (body.kind == Kind::Cast || body.gives_way),
+                && (body.kind == BodyKind::Cast || body.is_deformable),
             vertices_mm: mesh.vertices,
             triangles: mesh.triangles,
         })
@@ -49,13 +49,13 @@ pub(super) fn standing<'a>(design: &'a Design) -> Result<Vec<Standing<'a>>, Erro
         in_sensor.map(move |place| (body, place.assembly_from_body))
     });
     let places: Vec<(&Body, Pose)> = places.collect();
-    let standing: Vec<Result<Standing<'a>, Error>> = places.into_par_iter().map(one).collect();
+    let standing: Vec<Result<PlacedBody<'a>, Error>> = places.into_par_iter().map(one).collect();
     // Collected in order, so that the first error is the same for any number of threads.
     standing.into_iter().collect()
 }
 
 /// Joins all placements of a body into one visual mesh.
-pub(super) fn seen(body: &Body, standing: &[Standing<'_>]) -> RobotMesh {
+pub(super) fn visual_mesh(body: &Body, standing: &[PlacedBody<'_>]) -> RobotMesh {
     let (mut vertices_mm, mut triangles) = (Vec::new(), Vec::new());
     for one in standing.iter().filter(|one| one.body.name == body.name) {
         // Indices of the next placement follow those of the one before.
@@ -67,8 +67,8 @@ pub(super) fn seen(body: &Body, standing: &[Standing<'_>]) -> RobotMesh {
 }
 
 /// Creates a link of bodies that are rigidly connected, with their visual meshes. Collision shapes are added later.
-pub(super) fn link(name: &str, own: &[&Standing<'_>], seen: &[Arc<RobotMesh>]) -> RobotLink {
-    let inertia = own.iter().fold(Inertia::NOTHING, |sum, one| sum.and(&one.mass.inertia));
+pub(super) fn link(name: &str, own: &[&PlacedBody<'_>], seen: &[Arc<RobotMesh>]) -> RobotLink {
+    let inertia = own.iter().fold(Inertia::ZERO, |sum, one| sum.combined(&one.mass.inertia));
     let mut visuals: Vec<RobotShape> = Vec::new();
     for one in own {
         let shape_name = format!("{name}-{}", one.body.name);

@@ -5,25 +5,25 @@ use fabkit_files::Error;
 use fabkit_mesh::Hull;
 use serde_json::json;
 
-use super::bodies::{SEEN_MM, Standing};
-use super::soft::Soft;
+use super::bodies::{VISUAL_TOLERANCE_MM, PlacedBody};
+use super::soft::SoftBody;
 use super::taxels::TouchMesh;
 
 const MM_PER_M: f64 = 1000.0;
 
 /// Inputs of the file.
-pub(super) struct Told<'a> {
+pub(super) struct RobotDocument<'a> {
     pub robot: &'a Robot,
-    pub standing: &'a [Standing<'a>],
+    pub standing: &'a [PlacedBody<'a>],
     pub case: &'a [Hull],
     pub taxels: Option<&'a TouchMesh>,
-    pub soft: Option<&'a Soft>,
+    pub soft: Option<&'a SoftBody>,
     /// Fraction of the camera's image that the pinhole shows.
-    pub shown: f64,
+    pub shown_fraction: f64,
     pub hash: &'a str,
 }
 
-impl Told<'_> {
+impl RobotDocument<'_> {
     /// Writes the file.
     pub fn text(&self) -> Result<String, Error> {
         let camera = &self.robot.camera;
@@ -36,7 +36,7 @@ impl Told<'_> {
                 "volume_mm3": one.mass.volume_mm3,
                 "density_g_per_cm3": one.mass.density_g_per_cm3,
                 "density_source": one.mass.source,
-                "bends_aside": one.body.gives_mm > 0.0,
+                "bends_aside": one.body.assembly_compliance_mm > 0.0,
                 "mass_g": one.mass.inertia.mass_kg * MM_PER_M,
                 "young_mpa": elasticity.map(|known| known.young_mpa),
                 "poissons_ratio": elasticity.map(|known| known.poissons_ratio),
@@ -63,12 +63,12 @@ impl Told<'_> {
             "collision": {
                 "pieces": self.case.len(),
                 "encloses_mm3": self.case.iter().map(Hull::volume_mm3).sum::<f64>(),
-                "covers_within_mm": SEEN_MM,
+                "covers_within_mm": VISUAL_TOLERANCE_MM,
                 "touch": self.robot.touch.as_ref().map(|touch| touch.mesh.file.as_str()),
             },
             "taxels": self.taxels.map(|mesh| json!({
                 "file": "robot-taxels.npz",
-                "count": mesh.count(),
+                "count": mesh.taxel_count(),
                 "area_mm2": mesh.area_mm2,
             })),
             "soft": self.soft.map(|soft| json!({
@@ -79,7 +79,7 @@ impl Told<'_> {
                 "tetrahedra": soft.touch.tetrahedra.cells.len(),
                 "in_series_mpa": soft.touch.young_mpa,
                 "thickness_mm": soft.touch.thickness_mm,
-            "soft_mm": soft.touch.soft_mm,
+            "soft_mm": soft.touch.max_indentation_mm,
                 "left_out": soft.left_out,
             })),
             "frames": self.robot.frames.iter().map(|frame| {
@@ -102,9 +102,9 @@ impl Told<'_> {
                     "view_deg": camera.view_rad().map(f64::to_degrees),
                     "near_m": camera.near_mm / MM_PER_M,
                 },
-                "shown": self.shown,
+                "shown": self.shown_fraction,
             },
-            "lamps": self.robot.lamps.iter().map(|lamp| json!({
+            "lamps": self.robot.light_sources.iter().map(|lamp| json!({
                 "place_m": lamp.place_mm.map(|mm| mm / MM_PER_M),
                 "rgb": lamp.rgb,
                 "share": lamp.share,

@@ -48,7 +48,7 @@ impl Explained for RobotError {
             Self::Soft(_) => "nothing_soft",
             Self::Tetra(TetraError::TooMany { .. }) => "too_many_tetrahedra",
             Self::Tetra(TetraError::Edge { .. }) => "out_of_range",
-            other => return ErrorSubject::of_kind(other.kind()),
+            other => return ErrorSubject::from_kind(other.kind()),
         })
     }
 }

@@ -14,13 +14,13 @@ mod camera;
 mod document;
 mod error;
 mod masses;
-mod pieces;
+mod convex_pieces;
 mod soft;
 mod taxels;
 
 use std::sync::Arc;
 
-use fabkit_capture::middle_of;
+use fabkit_capture::surface_middle;
 use fabkit_designs::{Design, design_hash};
 use fabkit_export::{
     Robot, RobotFrame, RobotMesh, RobotShape, drake, mjcf, npz, obj, sdf, tacex, tacsl, tacto,
@@ -29,16 +29,16 @@ use fabkit_export::{
 use fabkit_files::Error;
 use fabkit_files::staging::{ForeignFile, OutputFile};
 use fabkit_geometry::{Point3, Pose, Sensor, SurfacePoints};
-use fabkit_optics::Sights;
+use fabkit_optics::ViewStacks;
 use fabkit_scene::SceneError;
-use fabkit_scene::ground_truth::{Viewpoint, are_seen, pixels_of};
+use fabkit_scene::ground_truth::{Viewpoint, are_visible, project_points};
 
 pub use self::error::RobotError;
 
-use self::bodies::{Standing, link, seen, standing};
-use self::camera::Pixels;
-use self::document::Told;
-use self::soft::{lamps, soft};
+use self::bodies::{PlacedBody, link, visual_mesh, place_bodies};
+use self::camera::PixelPoints;
+use self::document::RobotDocument;
+use self::soft::{light_sources, build_soft_body};
 use self::taxels::TouchMesh;
 
 /// Name of the camera's frame.
@@ -101,7 +101,7 @@ impl RobotFormat {
     }
 
     /// Returns whether simulators of this format compute the deformation of layers.
-    fn deforms(self) -> bool {
+    fn simulates_deformation(self) -> bool {
         matches!(self, Self::Usd | Self::Drake)
     }
 }
@@ -114,7 +114,7 @@ impl RobotFormat {
 pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<ForeignFile>, Error> {
     let sensor = &design.sensor;
     let hash = design_hash(design);
-    let standing = standing(design)?;
+    let standing = place_bodies(design)?;
     let viewpoint = Viewpoint::new(&sensor.camera, None, None)
         .map_err(|error| SceneError::viewpoint(None, error))?;
     let comment = format!(
@@ -127,12 +127,12 @@ pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<Forei
     // Visual meshes of case and layers. A body with several placements becomes one mesh.
     let mut meshes: Vec<Arc<RobotMesh>> = Vec::new();
     for one in &standing {
-        let mesh = seen(one.body, &standing);
+        let mesh = visual_mesh(one.body, &standing);
         if meshes.iter().all(|known| known.file != mesh.file) {
             meshes.push(Arc::new(mesh));
         }
     }
-    let (soft_bodies, stiff): (Vec<&Standing>, Vec<&Standing>) =
+    let (soft_bodies, stiff): (Vec<&PlacedBody>, Vec<&PlacedBody>) =
         standing.iter().partition(|one| one.is_soft);
     // All stiff bodies are one link, the base; each soft layer is a link of its own.
     let mut links = vec![link("base", &stiff, &meshes)];
@@ -143,9 +143,9 @@ pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<Forei
         }
     }
     // Wires and rubber rings are flexible and give way on contact.
-    let bumped: Vec<&Standing> =
-        stiff.iter().copied().filter(|one| one.body.gives_mm == 0.0).collect();
-    let case = pieces::pieces(&bumped)?;
+    let bumped: Vec<&PlacedBody> =
+        stiff.iter().copied().filter(|one| one.body.assembly_compliance_mm == 0.0).collect();
+    let case = convex_pieces::compute_convex_pieces(&bumped)?;
     for (i, piece) in case.iter().enumerate() {
         let name = format!("base-{:02}", i + 1);
         let mesh = Arc::new(RobotMesh {
@@ -161,7 +161,7 @@ pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<Forei
     let mut touch = None;
     if let Some(surface) = &sensor.touch {
         let points = SurfacePoints::new(surface).map_err(Error::bug)?;
-        let taxels = TouchMesh::of(&points, surface.soft_mm())?;
+        let taxels = TouchMesh::new(&points, surface.max_indentation_mm())?;
         let mesh = Arc::new(RobotMesh {
             file: "robot-touch.obj".to_owned(),
             vertices_mm: taxels.vertices_mm.clone(),
@@ -177,15 +177,15 @@ pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<Forei
         if let Some(link) = links.iter_mut().find(|link| link.name == outermost) {
             link.collisions.push(shape);
         }
-        touch = Some(soft(design, surface, &mesh, outermost)?);
+        touch = Some(build_soft_body(design, surface, &mesh, outermost)?);
         felt = Some(taxels);
     }
     for mesh in &meshes {
         files.add(&mesh.file, "obj", obj(&comment, mesh));
     }
     let stack = viewpoint.stack(sensor).map_err(SceneError::Light)?;
-    let sights = Arc::new(Sights::new(stack));
-    let pixels = Pixels::of(sensor, &viewpoint, &sights)?;
+    let sights = Arc::new(ViewStacks::new(stack));
+    let pixels = PixelPoints::trace(sensor, &viewpoint, &sights)?;
     let robot = Robot {
         name: sensor.name.clone(),
         comment,
@@ -193,7 +193,7 @@ pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<Forei
         frames: frames(&viewpoint, sensor),
         camera: pixels.pinhole(&viewpoint, OPTICAL),
         touch: touch.as_ref().map(|soft| soft.touch.clone()),
-        lamps: lamps(sensor),
+        light_sources: light_sources(sensor),
     };
     for format in formats {
         for (name, text) in format.files(&robot) {
@@ -201,28 +201,28 @@ pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<Forei
         }
     }
     // Tetrahedra are large: they are written only for formats that use them.
-    if let Some(soft) = touch.as_mut().filter(|_| formats.iter().any(|format| format.deforms())) {
+    if let Some(soft) = touch.as_mut().filter(|_| formats.iter().any(|format| format.simulates_deformation())) {
         for (name, format, bytes) in &mut soft.files {
             files.add(name, format, std::mem::take(bytes));
         }
     }
-    files.add("robot-camera.yaml", "ros", Pixels::yaml(&robot.camera)?.into_bytes());
+    files.add("robot-camera.yaml", "ros", PixelPoints::yaml(&robot.camera)?.into_bytes());
     files.add("robot-rays.npz", "npz", pixels.npz(&robot.camera)?);
     if let Some(mesh) = &felt {
         let places: Vec<Option<Point3<f64>>> =
             mesh.vertices_mm.iter().map(|place| Some(Point3::from(*place))).collect();
-        let pixels = pixels_of(&viewpoint, &sights, &places);
-        let are_seen = are_seen(&viewpoint, &sights, &places);
+        let pixels = project_points(&viewpoint, &sights, &places);
+        let are_seen = are_visible(&viewpoint, &sights, &places);
         let arrays = mesh.arrays(&pixels, &are_seen);
         files.add("robot-taxels.npz", "npz", npz(&arrays).map_err(Error::bug)?);
     }
-    let told = Told {
+    let told = RobotDocument {
         robot: &robot,
         standing: &standing,
         case: &case,
         taxels: felt.as_ref(),
         soft: touch.as_ref(),
-        shown: pixels.share(&robot.camera),
+        shown_fraction: pixels.shown_fraction(&robot.camera),
         hash: &hash,
     };
     files.add("robot.json", "json", told.text()?.into_bytes());
@@ -245,7 +245,7 @@ impl Files {
 fn frames(viewpoint: &Viewpoint, sensor: &Sensor) -> Vec<RobotFrame> {
     let frame =
         |name: &str, sensor_from_frame: Pose| RobotFrame { name: name.into(), sensor_from_frame };
-    let middle = sensor.touch.as_ref().and_then(middle_of);
+    let middle = sensor.touch.as_ref().and_then(surface_middle);
     let touch = middle.map(|(at, outward)| frame("touch_frame", Pose::z_to(outward, at)));
     let mount = sensor.mount.map(|pose| frame("mount", pose));
     [Some(frame(OPTICAL, viewpoint.sensor_from_camera)), mount, touch]

@@ -1,7 +1,7 @@
 //! Masses of bodies.
 
 use fabkit_export::Inertia;
-use fabkit_geometry::{Body, Clarity, Duty, Kind, Matrix3, Vector3};
+use fabkit_geometry::{Body, OpticalClarity, MechanicalRole, BodyKind, Matrix3, Vector3};
 
 /// Conversion from g/cm3 to kg/mm3.
 const KG_PER_MM3: f64 = 1e-6;
@@ -15,7 +15,7 @@ const BRASS: f64 = 8.4;
 /// Density of clear components, g/cm3: glass.
 const GLASS: f64 = 2.2;
 /// Density of flexible components, g/cm3: rubber and cables.
-const BENDS: f64 = 1.6;
+const FLEXIBLE: f64 = 1.6;
 /// Density of anything else, g/cm3: electronics in plastic.
 const UNKNOWN: f64 = 1.5;
 
@@ -37,7 +37,7 @@ pub(super) fn mass(
 ) -> Mass {
     let (density_g_per_cm3, source) = match known {
         Some(density) => (density, "material"),
-        None => (chosen(body), "chosen"),
+        None => (chosen_density(body), "chosen"),
     };
     let per_mm3 = density_g_per_cm3 * KG_PER_MM3;
     let inertia = Inertia {
@@ -50,13 +50,13 @@ pub(super) fn mass(
 }
 
 /// Chooses a density for a body whose material has none, g/cm3.
-fn chosen(body: &Body) -> f64 {
+fn chosen_density(body: &Body) -> f64 {
     match body.duty {
-        Duty::Fastens => STEEL,
-        Duty::Threads => BRASS,
-        _ if body.kind != Kind::Bought => UNKNOWN,
-        _ if body.gives_mm > 0.0 => BENDS,
-        _ if body.clarity() == Clarity::Clear => GLASS,
+        MechanicalRole::Fastener => STEEL,
+        MechanicalRole::Threaded => BRASS,
+        _ if body.kind != BodyKind::Bought => UNKNOWN,
+        _ if body.assembly_compliance_mm > 0.0 => FLEXIBLE,
+        _ if body.clarity() == OpticalClarity::Clear => GLASS,
         _ => UNKNOWN,
     }
 }

@@ -7,10 +7,10 @@ use fabkit_capture::SLOPE_BINS;
 use fabkit_designs::Design;
 use fabkit_elastic::{SoftLayer, SoftStack};
 use fabkit_export::{
-    RobotLamp, RobotMesh, RobotTetrahedra, RobotTouch, TetraMesh, VERSION, msh2, vtk,
+    RobotLightSource, RobotMesh, RobotTetrahedra, RobotSensingSurface, TetraMesh, VERSION, msh2, vtk,
 };
 use fabkit_files::Error;
-use fabkit_geometry::{Sensor, Shows, TouchSurface, Vector3};
+use fabkit_geometry::{Sensor, VisibleEffect, TouchSurface, Vector3};
 use fabkit_light::Emitters;
 use fabkit_tetra::Tetrahedra;
 
@@ -22,8 +22,8 @@ const EDGE_MM: f64 = 1.0;
 const MM_PER_M: f64 = 1000.0;
 
 /// Touched surface with its tetrahedra and their files, for Drake, UIPC and TacEx.
-pub(super) struct Soft {
-    pub touch: RobotTouch,
+pub(super) struct SoftBody {
+    pub touch: RobotSensingSurface,
     pub files: [(&'static str, &'static str, Vec<u8>); 2],
     /// Approximate length of edges in the mesh, mm.
     pub edge_mm: f64,
@@ -32,12 +32,12 @@ pub(super) struct Soft {
 }
 
 /// Builds the soft layers below a surface. `link` is the name of the outermost layer's link.
-pub(super) fn soft(
+pub(super) fn build_soft_body(
     design: &Design,
     touch: &TouchSurface,
     mesh: &Arc<RobotMesh>,
     link: &str,
-) -> Result<Soft, Error> {
+) -> Result<SoftBody, Error> {
     let sensor = &design.sensor;
     let stack = SoftStack::at_tip(sensor).map_err(RobotError::from)?;
     let cells = Tetrahedra::new(&stack, touch, EDGE_MM).map_err(RobotError::from)?;
@@ -50,42 +50,42 @@ pub(super) fn soft(
         points_mm: &cells.points_mm,
         unit_mm: MM_PER_M,
         cells: &cells.cells,
-        material_of: &cells.layer_of,
+        cell_materials: &cells.cell_layers,
         materials: &materials,
-        faces: &[("outer", &cells.outer), ("bonded", &cells.bonded)],
+        faces: &[("outer", &cells.touched_faces), ("bonded", &cells.bonded_faces)],
     };
     let files =
         [("robot-tetrahedra.vtk", "vtk", vtk(&file)), ("robot-tetrahedra.msh", "msh", msh2(&file))];
     let tetrahedra = RobotTetrahedra {
         file: files[0].0.to_owned(),
-        surface: surface(&cells.cells),
+        surface: boundary_faces(&cells.cells),
         points_mm: cells.points_mm,
         cells: cells.cells,
     };
     let [least_mm, most_mm] = mesh.bounds_mm();
-    let touch = RobotTouch {
+    let touch = RobotSensingSurface {
         mesh: Arc::clone(mesh),
         link: link.to_owned(),
         size_mm: [0, 1, 2].map(|axis| most_mm[axis] - least_mm[axis]),
         top_z_mm: touch.apex_z_mm(),
-        soft_mm: touch.soft_mm(),
-        young_mpa: in_series_mpa(&stack.layers),
+        max_indentation_mm: touch.max_indentation_mm(),
+        young_mpa: series_modulus_mpa(&stack.layers),
         thickness_mm: stack.layers.iter().map(|layer| layer.thickness_mm).sum(),
         slope_bins: (touch.plane().is_some() && shows_slopes(sensor)).then_some(SLOPE_BINS),
         tetrahedra: Arc::new(tetrahedra),
     };
-    let left_out = [cells.left_out, stack.left_out].concat();
-    Ok(Soft { touch, files, edge_mm: cells.edge_mm, left_out })
+    let left_out = [cells.simplifications, stack.simplifications].concat();
+    Ok(SoftBody { touch, files, edge_mm: cells.edge_mm, left_out })
 }
 
 /// Returns whether the sensor's usual light makes slopes visible.
 fn shows_slopes(sensor: &Sensor) -> bool {
     let usual = sensor.lightings.first();
-    usual.is_some_and(|lighting| matches!(lighting.shows, Shows::Slopes { .. }))
+    usual.is_some_and(|lighting| matches!(lighting.effect, VisibleEffect::Slopes { .. }))
 }
 
 /// Computes the modulus of a single layer that is as compliant as all layers in series.
-fn in_series_mpa(layers: &[SoftLayer]) -> f64 {
+fn series_modulus_mpa(layers: &[SoftLayer]) -> f64 {
     let thickness_mm: f64 = layers.iter().map(|layer| layer.thickness_mm).sum();
     // Compliances of layers in series add up.
     let gives: f64 = layers.iter().map(|l| l.thickness_mm / l.elasticity.young_mpa).sum();
@@ -93,7 +93,7 @@ fn in_series_mpa(layers: &[SoftLayer]) -> f64 {
 }
 
 /// Collects the faces that belong to a single tetrahedron, counter-clockwise seen from outside.
-fn surface(cells: &[[u32; 4]]) -> Vec<[u32; 3]> {
+fn boundary_faces(cells: &[[u32; 4]]) -> Vec<[u32; 3]> {
     let mut once: BTreeMap<[u32; 3], Option<[u32; 3]>> = BTreeMap::new();
     for [a, b, c, d] in cells {
         for face in [[*a, *c, *b], [*a, *b, *d], [*a, *d, *c], [*b, *c, *d]] {
@@ -108,21 +108,21 @@ fn surface(cells: &[[u32; 4]]) -> Vec<[u32; 3]> {
 
 /// Lists the light sources of the usual light, each at the centroid of its emitting pieces; empty if the lighting is
 /// unknown.
-pub(super) fn lamps(sensor: &Sensor) -> Vec<RobotLamp> {
+pub(super) fn light_sources(sensor: &Sensor) -> Vec<RobotLightSource> {
     let Some(lighting) = sensor.lightings.first() else { return Vec::new() };
-    let Ok(emitters) = Emitters::of(sensor, lighting) else { return Vec::new() };
+    let Ok(emitters) = Emitters::new(sensor, lighting) else { return Vec::new() };
     /// Sums over a light source's pieces: power, and position and colour times power.
     type Sum = (f64, Vector3<f64>, Vector3<f64>);
     let mut lamps: BTreeMap<usize, Sum> = BTreeMap::new();
     for piece in emitters.pieces() {
-        let (power, place, rgb) = lamps.entry(piece.lamp).or_default();
+        let (power, place, rgb) = lamps.entry(piece.source).or_default();
         *power += piece.power;
         *place += piece.power * piece.place.coords;
         *rgb += piece.power * Vector3::from(piece.color);
     }
     let brightest = lamps.values().map(|lamp| lamp.0).fold(0.0, f64::max);
     let shining = lamps.into_values().filter(|(power, ..)| *power > 0.0);
-    let lamp = |(power, place, rgb): Sum| RobotLamp {
+    let lamp = |(power, place, rgb): Sum| RobotLightSource {
         place_mm: (place / power).into(),
         rgb: (rgb / power).into(),
         share: power / brightest,
@@ -137,7 +137,7 @@ mod tests {
     #[test]
     fn two_tetrahedra_share_one_face() {
         // The second lies on the other side of 1, 2, 3.
-        let faces = surface(&[[0, 1, 2, 3], [4, 1, 3, 2]]);
+        let faces = boundary_faces(&[[0, 1, 2, 3], [4, 1, 3, 2]]);
         assert_eq!(faces.len(), 6);
         assert!(faces.iter().all(|face| {
             let mut key = *face;

@@ -1,20 +1,20 @@
 //! Taxels of the touched surface: points of equal area, which are the vertices of one closed mesh.
 
-use fabkit_export::{Array, Values};
+use fabkit_export::{NpyArray, NpyValues};
 use fabkit_files::Error;
 use fabkit_geometry::{Point3, SurfacePoints, Vector3};
 use fabkit_mesh::convex_hull;
 
 /// Number of taxels of a dome.
-const OF_DOME: usize = 900;
+const DOME_TAXELS: usize = 900;
 /// Number of steps of a pad's grid along its longer side.
-const OF_SIDE: usize = 32;
+const PAD_SIDE_TAXELS: usize = 32;
 /// Number of points around a dome's foot.
-const OF_RIM: usize = 96;
+const RIM_VERTICES: usize = 96;
 /// Area fraction of the rim: just inside, because the foot itself belongs to the wall below.
-const FOOT: f64 = 1.0 - 1e-9;
+const RIM_AREA_FRACTION: f64 = 1.0 - 1e-9;
 /// Distance of the outermost points from a pad's outline, as a fraction of its side.
-const WITHIN: f64 = 1e-6;
+const OUTLINE_MARGIN: f64 = 1e-6;
 /// Turns from one point of a spiral to the next: the golden ratio (Vogel 1979).
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
@@ -26,38 +26,38 @@ pub(super) struct TouchMesh {
     /// Outward normal at each vertex; meaningful for taxels.
     normals: Vec<Vector3<f64>>,
     /// True for taxels, each of which stands for an equal area. The other vertices close the mesh.
-    feels: Vec<bool>,
+    is_taxel: Vec<bool>,
     /// Area of the surface, mm2.
     pub area_mm2: f64,
 }
 
 impl TouchMesh {
-    pub fn of(points: &SurfacePoints, soft_mm: f64) -> Result<Self, Error> {
+    pub fn new(points: &SurfacePoints, soft_mm: f64) -> Result<Self, Error> {
         match points {
-            SurfacePoints::Dome(_) => Self::of_dome(points),
-            SurfacePoints::Plane(pad) => Self::of_pad(points, pad.bounds_mm(), soft_mm),
+            SurfacePoints::Dome(_) => Self::from_dome(points),
+            SurfacePoints::Plane(pad) => Self::from_pad(points, pad.bounds_mm(), soft_mm),
         }
     }
 
     /// Number of taxels.
-    pub fn count(&self) -> usize {
-        self.feels.iter().filter(|feels| **feels).count()
+    pub fn taxel_count(&self) -> usize {
+        self.is_taxel.iter().filter(|feels| **feels).count()
     }
 
     /// Creates a dome: a spiral from the tip to the foot, and the foot's rim. A dome is convex, so that all points are
     /// corners of its hull.
-    fn of_dome(points: &SurfacePoints) -> Result<Self, Error> {
+    fn from_dome(points: &SurfacePoints) -> Result<Self, Error> {
         let missing = || Error::bug("a dome without points");
         let mut found = Vec::new();
-        for k in 0..OF_DOME {
+        for k in 0..DOME_TAXELS {
             // The tip is the first point, because presses there are what people try first.
-            let along = k as f64 / OF_DOME as f64;
+            let along = k as f64 / DOME_TAXELS as f64;
             let around = (k as f64 * GOLDEN).fract();
-            found.push((points.by_area([along, around]).ok_or_else(missing)?, true));
+            found.push((points.point_at_area_fractions([along, around]).ok_or_else(missing)?, true));
         }
-        for k in 0..OF_RIM {
-            let around = k as f64 / OF_RIM as f64;
-            found.push((points.by_area([FOOT, around]).ok_or_else(missing)?, false));
+        for k in 0..RIM_VERTICES {
+            let around = k as f64 / RIM_VERTICES as f64;
+            found.push((points.point_at_area_fractions([RIM_AREA_FRACTION, around]).ok_or_else(missing)?, false));
         }
         let places: Vec<[f64; 3]> =
             found.iter().map(|((place, _), _)| place.coords.into()).collect();
@@ -70,7 +70,7 @@ impl TouchMesh {
         let of_hull: Vec<_> = of_hull.collect::<Option<_>>().ok_or_else(missing)?;
         Ok(Self {
             normals: of_hull.iter().map(|((_, normal), _)| *normal).collect(),
-            feels: of_hull.iter().map(|(_, feels)| *feels).collect(),
+            is_taxel: of_hull.iter().map(|(_, feels)| *feels).collect(),
             vertices_mm: hull.vertices,
             triangles: hull.triangles,
             area_mm2: points.area_mm2(),
@@ -78,17 +78,17 @@ impl TouchMesh {
     }
 
     /// Creates a pad: a grid on its face, and a copy at the depth of the soft layers.
-    fn of_pad(points: &SurfacePoints, [x, y]: [[f64; 2]; 2], soft_mm: f64) -> Result<Self, Error> {
+    fn from_pad(points: &SurfacePoints, [x, y]: [[f64; 2]; 2], soft_mm: f64) -> Result<Self, Error> {
         let missing = || Error::bug("a pad without points");
         let [wide, high] = [x[1] - x[0], y[1] - y[0]];
-        let steps = |side: f64| ((side / wide.max(high) * OF_SIDE as f64).round() as usize).max(2);
+        let steps = |side: f64| ((side / wide.max(high) * PAD_SIDE_TAXELS as f64).round() as usize).max(2);
         let (columns, rows) = (steps(wide), steps(high));
-        let share = |k: usize, of: usize| (k as f64 / of as f64).clamp(WITHIN, 1.0 - WITHIN);
+        let share = |k: usize, of: usize| (k as f64 / of as f64).clamp(OUTLINE_MARGIN, 1.0 - OUTLINE_MARGIN);
         let mut face = Vec::new();
         for i in 0..=columns {
             for j in 0..=rows {
                 let at = [share(i, columns), share(j, rows)];
-                face.push(points.by_area(at).ok_or_else(missing)?);
+                face.push(points.point_at_area_fractions(at).ok_or_else(missing)?);
             }
         }
         let count = face.len() as u32;
@@ -117,7 +117,7 @@ impl TouchMesh {
             vertices_mm: face.iter().map(|(place, _)| place.coords.into()).chain(lower).collect(),
             triangles,
             normals: face.iter().chain(&face).map(|(_, normal)| *normal).collect(),
-            feels: (0..2 * count).map(|k| k < count).collect(),
+            is_taxel: (0..2 * count).map(|k| k < count).collect(),
             area_mm2: points.area_mm2(),
         })
     }
@@ -125,15 +125,15 @@ impl TouchMesh {
     /// Returns the arrays of `robot-taxels.npz`, in the order of the mesh's vertices: `place_mm`, `normal`, `tangents`
     /// (two each), `area_mm2` (0 for vertices that only close the mesh), `pixel` (NaN outside the image), `seen` (1, or
     /// 0 behind something opaque).
-    pub fn arrays(&self, pixels: &[Option<[f64; 2]>], are_seen: &[bool]) -> Vec<Array> {
+    pub fn arrays(&self, pixels: &[Option<[f64; 2]>], are_seen: &[bool]) -> Vec<NpyArray> {
         let count = self.vertices_mm.len();
-        let array = |name: &str, of_each: &[usize], values: Vec<f64>| Array {
+        let array = |name: &str, of_each: &[usize], values: Vec<f64>| NpyArray {
             name: name.to_owned(),
             shape: [&[count], of_each].concat(),
-            values: Values::F64(values),
+            values: NpyValues::F64(values),
         };
         // By construction every taxel stands for the same area.
-        let share = self.area_mm2 / self.count() as f64;
+        let share = self.area_mm2 / self.taxel_count() as f64;
         // The first tangent lies along a meridian in the direction of +x, the second across it.
         let tangents = self.normals.iter().flat_map(|normal| {
             let first = (Vector3::x() - normal.x * normal).try_normalize(1e-6);
@@ -149,13 +149,13 @@ impl TouchMesh {
             array(
                 "area_mm2",
                 &[],
-                self.feels.iter().map(|feels| if *feels { share } else { 0.0 }).collect(),
+                self.is_taxel.iter().map(|feels| if *feels { share } else { 0.0 }).collect(),
             ),
             array("pixel", &[2], pixels.collect()),
-            Array {
+            NpyArray {
                 name: "seen".to_owned(),
                 shape: vec![count],
-                values: Values::U8(are_seen.iter().map(|seen| u8::from(*seen)).collect()),
+                values: NpyValues::U8(are_seen.iter().map(|seen| u8::from(*seen)).collect()),
             },
         ]
     }

@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use fabkit_files::{ErrorKind, ErrorSubject, Explained, UnknownName, listed};
+use fabkit_files::{ErrorKind, ErrorSubject, Explained, UnknownName, join_first_messages};
 use fabkit_fixtures::PressError;
 use fabkit_optics::{InvalidStack, REFRACTION};
 
 use super::{MAX_RAYS, MAX_SAMPLES};
-use crate::ground_truth::{BESIDE_PICTURE, InvalidViewpoint, SurfaceCoverage};
+use crate::ground_truth::{OUTSIDE_IMAGE, InvalidViewpoint, SurfaceCoverage};
 
 /// Reason why ground truth cannot be computed.
 #[derive(Debug, thiserror::Error)]
@@ -23,7 +23,7 @@ pub enum SceneError {
     #[error(transparent)]
     Light(InvalidStack),
     /// A camera whose view of the surface is blocked completely.
-    #[error("the camera sees none of the surface: {}", words(.lost))]
+    #[error("the camera sees none of the surface: {}", join_causes(.lost))]
     Hidden {
         /// Blocking bodies or causes, with their shares of the surface's area.
         lost: Vec<(String, f64)>,
@@ -36,7 +36,7 @@ pub enum SceneError {
         .angles_rad[1].to_degrees(),
         .lens_rad.to_degrees()
     )]
-    Unseen {
+    OutOfView {
         /// Smallest and largest angle between the surface's points and the camera's axis, rad.
         angles_rad: [f64; 2],
         /// Largest angle off the axis that the lens images, rad.
@@ -78,10 +78,10 @@ pub enum SceneError {
     #[error(transparent)]
     Press(PressError),
     /// Presses that reach below the soft layer, one sentence each.
-    #[error("{}", listed(.0))]
+    #[error("{}", join_first_messages(.0))]
     TooDeep(Vec<String>),
     /// Presses that do not touch the surface.
-    #[error("{}", listed(.faults))]
+    #[error("{}", join_first_messages(.faults))]
     NoContact {
         /// One sentence for each press.
         faults: Vec<String>,
@@ -89,16 +89,16 @@ pub enum SceneError {
         deeper: Option<String>,
     },
     /// Presses of which the camera sees nothing, one sentence each.
-    #[error("{}", listed(.0))]
-    NothingSeen(Vec<String>),
+    #[error("{}", join_first_messages(.0))]
+    PressNotVisible(Vec<String>),
 }
 
 impl SceneError {
     pub(super) fn unseen(coverage: &SurfaceCoverage) -> Self {
         // The largest share decides: surface outside the image is a matter of the pose, otherwise a body blocks it.
-        let is_beside = coverage.lost.first().is_none_or(|(by, _)| by == BESIDE_PICTURE);
+        let is_beside = coverage.lost.first().is_none_or(|(by, _)| by == OUTSIDE_IMAGE);
         match is_beside {
-            true => Self::Unseen { angles_rad: coverage.angles_rad, lens_rad: coverage.lens_rad },
+            true => Self::OutOfView { angles_rad: coverage.angles_rad, lens_rad: coverage.lens_rad },
             false => Self::Hidden { lost: coverage.lost.clone() },
         }
     }
@@ -135,7 +135,7 @@ impl Explained for SceneError {
                     )
                 }));
             }
-            Self::Unseen { .. } => "is the pose `camera_from_sensor`, in mm, and not its inverse?",
+            Self::OutOfView { .. } => "is the pose `camera_from_sensor`, in mm, and not its inverse?",
             Self::TooManyRays { .. } => "ask for fewer samples",
             Self::Press(error) => return press_hint(error),
             Self::TooDeep(_) => "press less deep, or leave these out",
@@ -143,7 +143,7 @@ impl Explained for SceneError {
                 return Some(format!("press deeper, for example `{id}`; or allow it"));
             }
             Self::NoContact { .. } => "bring these nearer by as much; or allow it",
-            Self::NothingSeen(_) => "press where the camera looks, or allow it",
+            Self::PressNotVisible(_) => "press where the camera looks, or allow it",
         };
         Some(hint.into())
     }
@@ -154,7 +154,7 @@ impl Explained for SceneError {
             Self::Press(_) => "unknown_press",
             Self::TooDeep(_) => "too_deep",
             Self::NoContact { .. } => "no_contact",
-            Self::NothingSeen(_) => "nothing_seen",
+            Self::PressNotVisible(_) => "nothing_seen",
             Self::Length { .. } | Self::Samples { .. } => "out_of_range",
             _ => "bad_viewpoint",
         })
@@ -162,14 +162,14 @@ impl Explained for SceneError {
 }
 
 /// Joins causes and their shares of the surface into one sentence.
-pub fn words(lost: &[(String, f64)]) -> String {
-    fabkit_optics::in_words(lost, 1)
+pub fn join_causes(lost: &[(String, f64)]) -> String {
+    fabkit_optics::describe_losses(lost, 1)
 }
 
 /// Returns a hint for a press that cannot be built, where one is known.
 pub fn press_hint(error: &PressError) -> Option<String> {
     match error {
-        PressError::Unknown { id, known, place } => Some(unknown_hint(id, known, place)),
+        PressError::Unknown { id, known, place } => Some(unknown_press_hint(id, known, place)),
         PressError::Unreadable { example, .. } => {
             Some(format!("a place is written like `{example}`: polar angle, azimuth, depth"))
         }
@@ -178,7 +178,7 @@ pub fn press_hint(error: &PressError) -> Option<String> {
 }
 
 /// Suggests presses for an unknown press `id`: the closest known name, or one example of each kind.
-pub fn unknown_hint(id: &str, known: &[String], place: &str) -> String {
+pub fn unknown_press_hint(id: &str, known: &[String], place: &str) -> String {
     let written =
         |tool: &str| format!("an indenter and its place are written like `{tool}{place}`");
     let unknown = UnknownName::new("press", id, known.iter().map(String::as_str));

@@ -5,7 +5,7 @@ use std::path::Path;
 use fabkit_camera::files::{PoseFile, read_pose};
 use fabkit_files::Error;
 use fabkit_files::reading::MAX_YAML_BYTES;
-use fabkit_files::reading::{self, Expected};
+use fabkit_files::reading::{self, ExpectedFile};
 use fabkit_fixtures::Project;
 
 use super::SceneError;
@@ -78,6 +78,6 @@ fn read(
     what: &'static str,
     hint: &'static str,
 ) -> Result<Option<String>, Error> {
-    let expected = Expected { what, max_bytes: MAX_YAML_BYTES, hint };
+    let expected = ExpectedFile { what, max_bytes: MAX_YAML_BYTES, hint };
     Ok(path.map(|path| reading::read_text(path, expected)).transpose()?)
 }

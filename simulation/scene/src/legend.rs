@@ -1,12 +1,12 @@
 //! Text and legends drawn on images.
 
-use fabkit_depth::Picture;
+use fabkit_depth::RenderedImage;
 
 const INK: [u8; 3] = [30, 30, 36];
 const PAPER: [u8; 3] = [255, 255, 255];
 
 /// An entry of a legend: a colour, its meaning and its number of occurrences.
-pub struct Entry {
+pub struct LegendEntry {
     /// Label of the entry.
     pub name: String,
     /// Colour as red, green and blue.
@@ -16,7 +16,7 @@ pub struct Entry {
 }
 
 /// Draws one line of text with capitals `height_px` high. `[left, top]` is the top left corner of the text.
-pub fn write(picture: &mut Picture, text: &str, [left, top]: [f64; 2], height_px: f64) {
+pub fn write(picture: &mut RenderedImage, text: &str, [left, top]: [f64; 2], height_px: f64) {
     for stroke in fabkit_export::lettering(text, height_px) {
         let points: Vec<[f64; 2]> =
             stroke.iter().map(|[x, y]| [left + x, top + height_px - y]).collect();
@@ -31,14 +31,14 @@ pub fn width_px(text: &str, height_px: f64) -> f64 {
 }
 
 /// Draws a legend of colours and labels in the top left corner, sized to the image.
-pub fn draw(picture: &mut Picture, entries: &[([u8; 3], String)]) {
+pub fn draw(picture: &mut RenderedImage, entries: &[([u8; 3], String)]) {
     let height_px = (f64::from(picture.height_px) / 66.0).max(7.0);
     draw_at(picture, entries, [height_px, height_px], height_px);
 }
 
 /// Draws a legend with its top left corner at `[left, top]` and capitals `height_px` high.
 pub fn draw_at(
-    picture: &mut Picture,
+    picture: &mut RenderedImage,
     entries: &[([u8; 3], String)],
     [left, top]: [f64; 2],
     height_px: f64,

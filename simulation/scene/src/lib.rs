@@ -1,31 +1,31 @@
 //! View of a sensor's sensing surface by one camera: casting of rays, contact models and ground truth. Shared by the
 //! commands `depth` and `dataset`.
 
-mod contacts;
+mod press_checks;
 mod error;
 mod files;
 pub mod ground_truth;
 pub mod legend;
-pub mod pressing;
+pub mod press_simulation;
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use fabkit_depth::truth::{DepthMap, PixelRays, Presser, ReferenceSurface, Sigmas};
+use fabkit_depth::ground_truth::{DepthMap, PixelRays, PlacedIndenter, ReferenceSurface, StandardDeviations};
 use fabkit_fixtures::{Press, PressBody, Project};
 use fabkit_geometry::{Pose, TouchSurface};
-use fabkit_optics::{Sights, TILE};
+use fabkit_optics::{ViewStacks, TILE};
 
-use self::contacts::Meeting;
-pub use self::error::{SceneError, unknown_hint, words};
+use self::press_checks::PressApproach;
+pub use self::error::{SceneError, unknown_press_hint, join_causes};
 pub use self::files::{ViewpointFiles, viewpoint_from_files};
 use fabkit_files::Error;
-use fabkit_files::memory::{self, Less};
+use fabkit_files::memory::{self, MemoryHint};
 
 use crate::ground_truth::{
-    Deepest, SurfaceCoverage, Viewpoint, coverage, coverage_map, deepest, pressers,
+    DeepestContact, SurfaceCoverage, Viewpoint, compute_coverage, draw_coverage_map, find_deepest_contact, compile_indenters,
 };
-use crate::pressing::{Answer, Contact, ContactGap, PressingError, Ready, threads};
+use crate::press_simulation::{ContactSolution, ContactModel, ContactGap, PressingError, ElasticSolver, threads};
 
 /// Limits of the radius of the membrane's transition around contacts, mm. The upper limit is wider than any gel's skin
 /// carries.
@@ -46,9 +46,9 @@ const BAND_BYTES: u64 = 475;
 /// Same as [`BAND_BYTES`] for contact with a membrane.
 const MEMBRANE_BYTES: u64 = 575;
 /// Same as [`BAND_BYTES`] for elastic contact.
-const YIELDING_BYTES: u64 = 540;
+const ELASTIC_BYTES: u64 = 540;
 /// Additional memory per ray for uncertainties behind refracting bodies, bytes. Derived by counting, not measured.
-pub const BENT_BYTES: u64 = 201;
+pub const REFRACTION_BYTES: u64 = 201;
 
 /// A sensor whose sensing surface is seen by a camera.
 #[derive(Clone, Debug)]
@@ -60,14 +60,14 @@ pub struct SensorView {
     /// Coverage of the surface by the camera; its area is greater than 0.
     pub coverage: SurfaceCoverage,
     /// Optical paths of the camera's rays through the sensor's bodies.
-    sights: Arc<Sights>,
+    sights: Arc<ViewStacks>,
     /// Solver of the last cast with several presses at once, and the node spacing that was requested for it.
     layers: Arc<Mutex<Option<KeptLayers>>>,
 }
 
 /// Requested node spacing, mm, and the solver for it. Its setup takes seconds and depends on the sensor and the spacing
 /// alone.
-type KeptLayers = (Option<f64>, Arc<Ready>);
+type KeptLayers = (Option<f64>, Arc<ElasticSolver>);
 
 /// Options of one cast.
 #[derive(Clone, Debug)]
@@ -77,7 +77,7 @@ pub struct Cast<'a> {
     /// Number of rays along each side of a pixel.
     pub samples: u32,
     /// Contact model of the surface.
-    pub contact: Contact,
+    pub contact: ContactModel,
     /// Displacement of all indenters along the surface after indentation, mm, as for [`Ready::answer`]. Only elastic
     /// contact supports it.
     pub shear_mm: [f64; 2],
@@ -89,7 +89,7 @@ pub struct Cast<'a> {
 
 impl Cast<'_> {
     /// Returns a cast without presses: one ray per pixel and no uncertainty of shape.
-    pub fn at_rest(contact: Contact) -> Self {
+    pub fn at_rest(contact: ContactModel) -> Self {
         Self {
             presses: &[],
             samples: 1,
@@ -103,25 +103,25 @@ impl Cast<'_> {
 
 /// Result of a cast, or of one band of rows of it.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'a> {
+pub struct CastResult<'a> {
     /// Depth map with labels, points and normals.
     pub map: &'a DepthMap<'a>,
     /// Standard deviations of the map's values.
-    pub sigmas: &'a Sigmas,
+    pub sigmas: &'a StandardDeviations,
     /// Deepest contact that the camera sees; `None` without contact.
-    pub deepest: Option<Deepest>,
+    pub deepest: Option<DeepestContact>,
     /// Number of pixels that see the surface.
     pub surface_px: usize,
     /// Solution of the elastic layers; `None` for other contact models and without contact.
-    pub answer: Option<&'a Answer<'a>>,
+    pub answer: Option<&'a ContactSolution<'a>>,
     /// Difference between elastic and rigid contact; present if `answer` is.
     pub gap: Option<ContactGap>,
 }
 
 /// Indenters at their final poses, and the solution of the elastic layers.
-struct Pressing<'a> {
-    pressers: Vec<Presser>,
-    answer: Option<Answer<'a>>,
+struct SolvedPresses<'a> {
+    pressers: Vec<PlacedIndenter>,
+    answer: Option<ContactSolution<'a>>,
 }
 
 impl SensorView {
@@ -133,8 +133,8 @@ impl SensorView {
     pub fn new(project: Arc<Project>, viewpoint: Viewpoint) -> Result<Self, Error> {
         let touch = touch(&project)?;
         let stack = viewpoint.stack(&project.design.sensor).map_err(SceneError::Light)?;
-        let sights = Arc::new(Sights::new(stack));
-        let coverage = coverage(touch, &viewpoint, &sights).map_err(Error::bug)?;
+        let sights = Arc::new(ViewStacks::new(stack));
+        let coverage = compute_coverage(touch, &viewpoint, &sights).map_err(Error::bug)?;
         if coverage.area == 0.0 {
             return Err(SceneError::unseen(&coverage).into());
         }
@@ -142,12 +142,12 @@ impl SensorView {
     }
 
     /// Returns whether calibration states uncertainties of camera or pose, and bodies refract the camera's rays.
-    pub fn is_unsure_behind_bends(&self) -> bool {
-        self.viewpoint.says_how_sure() && self.sights.bends()
+    pub fn has_refracted_uncertainty(&self) -> bool {
+        self.viewpoint.has_uncertainty() && self.sights.bends()
     }
 
     /// Returns the optical paths of the camera's rays through the sensor's bodies.
-    pub fn sights(&self) -> &Sights {
+    pub fn sights(&self) -> &ViewStacks {
         &self.sights
     }
 
@@ -155,9 +155,9 @@ impl SensorView {
     ///
     /// # Errors
     /// Fails only where [`SensorView::new`] would.
-    pub fn coverage_map(&self) -> Result<Vec<u8>, Error> {
+    pub fn coverage_map_png(&self) -> Result<Vec<u8>, Error> {
         let touch = self.touch().map_err(Error::from)?;
-        let picture = coverage_map(touch, &self.viewpoint, &self.sights, &self.coverage);
+        let picture = draw_coverage_map(touch, &self.viewpoint, &self.sights, &self.coverage);
         let picture = picture.map_err(Error::bug)?;
         fabkit_export::png(picture.width_px, picture.height_px, &picture.rgb).map_err(Error::bug)
     }
@@ -165,7 +165,7 @@ impl SensorView {
     /// Computes the rays behind the sensor's bodies, each pixel split into `samples` x `samples` rays. `rows` counts
     /// rows of rays, not of pixels.
     pub fn rays_of_rows(&self, samples: u32, rows: Range<u32>) -> PixelRays {
-        self.viewpoint.rays_of_rows(samples, rows).through(&self.sights)
+        self.viewpoint.rays_of_rows(samples, rows).traced_through(&self.sights)
     }
 
     /// Returns the sensing surface.
@@ -184,15 +184,15 @@ impl SensorView {
     pub fn cast<R, E: From<Error>>(
         &self,
         cast: &Cast,
-        look: impl FnOnce(Seen) -> Result<R, E>,
+        look: impl FnOnce(CastResult) -> Result<R, E>,
         // Only a press that geometrically touches can get here without visible contact: the camera does not see it.
     ) -> Result<R, E> {
-        let meetings = self.meetings(cast)?;
+        let meetings = self.check_and_approach(cast)?;
         let ready = self.ready(cast)?;
         let pressed = self.press(cast, ready.as_deref())?;
         self.cast_rows(cast, &pressed, 0..u32::MAX, |seen| {
             if seen.deepest.is_none() && !cast.allow_no_contact {
-                self.check_seen(&meetings).map_err(Error::from)?;
+                self.check_visible(&meetings).map_err(Error::from)?;
             }
             look(seen)
         })
@@ -208,7 +208,7 @@ impl SensorView {
         &self,
         cast: &Cast,
         kept: u64,
-        mut look: impl FnMut(Seen) -> Result<(), E>,
+        mut look: impl FnMut(CastResult) -> Result<(), E>,
     ) -> Result<(), E> {
         let [width, height] = self.check(cast).map_err(Error::from)?;
         let rays = u64::from(width) * u64::from(height);
@@ -220,19 +220,19 @@ impl SensorView {
         let rows = if is_whole { height } else { band.min(height) };
         let at_once = u64::from(width) * u64::from(rows);
         let per_ray = match cast.contact {
-            Contact::Rigid => BAND_BYTES,
-            Contact::Membrane(_) => MEMBRANE_BYTES,
-            Contact::Linear(_) => YIELDING_BYTES,
+            ContactModel::Rigid => BAND_BYTES,
+            ContactModel::Membrane(_) => MEMBRANE_BYTES,
+            ContactModel::Linear(_) => ELASTIC_BYTES,
         };
-        let per_ray = per_ray + if self.is_unsure_behind_bends() { BENT_BYTES } else { 0 };
-        memory::admit(
+        let per_ray = per_ray + if self.has_refracted_uncertainty() { REFRACTION_BYTES } else { 0 };
+        memory::check_memory(
             &format!("casting {width} x {height} rays for these files"),
             // `look` keeps its data of all rays, but only one band is cast at a time.
             kept * rays + per_ray * at_once,
-            Less::Rays,
+            MemoryHint::Rays,
         )
         .map_err(Error::from)?;
-        let meetings = self.meetings(cast)?;
+        let meetings = self.check_and_approach(cast)?;
         let ready = self.ready(cast)?;
         let pressed = self.press(cast, ready.as_deref())?;
         let mut is_seen = false;
@@ -243,12 +243,12 @@ impl SensorView {
             })
         })?;
         if !is_seen && !cast.allow_no_contact {
-            self.check_seen(&meetings).map_err(Error::from)?;
+            self.check_visible(&meetings).map_err(Error::from)?;
         }
         Ok(())
     }
 
-    fn meetings(&self, cast: &Cast) -> Result<Vec<Meeting>, Error> {
+    fn check_and_approach(&self, cast: &Cast) -> Result<Vec<PressApproach>, Error> {
         self.check(cast)?;
         let presses = cast.presses.iter().map(|press| (press.id.as_str(), press));
         self.check_presses(presses, cast.allow_no_contact)
@@ -256,9 +256,9 @@ impl SensorView {
 
     /// Returns the solver of the soft layers, or `None` if nothing presses or contact is not elastic. Solvers for
     /// several bodies are kept for later casts; a single body gets a mesh refined at its contact.
-    fn ready(&self, cast: &Cast) -> Result<Option<Arc<Ready>>, Error> {
+    fn ready(&self, cast: &Cast) -> Result<Option<Arc<ElasticSolver>>, Error> {
         // Rigid and membrane contact have no tangential degrees of freedom, so a shear would be ignored silently.
-        let Contact::Linear(linear) = cast.contact else {
+        let ContactModel::Linear(linear) = cast.contact else {
             return match cast.shear_mm == [0.0; 2] {
                 true => Ok(None),
                 false => Err(PressingError::RigidShear { contact: cast.contact.name() }.into()),
@@ -273,7 +273,7 @@ impl SensorView {
         let spacing_mm = linear.spacing_mm;
         // A single body gets a mesh for its own contact, which no other press can reuse.
         if let [_] = &bodies[..] {
-            return Ok(Some(Arc::new(Ready::for_press(sensor, &bodies, spacing_mm, threads())?)));
+            return Ok(Some(Arc::new(ElasticSolver::for_press(sensor, &bodies, spacing_mm, threads())?)));
         }
         // The lock is held during setup: concurrent casts wait for one solver instead of each building its own.
         let mut kept = self.layers.lock().unwrap_or_else(PoisonError::into_inner);
@@ -283,20 +283,20 @@ impl SensorView {
             return Ok(Some(ready.clone()));
         }
         let is_dragged = cast.shear_mm != [0.0; 2];
-        let ready = Arc::new(Ready::for_all(sensor, spacing_mm, is_dragged, threads())?);
+        let ready = Arc::new(ElasticSolver::for_any_press(sensor, spacing_mm, is_dragged, threads())?);
         *kept = Some((spacing_mm, ready.clone()));
         Ok(Some(ready))
     }
 
     /// Solves the contact and moves the indenters along the surface by the solution's displacement.
-    fn press<'r>(&self, cast: &Cast, ready: Option<&'r Ready>) -> Result<Pressing<'r>, Error> {
+    fn press<'r>(&self, cast: &Cast, ready: Option<&'r ElasticSolver>) -> Result<SolvedPresses<'r>, Error> {
         let mut presses = cast.presses.to_vec();
         let answer = match (ready, cast.contact) {
-            (Some(ready), Contact::Linear(linear)) => {
+            (Some(ready), ContactModel::Linear(linear)) => {
                 let bodies: Vec<PressBody> =
                     presses.iter().flat_map(|press| press.bodies.clone()).collect();
                 let touch = self.touch()?;
-                match ready.answer(touch, &bodies, cast.shear_mm, linear.friction) {
+                match ready.solve_contact(touch, &bodies, cast.shear_mm, linear.friction) {
                     // Without contact the surface stays at rest, as in a cast without presses.
                     Err(error) if error.is_no_contact() && cast.allow_no_contact => None,
                     answer => Some(answer?),
@@ -306,39 +306,39 @@ impl SensorView {
         };
         if let Some(answer) = &answer {
             // The map must show the indenters where the solution left them.
-            let way = Pose::translation(answer.way_mm.x, answer.way_mm.y, answer.way_mm.z);
+            let way = Pose::translation(answer.shear_displacement_mm.x, answer.shear_displacement_mm.y, answer.shear_displacement_mm.z);
             for body in presses.iter_mut().flat_map(|press| &mut press.bodies) {
                 body.sensor_from_body = way.then_in(body.sensor_from_body);
             }
         }
-        Ok(Pressing { pressers: pressers(&presses).map_err(Error::bug)?, answer })
+        Ok(SolvedPresses { pressers: compile_indenters(&presses).map_err(Error::bug)?, answer })
     }
 
     fn cast_rows<R, E: From<Error>>(
         &self,
         cast: &Cast,
-        pressed: &Pressing,
+        pressed: &SolvedPresses,
         rows: Range<u32>,
-        look: impl FnOnce(Seen) -> Result<R, E>,
+        look: impl FnOnce(CastResult) -> Result<R, E>,
     ) -> Result<R, E> {
         let touch = self.touch().map_err(Error::from)?;
         let rays = self.rays_of_rows(cast.samples, rows);
         let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
-        let Pressing { pressers, answer } = pressed;
+        let SolvedPresses { pressers, answer } = pressed;
         let contact = match answer {
-            Some(answer) => surface.yielded(pressers, answer, true),
-            None => surface.pressed(pressers),
+            Some(answer) => surface.map_deformed(pressers, answer, true),
+            None => surface.map_with_indenters(pressers),
         };
         // Rigid contact of the same final poses is the reference.
-        let gap = answer.as_ref().map(|_| ContactGap::of(&contact, &surface.pressed(pressers)));
-        let deepest = deepest(&contact, touch);
+        let gap = answer.as_ref().map(|_| ContactGap::compare(&contact, &surface.map_with_indenters(pressers)));
+        let deepest = find_deepest_contact(&contact, touch);
         let map = contact.with_membrane(cast.contact.membrane_mm());
-        let sigmas = map.sigmas(&self.viewpoint.uncertainty(cast.print_sigma_mm));
-        look(Seen {
+        let sigmas = map.compute_standard_deviations(&self.viewpoint.uncertainty(cast.print_sigma_mm));
+        look(CastResult {
             map: &map,
             sigmas: &sigmas,
             deepest,
-            surface_px: surface.seen(),
+            surface_px: surface.visible_pixels(),
             answer: answer.as_ref(),
             gap,
         })
@@ -358,16 +358,16 @@ impl SensorView {
     }
 
     fn check(&self, cast: &Cast) -> Result<[u32; 2], SceneError> {
-        within("membrane", cast.contact.membrane_mm(), MEMBRANE_LIMITS_MM)?;
-        within("print sigma", cast.print_sigma_mm, SIGMA_LIMITS_MM)?;
-        self.size_rays(cast.samples)
+        check_length("membrane", cast.contact.membrane_mm(), MEMBRANE_LIMITS_MM)?;
+        check_length("print sigma", cast.print_sigma_mm, SIGMA_LIMITS_MM)?;
+        self.ray_grid_size(cast.samples)
     }
 
     /// Returns the number of columns and rows of rays for `samples` rays along each side of a pixel.
     ///
     /// # Errors
     /// Returns an error if `samples` is outside 1 to [`MAX_SAMPLES`] or there are more than [`MAX_RAYS`] rays.
-    pub fn size_rays(&self, samples: u32) -> Result<[u32; 2], SceneError> {
+    pub fn ray_grid_size(&self, samples: u32) -> Result<[u32; 2], SceneError> {
         let camera = self.viewpoint.camera();
         if !(1..=MAX_SAMPLES).contains(&samples) {
             return Err(SceneError::Samples { samples });
@@ -384,7 +384,7 @@ impl SensorView {
 ///
 /// # Errors
 /// Returns an error for a value outside its limits, and for NaN.
-pub fn within(name: &'static str, value_mm: f64, limits_mm: [f64; 2]) -> Result<(), SceneError> {
+pub fn check_length(name: &'static str, value_mm: f64, limits_mm: [f64; 2]) -> Result<(), SceneError> {
     let [least, most] = limits_mm;
     // NaN is in no range and is refused as well.
     if (least..=most).contains(&value_mm) {

@@ -44,10 +44,10 @@ mod report;
 mod row;
 mod table;
 
-pub use metrics::{GROUPS, Group, METRICS, Metric, densities, stock_density_g_per_cm3};
-pub use pareto::front;
+pub use metrics::{GROUPS, MetricGroup, METRICS, Metric, densities, stock_density_g_per_cm3};
+pub use pareto::pareto_front;
 pub use plan::{
-    AskMore, Constraint, Direction, InvalidSource, MAX_AXES, MAX_VARIANTS, More, Objective, Plan,
+    ComputeCustomMetrics, Constraint, Direction, InvalidSource, MAX_AXES, MAX_VARIANTS, CustomMetrics, Objective, Plan,
     PlanAxis, PlanSource, Sampling, Variant, json_schema,
 };
 pub use report::report;

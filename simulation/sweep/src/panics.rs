@@ -15,12 +15,12 @@ use std::thread;
 
 /// Message and place of a panic.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Panic {
+pub struct CaughtPanic {
     text: String,
     place: Option<String>,
 }
 
-impl fmt::Display for Panic {
+impl fmt::Display for CaughtPanic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "fabkit panicked: {}", self.text)?;
         self.place.iter().try_for_each(|place| write!(f, " at {place}"))
@@ -41,19 +41,19 @@ thread_local! {
 ///
 /// Idle threads of the pool help with the variants of others. Other work that panics there meanwhile still propagates
 /// its panic, but the hook does not report it.
-pub fn becomes_a_row(info: &PanicHookInfo) -> bool {
+pub fn is_caught(info: &PanicHookInfo) -> bool {
     let is_helper =
         || CATCHING.load(Ordering::Relaxed) > 0 && rayon::current_thread_index().is_some();
     if DEPTH.get() == 0 && !is_helper() {
         return false;
     }
-    let place = info.location().map(|l| format!("{}:{}", shown(l.file()), l.line()));
+    let place = info.location().map(|l| format!("{}:{}", portable_path(l.file()), l.line()));
     PLACE.with_borrow_mut(|last| *last = place);
     true
 }
 
 /// Shortens a source path so that it is the same on all machines, wherever packages are stored.
-fn shown(file: &str) -> String {
+fn portable_path(file: &str) -> String {
     let file = file.replace('\\', "/");
     // Sources of packages lie in a folder that differs between machines.
     let of_package = file.split_once("/registry/src/").and_then(|(_, rest)| rest.split_once('/'));
@@ -61,36 +61,36 @@ fn shown(file: &str) -> String {
 }
 
 /// Runs work. If it panics, runs it again on a single thread and returns that panic.
-pub(crate) fn caught<T: Send>(work: impl Fn() -> T + Sync) -> Result<T, Panic> {
+pub(crate) fn catch_panics<T: Send>(work: impl Fn() -> T + Sync) -> Result<T, CaughtPanic> {
     static HOOK: Once = Once::new();
     // Hooks are global: ours is installed once and passes on all other panics.
     HOOK.call_once(|| {
         let others = panic::take_hook();
         panic::set_hook(Box::new(move |info| {
-            if !becomes_a_row(info) {
+            if !is_caught(info) {
                 others(info);
             }
         }));
     });
-    attempt(&work).or_else(|panic| alone(&work).unwrap_or(Err(panic)))
+    attempt(&work).or_else(|panic| run_single_threaded(&work).unwrap_or(Err(panic)))
 }
 
 /// Runs work on a pool of one thread; `None` if no thread can be created.
-fn alone<T: Send>(work: &(impl Fn() -> T + Sync)) -> Option<Result<T, Panic>> {
+fn run_single_threaded<T: Send>(work: &(impl Fn() -> T + Sync)) -> Option<Result<T, CaughtPanic>> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().ok()?;
     // A new thread waits for the result: a waiting thread of the pool would take up other work meanwhile.
     thread::scope(|scope| scope.spawn(|| pool.install(|| attempt(work))).join().ok())
 }
 
 /// Runs work and returns its panic with the recorded place.
-fn attempt<T>(work: &impl Fn() -> T) -> Result<T, Panic> {
+fn attempt<T>(work: &impl Fn() -> T) -> Result<T, CaughtPanic> {
     CATCHING.fetch_add(1, Ordering::Relaxed);
     DEPTH.set(DEPTH.get() + 1);
     PLACE.take();
     let result = panic::catch_unwind(AssertUnwindSafe(work));
     DEPTH.set(DEPTH.get() - 1);
     CATCHING.fetch_sub(1, Ordering::Relaxed);
-    result.map_err(|payload| Panic { text: text(&*payload), place: PLACE.take() })
+    result.map_err(|payload| CaughtPanic { text: text(&*payload), place: PLACE.take() })
 }
 
 fn text(payload: &(dyn Any + Send)) -> String {
@@ -159,7 +159,7 @@ metrics: [coverage]
     #[test]
     fn places_are_the_same_on_all_machines() {
         let crates = "/home/me/.cargo/registry/src/index-1234/rayon-1.12.0/src/lib.rs";
-        assert_eq!(shown(crates), "rayon-1.12.0/src/lib.rs");
-        assert_eq!(shown("geometry\\src\\lib.rs"), "geometry/src/lib.rs");
+        assert_eq!(portable_path(crates), "rayon-1.12.0/src/lib.rs");
+        assert_eq!(portable_path("geometry\\src\\lib.rs"), "geometry/src/lib.rs");
     }
 }

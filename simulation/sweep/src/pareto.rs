@@ -14,7 +14,7 @@ use crate::plan::Direction;
 /// // Less of the first, more of the second: the last is beaten by both.
 /// assert_eq!(front(&rows, &[Min, Max]), [true, true, false]);
 /// ```
-pub fn front(rows: &[Vec<Option<f64>>], directions: &[Direction]) -> Vec<bool> {
+pub fn pareto_front(rows: &[Vec<Option<f64>>], directions: &[Direction]) -> Vec<bool> {
     // Costs: smaller is better.
     let cost = |row: &Vec<Option<f64>>| -> Option<Vec<f64>> {
         let sign = |direction: &Direction| if *direction == Direction::Max { -1.0 } else { 1.0 };
@@ -69,7 +69,7 @@ mod tests {
             let expected: Vec<bool> = rows.iter().map(|row| {
                 whole(row) && !rows.iter().any(|other| whole(other) && beats(other, row))
             }).collect();
-            prop_assert_eq!(front(&rows, &directions), expected);
+            prop_assert_eq!(pareto_front(&rows, &directions), expected);
         }
     }
 }

@@ -99,7 +99,7 @@ impl Row {
         }
     }
 
-    pub(crate) fn refuse(&mut self, status: Status, code: &str, reason: String) {
+    pub(crate) fn set_failure(&mut self, status: Status, code: &str, reason: String) {
         self.status = status;
         self.error_code = Some(code.into());
         self.reason = Some(reason);
@@ -132,7 +132,7 @@ mod tests {
         let mut row =
             Row::new(7, vec![Value::Number(0.1 + 0.2), Value::Text("black, \"PLA\"".into())]);
         row.metrics.insert("mass_g[black PLA]".into(), 1.0 / 3.0);
-        row.refuse(Status::Excluded, "constraint", "a < b".into());
+        row.set_failure(Status::Excluded, "constraint", "a < b".into());
         let line = row.to_line().unwrap();
         assert!(!line.contains('\n'));
         assert_eq!(Row::from_line(&line).unwrap(), row);

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use fabkit_export::{Column, ExportError, parquet};
+use fabkit_export::{ParquetColumn, ExportError, parquet};
 
-use crate::pareto::front;
+use crate::pareto::pareto_front;
 use crate::plan::Plan;
 use crate::row::{Row, Status, Value};
 
@@ -52,9 +52,9 @@ impl Table {
                 plan.objectives().iter().map(|o| value(&o.metric).filter(|_| is_ok)).collect()
             })
             .collect();
-        let pareto = front(&costs, &directions);
+        let pareto = pareto_front(&costs, &directions);
         let axes = plan.axes().iter().map(|axis| axis.column()).collect();
-        let (has_objectives, has_changes) = (!directions.is_empty(), plan.is_fixed());
+        let (has_objectives, has_changes) = (!directions.is_empty(), plan.adapts_chosen_values());
         Self { rows, axes, metrics, pareto, has_objectives, has_changes }
     }
 
@@ -83,7 +83,7 @@ impl Table {
     /// Writes comma-separated values (RFC 4180, but with Unix line ends); numbers have all their digits.
     pub fn to_csv(&self) -> String {
         let columns = self.columns();
-        let names: Vec<String> = columns.iter().map(|(name, _)| quoted(name)).collect();
+        let names: Vec<String> = columns.iter().map(|(name, _)| quote_cell(name)).collect();
         let mut csv = names.join(",") + "\n";
         for i in 0..self.rows.len() {
             for (k, (_, column)) in columns.iter().enumerate() {
@@ -92,14 +92,14 @@ impl Table {
                 }
                 // Writing to a string cannot fail.
                 let _ = match column {
-                    Column::Integers(values) => write!(csv, "{}", values[i]),
-                    Column::Numbers(values) => {
+                    ParquetColumn::Integers(values) => write!(csv, "{}", values[i]),
+                    ParquetColumn::Numbers(values) => {
                         values[i].map_or(Ok(()), |value| write!(csv, "{value}"))
                     }
-                    Column::Texts(values) => {
-                        values[i].as_ref().map_or(Ok(()), |text| write!(csv, "{}", quoted(text)))
+                    ParquetColumn::Texts(values) => {
+                        values[i].as_ref().map_or(Ok(()), |text| write!(csv, "{}", quote_cell(text)))
                     }
-                    Column::Flags(values) => {
+                    ParquetColumn::Flags(values) => {
                         values[i].map_or(Ok(()), |value| write!(csv, "{value}"))
                     }
                 };
@@ -118,22 +118,22 @@ impl Table {
     }
 
     /// Lists names and values of all columns.
-    fn columns(&self) -> Vec<(String, Column)> {
+    fn columns(&self) -> Vec<(String, ParquetColumn)> {
         let texts = |text: &dyn Fn(&Row) -> Option<String>| {
-            Column::Texts(self.rows.iter().map(text).collect())
+            ParquetColumn::Texts(self.rows.iter().map(text).collect())
         };
         let notes = |row: &Row| (!row.notes.is_empty()).then(|| row.notes.join("; "));
         let flag = |on: &bool| self.has_objectives.then_some(*on);
         let mut columns = vec![
             (
                 "variant".to_owned(),
-                Column::Integers(self.rows.iter().map(|r| r.variant as i64).collect()),
+                ParquetColumn::Integers(self.rows.iter().map(|r| r.variant as i64).collect()),
             ),
             ("status".to_owned(), texts(&|row| Some(row.status.word().to_owned()))),
             ("error_code".to_owned(), texts(&|row| row.error_code.clone())),
             ("reason".to_owned(), texts(&|row| row.reason.clone())),
             ("notes".to_owned(), texts(&notes)),
-            ("pareto".to_owned(), Column::Flags(self.pareto.iter().map(flag).collect())),
+            ("pareto".to_owned(), ParquetColumn::Flags(self.pareto.iter().map(flag).collect())),
         ];
         if self.has_changes {
             let changes = |row: &Row| (!row.changes.is_empty()).then(|| row.changes.join("; "));
@@ -144,20 +144,20 @@ impl Table {
             // A column has one type: a single word makes it a column of texts.
             let is_number = values().all(|value| matches!(value, None | Some(Value::Number(_))));
             let column = match is_number {
-                true => Column::Numbers(values().map(|v| v.and_then(Value::number)).collect()),
-                false => Column::Texts(values().map(|v| v.map(shown)).collect()),
+                true => ParquetColumn::Numbers(values().map(|v| v.and_then(Value::number)).collect()),
+                false => ParquetColumn::Texts(values().map(|v| v.map(format_value)).collect()),
             };
             columns.push((name.clone(), column));
         }
         for name in &self.metrics {
             let values = self.rows.iter().map(|row| row.metrics.get(name).copied());
-            columns.push((name.clone(), Column::Numbers(values.collect())));
+            columns.push((name.clone(), ParquetColumn::Numbers(values.collect())));
         }
         columns
     }
 }
 
-fn shown(value: &Value) -> String {
+fn format_value(value: &Value) -> String {
     match value {
         Value::Number(number) => number.to_string(),
         Value::Text(text) => text.clone(),
@@ -165,7 +165,7 @@ fn shown(value: &Value) -> String {
 }
 
 /// Quotes a cell if necessary.
-fn quoted(text: &str) -> String {
+fn quote_cell(text: &str) -> String {
     match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),
         false => text.to_owned(),

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-use crate::contract::faults;
+use crate::contract::find_faults;
 
 /// Result of one run.
 #[derive(Clone, Debug)]
@@ -36,7 +36,7 @@ impl Run {
     pub fn json(&self) -> serde_json::Value {
         let document: serde_json::Value =
             serde_json::from_str(&self.stdout).unwrap_or_else(|e| panic!("{e}: {self:?}"));
-        let faults = if document.get("$schema").is_some() { vec![] } else { faults(&document) };
+        let faults = if document.get("$schema").is_some() { vec![] } else { find_faults(&document) };
         assert!(faults.is_empty(), "{}", faults.join("\n"));
         document
     }
@@ -98,7 +98,7 @@ pub fn fabkit(folder: &Path, arguments: &[&str]) -> Run {
 ///
 /// # Panics
 /// If one cannot be read.
-pub fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+pub fn read_folder(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let Ok(entries) = fs::read_dir(folder) else { return BTreeMap::new() };
     entries
         .map(|entry| {

@@ -10,7 +10,7 @@ use serde_json::{Map, Value};
 
 /// Returns the faults of a document. Keys without an entry in the schema are faults, unless the schema allows
 /// additional ones.
-pub fn faults(document: &Value) -> Vec<String> {
+pub fn find_faults(document: &Value) -> Vec<String> {
     let format = document["format"].as_str().unwrap_or_default();
     let mut faults = Vec::new();
     match schemas().get(format) {
@@ -44,7 +44,7 @@ fn compare(schema: &Value, value: &Value, at: &str, faults: &mut Vec<String>) {
     for (word, wanted) in words {
         let holds = match word.as_str() {
             "$schema" | "title" | "description" => true,
-            "type" => is_of(wanted, value),
+            "type" => has_type(wanted, value),
             "const" => wanted == value,
             "enum" => items(wanted).iter().any(|one| one == value),
             "anyOf" => items(wanted).iter().any(|one| {
@@ -102,7 +102,7 @@ fn keys(
     }
 }
 
-fn is_of(types: &Value, value: &Value) -> bool {
+fn has_type(types: &Value, value: &Value) -> bool {
     let is = |name: &Value| match name.as_str().unwrap_or_default() {
         "null" => value.is_null(),
         "boolean" => value.is_boolean(),

@@ -17,9 +17,9 @@ pub fn is_full() -> bool {
 
 /// Returns the names of the built-in sensors under test: the first of each family, or all with [`is_full`]. The others
 /// differ from it in numbers only, and `fabkit check` is always run on all of them.
-pub fn looked_at() -> Vec<&'static str> {
+pub fn tested_sensors() -> Vec<&'static str> {
     let mut families = BTreeSet::new();
-    let is_new = |name: &&str| is_full() || families.insert(built(name, &[]).family);
+    let is_new = |name: &&str| is_full() || families.insert(build_design(name, &[]).family);
     builtin_names().into_iter().filter(is_new).collect()
 }
 
@@ -28,7 +28,7 @@ pub fn looked_at() -> Vec<&'static str> {
 /// # Panics
 /// If one does not load.
 pub fn builtin_designs() -> Vec<Design> {
-    looked_at().into_iter().map(|name| built(name, &[])).collect()
+    tested_sensors().into_iter().map(|name| build_design(name, &[])).collect()
 }
 
 /// Builds a built-in sensor with settings as after `--set`. The sections of other crates in its file (`fixtures`) are
@@ -36,7 +36,7 @@ pub fn builtin_designs() -> Vec<Design> {
 ///
 /// # Panics
 /// If it does not load.
-pub fn built(name: &str, settings: &[&str]) -> Design {
+pub fn build_design(name: &str, settings: &[&str]) -> Design {
     let yaml = builtin_yaml(name).expect("named by the registry");
     let listed: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
     load(name, yaml, &listed, &["fixtures"])
@@ -67,13 +67,13 @@ pub fn builtin_fixtures() -> Vec<Design> {
 }
 
 /// Returns the cases that a test covers: the first and every third after it, or all with [`is_full`].
-pub fn some<T>(cases: &[T]) -> Vec<&T> {
+pub fn sample_cases<T>(cases: &[T]) -> Vec<&T> {
     cases.iter().step_by(if is_full() { 1 } else { 3 }).collect()
 }
 
 /// Returns the bodies under test: all of them, except that of the hundred halves of a fixture, which differ only in
 /// their protrusions, every tenth is taken, unless [`is_full`].
-pub fn sampled(design: &Design) -> impl Iterator<Item = &Body> {
+pub fn sample_bodies(design: &Design) -> impl Iterator<Item = &Body> {
     let all = is_full();
     let number = |body: &Body| body.name.rsplit_once('-').and_then(|(_, n)| n.parse::<u32>().ok());
     design.sensor.bodies.iter().filter(move |body| all || number(body).is_none_or(|n| n % 10 == 0))

@@ -5,9 +5,9 @@ pub mod contract;
 mod designs;
 mod rules;
 
-pub use command::{Run, binary, command, contents, fabkit};
-pub use designs::{built, builtin_designs, builtin_fixtures, is_full, looked_at, sampled, some};
-pub use rules::{check, found, motions};
+pub use command::{Run, binary, command, read_folder, fabkit};
+pub use designs::{build_design, builtin_designs, builtin_fixtures, is_full, tested_sensors, sample_bodies, sample_cases};
+pub use rules::{check, find_findings, motions};
 
 /// Camera file in OpenCV's format: R-Tac0's published unit, calibrated in air, as stated by its authors.
 pub const OPENCV_CAMERA: &str = include_str!("../data/rtac0_opencv_camera.yaml");

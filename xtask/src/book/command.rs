@@ -23,7 +23,7 @@ pub fn page(fabkit: &Path) -> Result<Output, String> {
 fn describe(fabkit: &Path, words: &[&str], text: &mut String) -> Result<(), String> {
     let name = [&["fabkit"], words].concat().join(" ");
     let help =
-        super::output(Command::new(fabkit).args(words).arg("--help").env("COLUMNS", COLUMNS))?;
+        super::run_output(Command::new(fabkit).args(words).arg("--help").env("COLUMNS", COLUMNS))?;
     // Writing to a string cannot fail.
     let _ = write!(text, "\n## {name}\n\n```text\n{}\n```\n", help.trim_end());
     for command in commands(&help) {

@@ -36,7 +36,7 @@ pub fn steps(text: &str) -> Result<Vec<Step>, String> {
 /// The error names the first line that the output lacks.
 pub fn compare(shown: &[String], output: &str) -> Result<(), String> {
     let output: Vec<&str> = output.trim_end().lines().map(str::trim_end).collect();
-    match unmatched(shown, &output) {
+    match find_unmatched(shown, &output) {
         None => Ok(()),
         Some("") => Err("there is more output than is shown".into()),
         Some(line) => Err(format!("the output lacks `{line}`")),
@@ -45,14 +45,14 @@ pub fn compare(shown: &[String], output: &str) -> Result<(), String> {
 
 /// Returns `None` if all lines match; otherwise the first line that cannot be matched in any way, or an empty text for
 /// surplus output.
-fn unmatched<'a>(shown: &'a [String], output: &[&str]) -> Option<&'a str> {
+fn find_unmatched<'a>(shown: &'a [String], output: &[&str]) -> Option<&'a str> {
     // All positions in the output that the lines so far may reach, as in a simulation of a nondeterministic automaton.
     let mut reached = vec![0];
     for line in shown {
         let next: Vec<usize> = if line == "..." {
             (reached.first().copied().unwrap_or_default()..=output.len()).collect()
         } else {
-            let matching = |&&at: &&usize| output.get(at).is_some_and(|have| fits(line, have));
+            let matching = |&&at: &&usize| output.get(at).is_some_and(|have| matches_line(line, have));
             reached.iter().filter(matching).map(|at| at + 1).collect()
         };
         if next.is_empty() {
@@ -64,7 +64,7 @@ fn unmatched<'a>(shown: &'a [String], output: &[&str]) -> Option<&'a str> {
 }
 
 /// Returns whether a line matches a shown one, in which `...` stands for any text.
-fn fits(shown: &str, have: &str) -> bool {
+fn matches_line(shown: &str, have: &str) -> bool {
     let mut parts = shown.split("...");
     let Some(mut rest) = parts.next().and_then(|first| have.strip_prefix(first)) else {
         return false;

@@ -27,7 +27,7 @@ const SHELLS: [&str; 4] = ["sh", "bash", "shell", "zsh"];
 
 /// Commands that install fabkit. They may stand in such blocks, because the gate runs them or their equivalents
 /// elsewhere: they build everything anew, or install into the reader's home.
-const SET_UP: [&str; 4] = [
+const SETUP_COMMANDS: [&str; 4] = [
     "cargo run --release -- export rtac0",
     "cargo xtask test",
     "cargo install --path fabkit --locked",
@@ -92,7 +92,7 @@ impl Runner {
                 continue;
             }
             if let Some(source) = block.option("from") {
-                quoted(source, &block.text).map_err(|e| format!("{}: {e}", place(0)))?;
+                check_quotation(source, &block.text).map_err(|e| format!("{}: {e}", place(0)))?;
                 continue;
             }
             match block.language.as_str() {
@@ -110,7 +110,7 @@ impl Runner {
                     }
                 }
                 shell if SHELLS.contains(&shell) => {
-                    if !block.text.lines().all(|line| SET_UP.contains(&line)) {
+                    if !block.text.lines().all(|line| SETUP_COMMANDS.contains(&line)) {
                         return Err(format!(
                             "{}: `{shell}` blocks do not run; write console",
                             place(0)
@@ -136,9 +136,9 @@ impl Runner {
             let mut bash = self.command(Path::new("bash"), folder);
             // Standard error goes to the same pipe, so that lines keep their order.
             bash.args(["-c", &format!("exec 2>&1; set -eo pipefail; {}", step.command)]);
-            let (code, output) = output_of(&mut bash, "").map_err(|e| failed(&e, ""))?;
+            let (code, output) = run_command(&mut bash, "").map_err(|e| failed(&e, ""))?;
             self.ran += 1;
-            right_code(block, code).map_err(|e| failed(&e, &output))?;
+            check_exit_code(block, code).map_err(|e| failed(&e, &output))?;
             if !step.shown.is_empty() {
                 expected::compare(&step.shown, &output).map_err(|e| failed(&e, &output))?;
             }
@@ -148,9 +148,9 @@ impl Runner {
 
     fn python(&mut self, block: &Block, folder: &Path) -> Result<String, String> {
         let mut python = self.command(&self.python, folder);
-        let (code, output) = output_of(python.arg("-"), &block.text)?;
+        let (code, output) = run_command(python.arg("-"), &block.text)?;
         self.ran += 1;
-        right_code(block, code).map_err(|e| format!("{e}\n{output}"))?;
+        check_exit_code(block, code).map_err(|e| format!("{e}\n{output}"))?;
         Ok(output)
     }
 
@@ -170,7 +170,7 @@ impl Runner {
             return *known;
         }
         let found = Command::new(&self.python)
-            .args(["-c", &super::import_of(module)])
+            .args(["-c", &super::import_code(module)])
             .env("PYTHONPATH", &self.python_path)
             .current_dir(env::temp_dir())
             .stderr(Stdio::null())
@@ -182,7 +182,7 @@ impl Runner {
 }
 
 /// Checks that lines occur consecutively in a file of the repository, ignoring indentation.
-fn quoted(source: &str, text: &str) -> Result<(), String> {
+fn check_quotation(source: &str, text: &str) -> Result<(), String> {
     let have = fs::read_to_string(root().join(source)).map_err(|e| format!("{source}: {e}"))?;
     let trimmed = |text: &str| text.lines().map(|l| l.trim().to_owned()).collect::<Vec<_>>();
     let gap = || ["...".to_owned()];
@@ -191,14 +191,14 @@ fn quoted(source: &str, text: &str) -> Result<(), String> {
         .map_err(|_| format!("{source} has no such lines any more"))
 }
 
-fn right_code(block: &Block, code: Option<i32>) -> Result<(), String> {
+fn check_exit_code(block: &Block, code: Option<i32>) -> Result<(), String> {
     let wanted = block.option("fails").unwrap_or("0");
     let have = code.map_or("a signal".to_owned(), |code| code.to_string());
     if have == wanted { Ok(()) } else { Err(format!("exit code {have} instead of {wanted}")) }
 }
 
 /// Runs a command. Returns the exit code, and standard output followed by standard error.
-fn output_of(command: &mut Command, input: &str) -> Result<(Option<i32>, String), String> {
+fn run_command(command: &mut Command, input: &str) -> Result<(Option<i32>, String), String> {
     let failed = |e: std::io::Error| format!("cannot run it: {e}");
     let pipes = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = pipes.spawn().map_err(failed)?;

@@ -97,7 +97,7 @@ fn fault(
     let (file, anchor) = target.split_once('#').unwrap_or((target, ""));
     let path = match file {
         "" => Some(from.to_owned()),
-        file => within(&from.parent().unwrap_or(Path::new("")).join(file)),
+        file => resolve_inside(&from.parent().unwrap_or(Path::new("")).join(file)),
     };
     let Some(path) = path else {
         return Some(format!("`{target}` leaves docs/, which the book's reader does not have"));
@@ -115,7 +115,7 @@ fn fault(
 }
 
 /// Resolves `.` and `..` in a relative path; `None` if it leads outside.
-fn within(path: &Path) -> Option<PathBuf> {
+fn resolve_inside(path: &Path) -> Option<PathBuf> {
     let mut inside = PathBuf::new();
     for component in path.components() {
         match component {

@@ -27,7 +27,7 @@ pub fn corners() -> String {
 }
 
 /// Formats a camera file of 640 x 480 px with an equidistant lens.
-pub fn lens_of(focal_px: f64) -> String {
+pub fn camera_file(focal_px: f64) -> String {
     format!(
         "fabkit_camera: 1\nwidth_px: 640\nheight_px: 480\nlens:\n  model: kannala-brandt\n  \
          fx_px: {focal_px}\n  fy_px: {focal_px}\n  cx_px: 319.5\n  cy_px: 239.5\n  k1: 0\n  k2: \

@@ -37,7 +37,7 @@ fn visible(files: &Files) -> Files {
 }
 
 /// Judges a run that ended by itself: exactly the old files or exactly the new ones.
-pub fn whole(after: &Files, old: &Files, new: &Files) -> Result<(), String> {
+pub fn check_complete(after: &Files, old: &Files, new: &Files) -> Result<(), String> {
     if after == old || after == new {
         return Ok(());
     }
@@ -46,7 +46,7 @@ pub fn whole(after: &Files, old: &Files, new: &Files) -> Result<(), String> {
 
 /// Judges a run that was killed: a mixture has no list of contents, each file is a complete old or new one, and every
 /// old one still exists under some name.
-pub fn recoverable(after: &Files, old: &Files, new: &Files) -> Result<(), String> {
+pub fn check_recoverable(after: &Files, old: &Files, new: &Files) -> Result<(), String> {
     let seen = visible(after);
     if seen == *old || seen == *new {
         return Ok(());
@@ -68,7 +68,7 @@ pub fn recoverable(after: &Files, old: &Files, new: &Files) -> Result<(), String
 }
 
 /// Judges an undisturbed run: exactly the new files.
-pub fn exactly(after: &Files, new: &Files) -> Result<(), String> {
+pub fn check_exact(after: &Files, new: &Files) -> Result<(), String> {
     match after == new {
         true => Ok(()),
         false => Err(format!("after the next run: {}", difference(after, new, new))),

@@ -9,12 +9,12 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use super::Trial;
-use super::inputs::{CAMERA, SWEEP, captures, corners, lens_of};
+use super::inputs::{CAMERA, SWEEP, captures, corners, camera_file};
 use super::judge::{self, Files};
 use super::shim::{self, Fault, KINDS};
 
 /// Time limit of a run; a longer one counts as hanging.
-const PATIENCE: Duration = Duration::from_secs(120);
+const TIME_LIMIT: Duration = Duration::from_secs(120);
 
 /// Documented exit codes: success, bad input, limit, input or output failure.
 const DOCUMENTED: [i32; 4] = [0, 2, 3, 4];
@@ -87,7 +87,7 @@ pub fn all(fabkit: &Path, scratch: &Path) -> Result<Vec<Scenario>, String> {
                      kannala-brandt -o out/camera.yaml --report out/report/lens.html --set \
                      camera.field_of_view";
     let (landmarks, captures) = captures();
-    let (lens_a, lens_b) = (lens_of(229.18), lens_of(228.0));
+    let (lens_a, lens_b) = (camera_file(229.18), camera_file(228.0));
     let pins = [
         ("a.yaml", lens_a.as_str()),
         ("b.yaml", &lens_b),
@@ -159,7 +159,7 @@ fn board(fabkit: &Path, scratch: &Path) -> Result<String, String> {
 static NUMBER: AtomicUsize = AtomicUsize::new(0);
 
 impl Scenario {
-    pub fn takes_crowds(&self) -> bool {
+    pub fn has_rivals(&self) -> bool {
         !self.rivals.is_empty()
     }
 
@@ -169,10 +169,10 @@ impl Scenario {
         for ((call, errors), count) in KINDS.iter().zip(&self.counts) {
             for k in 1..=*count {
                 for &error in *errors {
-                    faults.push(Fault { call, k, error, on: false });
+                    faults.push(Fault { call, ordinal: k, error, is_persistent: false });
                     // A full disk (28) and missing permissions (13) persist, so all later calls fail as well.
                     if [28, 13].contains(&error) {
-                        faults.push(Fault { call, k, error, on: true });
+                        faults.push(Fault { call, ordinal: k, error, is_persistent: true });
                     }
                 }
             }
@@ -182,7 +182,7 @@ impl Scenario {
 
     /// Runs the scenario undisturbed, to learn its old and new files, its numbers of calls and its usual time.
     pub fn prepare(&mut self, shim: &Path) -> Result<(), String> {
-        let place = self.place()?;
+        let place = self.make_folder()?;
         self.run_well(&place, &self.before)?;
         self.old = judge::files(&place.join("out"));
         let start = Instant::now();
@@ -195,7 +195,7 @@ impl Scenario {
             return Err(format!("{}: the new files are the old ones", self.name));
         }
         for rival in &self.rivals {
-            let place = self.place()?;
+            let place = self.make_folder()?;
             self.run_well(&place, rival)?;
             self.rival_files.push(judge::files(&place.join("out")));
         }
@@ -204,14 +204,14 @@ impl Scenario {
 
     /// Runs one trial and judges the remaining files.
     pub fn try_out(&self, trial: &Trial, shim: &Path) -> Result<(), String> {
-        let place = self.place()?;
+        let place = self.make_folder()?;
         for (name, bytes) in &self.old {
             let path = place.join("out").join(name);
             let folder = path.parent().unwrap_or(&place);
             fs::create_dir_all(folder).and_then(|()| fs::write(&path, bytes)).map_err(text)?;
         }
         let judged = match trial {
-            Trial::Crowd(part) => self.crowd(&place, *part),
+            Trial::Concurrent(part) => self.run_concurrently(&place, *part),
             _ => self.disturb(trial, shim, &place),
         };
         if judged.is_ok() {
@@ -223,14 +223,14 @@ impl Scenario {
     fn disturb(&self, trial: &Trial, shim: &Path, place: &Path) -> Result<(), String> {
         let mut command = self.command(place, &self.arguments);
         match trial {
-            Trial::Call(fault) => fault.put(&mut command, shim, place),
-            Trial::Memory(mib) => command = self.starved(place, *mib),
+            Trial::Call(fault) => fault.inject(&mut command, shim, place),
+            Trial::Memory(mib) => command = self.command_with_memory(place, *mib),
             _ => {}
         }
         let child = command.spawn().map_err(text)?;
         let wait = match trial {
             Trial::Kill(part) => self.usual.mul_f64(*part),
-            _ => PATIENCE,
+            _ => TIME_LIMIT,
         };
         let status = wait_for(child, wait, matches!(trial, Trial::Kill(_)))?;
         // Without memory the allocator aborts, which is a signal as well.
@@ -243,24 +243,24 @@ impl Scenario {
         }
         let after = judge::files(&place.join("out"));
         if status.success() {
-            judge::exactly(&after, &self.new)?;
+            judge::check_exact(&after, &self.new)?;
         }
         // If renaming fails persistently, nothing can be put back; the next run does that.
-        let is_stuck = matches!(trial, Trial::Call(Fault { call: "rename", on: true, .. }));
+        let is_stuck = matches!(trial, Trial::Call(Fault { call: "rename", is_persistent: true, .. }));
         if self.kind == Kind::Set {
             match died || is_stuck {
-                true => judge::recoverable(&after, &self.old, &self.new)?,
-                false => judge::whole(&after, &self.old, &self.new)?,
+                true => judge::check_recoverable(&after, &self.old, &self.new)?,
+                false => judge::check_complete(&after, &self.old, &self.new)?,
             }
         }
         if after != self.new {
             self.run_well(place, &self.arguments).map_err(|why| format!("the next run: {why}"))?;
-            judge::exactly(&judge::files(&place.join("out")), &self.new)?;
+            judge::check_exact(&judge::files(&place.join("out")), &self.new)?;
         }
         Ok(())
     }
 
-    fn crowd(&self, place: &Path, part: f64) -> Result<(), String> {
+    fn run_concurrently(&self, place: &Path, part: f64) -> Result<(), String> {
         let spawn = |rival: &Vec<String>| self.command(place, rival).spawn().map_err(text);
         // The crowd then meets a folder that is begun but not finished.
         if self.kind == Kind::Resumable && part > 0.0 {
@@ -271,7 +271,7 @@ impl Scenario {
         let usual: &[i32] = if self.kind == Kind::Set { &[0, 4] } else { &[0, 2, 4] };
         let mut has_finished = false;
         for child in children {
-            let status = wait_for(child, PATIENCE, false)?;
+            let status = wait_for(child, TIME_LIMIT, false)?;
             if !status.code().is_some_and(|code| usual.contains(&code)) {
                 return Err(format!("one of several at once: {status}"));
             }
@@ -298,7 +298,7 @@ impl Scenario {
     }
 
     /// Makes a new folder with the inputs.
-    fn place(&self) -> Result<PathBuf, String> {
+    fn make_folder(&self) -> Result<PathBuf, String> {
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let place = self.scratch.join(format!("{}-{number}", self.name));
         fs::create_dir_all(&place).map_err(text)?;
@@ -318,7 +318,7 @@ impl Scenario {
         command
     }
 
-    fn starved(&self, place: &Path, mib: u64) -> Command {
+    fn command_with_memory(&self, place: &Path, mib: u64) -> Command {
         let mut command = Command::new("sh");
         let script = format!(r#"ulimit -v {}; exec "$0" "$@""#, mib << 10);
         command.args(["-c", &script]).arg(&self.fabkit).args(&self.arguments);

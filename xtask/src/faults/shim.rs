@@ -10,11 +10,11 @@ use crate::run::root;
 pub struct Fault {
     pub call: &'static str,
     /// Ordinal of the failing call, from 1.
-    pub k: usize,
+    pub ordinal: usize,
     /// Error number of the system; 0 kills the process.
     pub error: i32,
     /// True if all later calls fail as well.
-    pub on: bool,
+    pub is_persistent: bool,
 }
 
 /// Kinds of calls with their possible errors (EACCES 13, EDQUOT 122, EINTR 4, EIO 5, EMFILE 24, ENOSPC 28, EPERM 1,
@@ -33,14 +33,14 @@ impl Fault {
     }
 
     /// Injects the fault into a command that runs in `folder`.
-    pub fn put(&self, command: &mut Command, shim: &Path, folder: &Path) {
+    pub fn inject(&self, command: &mut Command, shim: &Path, folder: &Path) {
         command
             .env("LD_PRELOAD", shim)
             .env("FAULT_DIR", folder)
             .env("FAULT_CALL", self.call)
-            .env("FAULT_K", self.k.to_string())
+            .env("FAULT_K", self.ordinal.to_string())
             .env("FAULT_ERRNO", self.error.to_string())
-            .env("FAULT_ON", if self.on { "1" } else { "" });
+            .env("FAULT_ON", if self.is_persistent { "1" } else { "" });
     }
 }
 

@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
-use fabkit_text::{Node, shown, suggestion};
+use fabkit_text::{YamlNode, to_printable, suggestion};
 use nalgebra::{DMatrix, Point3};
 
-use super::fields::Fields;
-use super::{Fault, InvalidCameraFile, list, number};
+use super::fields::FieldReader;
+use super::{YamlFault, InvalidCameraFile, list, number};
 use crate::error::InvalidCamera;
 use crate::estimate::CameraEstimate;
-use crate::interface::{Flat, Interface, Sphere};
+use crate::interface::{FlatInterface, Interface, SphericalInterface};
 use crate::lens::{INTRINSICS, Intrinsics, Lens, LensModel};
 
 /// Key that identifies this format; its value is the version.
@@ -56,7 +56,7 @@ pub(super) fn write(estimate: &CameraEstimate) -> String {
         // Writing to a string cannot fail, here and below.
         let _ = writeln!(text, "interface:\n  kind: {}", camera.interface().kind_name());
         write_pairs(&mut text, names.iter().copied().zip(values));
-        if camera.interface().is_drawn_behind() {
+        if camera.interface().has_drawn_bodies_behind() {
             let _ = writeln!(text, "  {BEHIND}: drawn");
         }
     }
@@ -79,7 +79,7 @@ fn write_pairs(text: &mut String, pairs: impl Iterator<Item = (&'static str, f64
 /// Returns keys and values of an interface, calibrated or not.
 fn interface_values(interface: &Interface) -> (&'static [&'static str], Vec<f64>) {
     match interface {
-        Interface::None | Interface::Drawn => (&[], Vec::new()),
+        Interface::None | Interface::FromDrawing => (&[], Vec::new()),
         Interface::Flat(flat) => (
             &FLAT,
             vec![
@@ -107,17 +107,17 @@ fn interface_values(interface: &Interface) -> (&'static [&'static str], Vec<f64>
 }
 
 /// Reads a camera in fabkit's own format.
-pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
-    let mut fields = Fields::default();
+pub(super) fn read(root: &YamlNode) -> Result<CameraEstimate, InvalidCameraFile> {
+    let mut fields = FieldReader::default();
     if let Some((version, line)) = fields.text(root, VERSION_KEY)
         && version != VERSION
     {
-        let message = format!("version `{}` is not known", shown(version));
+        let message = format!("version `{}` is not known", to_printable(version));
         let hint = format!("this fabkit reads version {VERSION}");
-        return Err(Fault::new(line, VERSION_KEY, message).hint(hint).into());
+        return Err(YamlFault::new(line, VERSION_KEY, message).hint(hint).into());
     }
     let known = [VERSION_KEY, "width_px", "height_px", "lens", "interface", "covariance"];
-    fields.only(root, &known);
+    fields.require_known_keys(root, &known);
     let size = ["width_px", "height_px"]
         .map(|key| fields.child(root, key).map_or(0, |node| fields.pixels(node, key)));
     let lens = fields.child(root, "lens").and_then(|node| read_lens(&mut fields, node));
@@ -130,40 +130,40 @@ pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
             of_lens.chain(of_interface.into_iter().take(count).map(|(name, _)| name)).collect()
         }
         // Without a lens the parameters' names are unknown, and the lens itself is reported.
-        _ => return Err(fields.faults_of(size.into(), lens, interface)),
+        _ => return Err(fields.into_faults(size.into(), lens, interface)),
     };
     let covariance = root.get("covariance");
     let covariance = covariance.and_then(|node| read_covariance(&mut fields, node, &names));
-    fields.finish(size.into(), lens, interface, covariance)
+    fields.into_camera(size.into(), lens, interface, covariance)
 }
 
 /// Reads the lens; `None` if its model is missing or unknown.
-fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCamera>> {
+fn read_lens(fields: &mut FieldReader, map: &YamlNode) -> Option<Result<Lens, InvalidCamera>> {
     let (model, line) = fields.text(map, "model")?;
     let is_given = |name: &str| map.get(name).is_some();
     let Some(coefficients) = LensModel::coefficients_in_file(model, is_given) else {
-        let message = format!("`{}` is not a lens model", shown(model));
+        let message = format!("`{}` is not a lens model", to_printable(model));
         let hint = suggestion(model, LensModel::file_names(), "known");
-        fields.fault(Fault::new(line, "model", message).hint(hint));
+        fields.fault(YamlFault::new(line, "model", message).hint(hint));
         return None;
     };
-    fields.only(map, &[&["model"], &INTRINSICS[..], coefficients].concat());
+    fields.require_known_keys(map, &[&["model"], &INTRINSICS[..], coefficients].concat());
     let [fx_px, fy_px, cx_px, cy_px] = INTRINSICS.map(|name| fields.number(map, name));
     let intrinsics = Intrinsics { fx_px, fy_px, cx_px, cy_px };
     let k: Vec<f64> = coefficients.iter().map(|name| fields.number(map, name)).collect();
-    Lens::of_model(model, intrinsics, &k)
+    Lens::from_model_name(model, intrinsics, &k)
 }
 
 /// Reads the interface; [`Interface::None`] if its kind is missing or unknown.
-fn read_interface(fields: &mut Fields, map: &Node) -> Interface {
+fn read_interface(fields: &mut FieldReader, map: &YamlNode) -> Interface {
     let Some((kind, line)) = fields.text(map, "kind") else { return Interface::None };
     match kind {
         "none" | "drawn" => {
-            fields.only(map, &["kind"]);
-            if kind == "drawn" { Interface::Drawn } else { Interface::None }
+            fields.require_known_keys(map, &["kind"]);
+            if kind == "drawn" { Interface::FromDrawing } else { Interface::None }
         }
         "flat" => {
-            fields.only(map, &[&["kind", BEHIND], &FLAT[..]].concat());
+            fields.require_known_keys(map, &[&["kind", BEHIND], &FLAT[..]].concat());
             let [
                 distance_mm,
                 tilt_x_rad,
@@ -173,7 +173,7 @@ fn read_interface(fields: &mut Fields, map: &Node) -> Interface {
                 glass_thickness_mm,
                 index_glass,
             ] = FLAT.map(|name| fields.number(map, name));
-            Interface::Flat(Flat {
+            Interface::Flat(FlatInterface {
                 distance_mm,
                 tilt_x_rad,
                 tilt_y_rad,
@@ -181,25 +181,25 @@ fn read_interface(fields: &mut Fields, map: &Node) -> Interface {
                 index_outside,
                 glass_thickness_mm,
                 index_glass,
-                is_drawn_behind: read_behind(fields, map),
+                has_drawn_bodies_behind: read_behind(fields, map),
             })
         }
         "sphere" => {
-            fields.only(map, &[&["kind", BEHIND], &SPHERE[..]].concat());
+            fields.require_known_keys(map, &[&["kind", BEHIND], &SPHERE[..]].concat());
             let [x_mm, y_mm, z_mm, radius_mm, index_inside, index_outside] =
                 SPHERE.map(|name| fields.number(map, name));
             let centre_in_camera = Point3::new(x_mm, y_mm, z_mm);
-            Interface::Sphere(Sphere {
+            Interface::Sphere(SphericalInterface {
                 centre_in_camera,
                 radius_mm,
                 index_inside,
                 index_outside,
-                is_drawn_behind: read_behind(fields, map),
+                has_drawn_bodies_behind: read_behind(fields, map),
             })
         }
         other => {
-            let message = format!("`{}` is not a kind of interface", shown(other));
-            fields.fault(Fault::new(line, "kind", message).hint(suggestion(
+            let message = format!("`{}` is not a kind of interface", to_printable(other));
+            fields.fault(YamlFault::new(line, "kind", message).hint(suggestion(
                 other,
                 ["none", "drawn", "flat", "sphere"],
                 "known",
@@ -210,34 +210,34 @@ fn read_interface(fields: &mut Fields, map: &Node) -> Interface {
 }
 
 /// Reads whether drawn bodies refract rays behind an interface.
-fn read_behind(fields: &mut Fields, map: &Node) -> bool {
+fn read_behind(fields: &mut FieldReader, map: &YamlNode) -> bool {
     let Some((behind, line)) = map.get(BEHIND).and_then(|_| fields.text(map, BEHIND)) else {
         return false;
     };
     if behind != "drawn" {
-        let message = format!("`{}` is nothing that stands behind an interface", shown(behind));
+        let message = format!("`{}` is nothing that stands behind an interface", to_printable(behind));
         let hint = "`drawn`, or nothing where no rays are bent again";
-        fields.fault(Fault::new(line, BEHIND, message).hint(hint));
+        fields.fault(YamlFault::new(line, BEHIND, message).hint(hint));
     }
     behind == "drawn"
 }
 
 /// Reads an N x N covariance, if its names and size fit the camera's `names`.
-fn read_covariance(fields: &mut Fields, map: &Node, names: &[&str]) -> Option<DMatrix<f64>> {
-    fields.only(map, &["names", "matrix"]);
+fn read_covariance(fields: &mut FieldReader, map: &YamlNode, names: &[&str]) -> Option<DMatrix<f64>> {
+    fields.require_known_keys(map, &["names", "matrix"]);
     let n = names.len();
     let written = fields.child(map, "names")?;
     let words = written.items().iter().map(|item| item.text().unwrap_or_default());
     if !words.eq(names.iter().copied()) {
         let hint = format!("this camera has {}", names.join(", "));
-        let fault = Fault::new(written.position, "names", "are not the parameters of this camera");
+        let fault = YamlFault::new(written.position, "names", "are not the parameters of this camera");
         fields.fault(fault.hint(hint));
         return None;
     }
     let matrix = fields.child(map, "matrix")?;
     let rows = matrix.items();
     if rows.len() != n {
-        fields.fault(Fault::new(matrix.position, "matrix", format!("must have {n} rows")));
+        fields.fault(YamlFault::new(matrix.position, "matrix", format!("must have {n} rows")));
         return None;
     }
     let mut values = Vec::with_capacity(n * n);
@@ -245,7 +245,7 @@ fn read_covariance(fields: &mut Fields, map: &Node, names: &[&str]) -> Option<DM
         let numbers = fields.numbers(row, "matrix");
         if numbers.len() != n {
             let message = format!("a row has {} numbers; {n} are needed", numbers.len());
-            fields.fault(Fault::new(row.position, "matrix", message));
+            fields.fault(YamlFault::new(row.position, "matrix", message));
             return None;
         }
         values.extend(numbers);

@@ -1,9 +1,9 @@
 //! Kalibr's camera chains with one camera.
 
-use fabkit_text::{Content, Node, shown, suggestion};
+use fabkit_text::{YamlContent, YamlNode, to_printable, suggestion};
 
-use super::fields::Fields;
-use super::{Fault, InvalidCameraFile, list};
+use super::fields::FieldReader;
+use super::{YamlFault, InvalidCameraFile, list};
 use crate::camera::Camera;
 use crate::error::InvalidCamera;
 use crate::estimate::CameraEstimate;
@@ -11,70 +11,70 @@ use crate::interface::Interface;
 use crate::lens::{DoubleSphere, Eucm, INTRINSICS, Intrinsics, KannalaBrandt, Lens, OpenCv};
 
 /// Reads a camera chain with one camera.
-pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
-    let mut fields = Fields::default();
+pub(super) fn read(root: &YamlNode) -> Result<CameraEstimate, InvalidCameraFile> {
+    let mut fields = FieldReader::default();
     for entry in root.entries().iter().filter(|e| e.key.starts_with("cam") && e.key != "cam0") {
-        let fault = Fault::new(entry.key_position, &shown(&entry.key), "is a second camera");
+        let fault = YamlFault::new(entry.key_position, &to_printable(&entry.key), "is a second camera");
         fields.fault(fault.hint("keep one camera in the file, as `cam0`"));
     }
     let Some(camera) = fields.child(root, "cam0") else {
-        return Err(fields.faults_of((0, 0), None, Interface::None));
+        return Err(fields.into_faults((0, 0), None, Interface::None));
     };
     let size = fields.child(camera, "resolution").map(|node| match &node.content {
-        Content::List(items) if items.len() == 2 => {
+        YamlContent::List(items) if items.len() == 2 => {
             (fields.pixels(&items[0], "width_px"), fields.pixels(&items[1], "height_px"))
         }
         _ => {
-            fields.fault(Fault::new(node.position, "resolution", "must be [width, height]"));
+            fields.fault(YamlFault::new(node.position, "resolution", "must be [width, height]"));
             (0, 0)
         }
     });
     let lens = read_lens(&mut fields, camera);
     match size {
-        Some(size) => fields.finish(size, lens, Interface::None, None),
-        None => Err(fields.faults_of((0, 0), lens, Interface::None)),
+        Some(size) => fields.into_camera(size, lens, Interface::None, None),
+        None => Err(fields.into_faults((0, 0), lens, Interface::None)),
     }
 }
 
 /// Reads the lens; `None` if something required is missing or unknown.
-fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCamera>> {
+fn read_lens(fields: &mut FieldReader, map: &YamlNode) -> Option<Result<Lens, InvalidCamera>> {
     let (model, line) = fields.text(map, "camera_model")?;
     let node = fields.child(map, "intrinsics");
     if let Some(node) = node {
-        fields.stands_on(&INTRINSICS, node.position);
+        fields.record_position(&INTRINSICS, node.position);
         // In sphere models Kalibr's intrinsics begin with the model's coefficients.
-        fields.stands_on(&["xi", "alpha", "beta"], node.position);
+        fields.record_position(&["xi", "alpha", "beta"], node.position);
     }
     let node = node?;
     let intrinsics =
         |[fx_px, fy_px, cx_px, cy_px]: [f64; 4]| Intrinsics { fx_px, fy_px, cx_px, cy_px };
     match model {
         "pinhole" => {
-            let intrinsics = intrinsics(fields.exactly(node, "intrinsics"));
+            let intrinsics = intrinsics(fields.read_exactly(node, "intrinsics"));
             read_distorted(fields, map, intrinsics)
         }
         "ds" => {
             no_distortion(fields, map, model);
-            let [xi, alpha, rest @ ..] = fields.exactly::<6>(node, "intrinsics");
+            let [xi, alpha, rest @ ..] = fields.read_exactly::<6>(node, "intrinsics");
             Some(DoubleSphere::new(intrinsics(rest), xi, alpha).map(Lens::DoubleSphere))
         }
         "eucm" => {
             no_distortion(fields, map, model);
-            let [alpha, beta, rest @ ..] = fields.exactly::<6>(node, "intrinsics");
+            let [alpha, beta, rest @ ..] = fields.read_exactly::<6>(node, "intrinsics");
             Some(Eucm::new(intrinsics(rest), alpha, beta).map(Lens::Eucm))
         }
         "omni" => {
             // Mei's `x / (z + xi d)` is the unified model `x / (alpha d + (1 - alpha) z)` with
             // `alpha = xi / (1 + xi)`, scaled by `1 + xi`.
             no_distortion(fields, map, model);
-            let [xi, fx, fy, cx, cy] = fields.exactly(node, "intrinsics");
+            let [xi, fx, fy, cx, cy] = fields.read_exactly(node, "intrinsics");
             let scaled = intrinsics([fx / (1.0 + xi), fy / (1.0 + xi), cx, cy]);
             Some(Eucm::new(scaled, xi / (1.0 + xi), 1.0).map(Lens::Eucm))
         }
         other => {
-            let message = format!("`{}` is not known", shown(other));
+            let message = format!("`{}` is not known", to_printable(other));
             let hint = suggestion(other, ["pinhole", "omni", "ds", "eucm"], "known");
-            fields.fault(Fault::new(line, "camera_model", message).hint(hint));
+            fields.fault(YamlFault::new(line, "camera_model", message).hint(hint));
             None
         }
     }
@@ -82,8 +82,8 @@ fn read_lens(fields: &mut Fields, map: &Node) -> Option<Result<Lens, InvalidCame
 
 /// Reads a pinhole with one of Kalibr's distortions.
 fn read_distorted(
-    fields: &mut Fields,
-    map: &Node,
+    fields: &mut FieldReader,
+    map: &YamlNode,
     intrinsics: Intrinsics,
 ) -> Option<Result<Lens, InvalidCamera>> {
     let (distortion, line) = fields.text(map, "distortion_model")?;
@@ -91,33 +91,33 @@ fn read_distorted(
         return Some(OpenCv::new(intrinsics, &[]).map(Lens::OpenCv));
     }
     let node = fields.child(map, "distortion_coeffs")?;
-    fields.stands_on(&["k1", "k2", "p1", "p2", "k3", "k4"], node.position);
+    fields.record_position(&["k1", "k2", "p1", "p2", "k3", "k4"], node.position);
     match distortion {
         "radtan" => {
-            let k = fields.exactly::<4>(node, "distortion_coeffs");
+            let k = fields.read_exactly::<4>(node, "distortion_coeffs");
             Some(OpenCv::new(intrinsics, &k).map(Lens::OpenCv))
         }
         "equidistant" | "equi" => {
-            let k = fields.exactly::<4>(node, "distortion_coeffs");
+            let k = fields.read_exactly::<4>(node, "distortion_coeffs");
             Some(KannalaBrandt::new(intrinsics, k).map(Lens::KannalaBrandt))
         }
         other => {
-            let message = format!("`{}` is not known", shown(other));
+            let message = format!("`{}` is not known", to_printable(other));
             let hint = suggestion(other, ["none", "radtan", "equidistant"], "known");
-            fields.fault(Fault::new(line, "distortion_model", message).hint(hint));
+            fields.fault(YamlFault::new(line, "distortion_model", message).hint(hint));
             None
         }
     }
 }
 
 /// Refuses distortion on top of a sphere model, which describes the whole lens here.
-fn no_distortion(fields: &mut Fields, map: &Node, model: &str) {
+fn no_distortion(fields: &mut FieldReader, map: &YamlNode, model: &str) {
     let Some(node) = map.get("distortion_coeffs") else { return };
     let coefficients = fields.numbers(node, "distortion_coeffs");
     if coefficients.iter().any(|k| *k != 0.0 && k.is_finite()) {
         let message = format!("`{model}` with further distortion has no counterpart here");
         let hint = "calibrate with `pinhole-equi`, `ds-none` or `eucm-none`";
-        fields.fault(Fault::new(node.position, "distortion_coeffs", message).hint(hint));
+        fields.fault(YamlFault::new(node.position, "distortion_coeffs", message).hint(hint));
     }
 }
 

@@ -1,9 +1,9 @@
 //! Formats with a camera matrix and a distortion vector: OpenCV's `FileStorage` and ROS's `camera_info`.
 
-use fabkit_text::{Content, Node, Position, shown, suggestion};
+use fabkit_text::{YamlContent, YamlNode, Position, to_printable, suggestion};
 
-use super::fields::Fields;
-use super::{Fault, InvalidCameraFile, list};
+use super::fields::FieldReader;
+use super::{YamlFault, InvalidCameraFile, list};
 use crate::camera::Camera;
 use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
@@ -24,21 +24,21 @@ enum DistortionModel {
     Fisheye,
 }
 
-fn first<'a>(root: &'a Node, spellings: &[&str]) -> Option<&'a Node> {
+fn first<'a>(root: &'a YamlNode, spellings: &[&str]) -> Option<&'a YamlNode> {
     spellings.iter().find_map(|key| root.get(key))
 }
 
-pub(super) fn is_recognised(root: &Node) -> bool {
+pub(super) fn is_recognised(root: &YamlNode) -> bool {
     first(root, &MATRIX).is_some()
 }
 
 /// Reads a camera in OpenCV's or ROS's format.
-pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
-    let mut fields = Fields::default();
+pub(super) fn read(root: &YamlNode) -> Result<CameraEstimate, InvalidCameraFile> {
+    let mut fields = FieldReader::default();
     let mut size = |spellings: &[&'static str], field: &'static str| {
         let Some(node) = first(root, spellings) else {
             let message = "is missing; without the image's size a camera is not complete";
-            fields.fault(Fault::new(None, spellings[0], message));
+            fields.fault(YamlFault::new(None, spellings[0], message));
             return 0;
         };
         fields.pixels(node, field)
@@ -48,35 +48,35 @@ pub(super) fn read(root: &Node) -> Result<CameraEstimate, InvalidCameraFile> {
     let intrinsics = first(root, &MATRIX).map(|node| read_intrinsics(&mut fields, node));
     let distortion = first(root, &DISTORTION);
     let Some(distortion) = distortion else {
-        fields.fault(Fault::new(None, DISTORTION[0], "is missing"));
-        return Err(fields.faults_of(size, None, Interface::None));
+        fields.fault(YamlFault::new(None, DISTORTION[0], "is missing"));
+        return Err(fields.into_faults(size, None, Interface::None));
     };
     let coefficients = matrix_data(&mut fields, distortion, DISTORTION[0]);
     // Violations of any coefficient point to the vector as a whole.
-    fields.stands_on(&["k1", "k2", "p1", "p2", "k3", "k4"], distortion.position);
+    fields.record_position(&["k1", "k2", "p1", "p2", "k3", "k4"], distortion.position);
     let model = read_model(&mut fields, root, distortion.position, coefficients.len());
     let (Some(intrinsics), Some(model)) = (intrinsics, model) else {
-        return Err(fields.faults_of(size, None, Interface::None));
+        return Err(fields.into_faults(size, None, Interface::None));
     };
     let lens = match model {
         DistortionModel::Fisheye => {
-            let k = count_is(&mut fields, distortion, &coefficients, &[4]);
+            let k = require_count(&mut fields, distortion, &coefficients, &[4]);
             k.map(|k| KannalaBrandt::new(intrinsics, std::array::from_fn(|i| k[i])))
                 .map(|lens| lens.map(Lens::KannalaBrandt))
         }
         DistortionModel::OpenCv => {
-            let used = without_prism_and_tilt(&mut fields, distortion, &coefficients);
-            let k = count_is(&mut fields, distortion, used, &[0, 4, 5, 8]);
+            let used = drop_zero_prism_and_tilt(&mut fields, distortion, &coefficients);
+            let k = require_count(&mut fields, distortion, used, &[0, 4, 5, 8]);
             k.map(|k| OpenCv::new(intrinsics, k).map(Lens::OpenCv))
         }
     };
-    fields.finish(size, lens, Interface::None, None)
+    fields.into_camera(size, lens, Interface::None, None)
 }
 
 /// Reads the numbers of a matrix, row by row, or of a plain list.
-fn matrix_data(fields: &mut Fields, node: &Node, field: &str) -> Vec<f64> {
+fn matrix_data(fields: &mut FieldReader, node: &YamlNode, field: &str) -> Vec<f64> {
     match &node.content {
-        Content::Map(_) => {
+        YamlContent::Map(_) => {
             fields.child(node, "data").map_or_else(Vec::new, |data| fields.numbers(data, field))
         }
         _ => fields.numbers(node, field),
@@ -84,24 +84,24 @@ fn matrix_data(fields: &mut Fields, node: &Node, field: &str) -> Vec<f64> {
 }
 
 /// Reads the camera matrix, and reports skew or another form.
-fn read_intrinsics(fields: &mut Fields, node: &Node) -> Intrinsics {
-    fields.stands_on(&INTRINSICS, node.position);
+fn read_intrinsics(fields: &mut FieldReader, node: &YamlNode) -> Intrinsics {
+    fields.record_position(&INTRINSICS, node.position);
     let k = matrix_data(fields, node, MATRIX[0]);
     let [fx_px, skew, cx_px, below, fy_px, cy_px, rest @ ..] = match <[f64; 9]>::try_from(&k[..]) {
         Ok(k) => k,
         Err(_) => {
             let message = format!("has {} numbers; 9 are needed", k.len());
-            fields.fault(Fault::new(node.position, MATRIX[0], message));
+            fields.fault(YamlFault::new(node.position, MATRIX[0], message));
             [f64::NAN; 9]
         }
     };
     if skew != 0.0 && skew.is_finite() {
-        let fault = Fault::new(node.position, MATRIX[0], format!("has a skew of {skew} px"));
+        let fault = YamlFault::new(node.position, MATRIX[0], format!("has a skew of {skew} px"));
         fields.fault(fault.hint("no lens model here has one; calibrate without it"));
     }
     if below.is_finite() && (below != 0.0 || rest != [0.0, 0.0, 1.0]) {
         let message = "is not of the form [fx, 0, cx; 0, fy, cy; 0, 0, 1]";
-        fields.fault(Fault::new(node.position, MATRIX[0], message));
+        fields.fault(YamlFault::new(node.position, MATRIX[0], message));
     }
     Intrinsics { fx_px, fy_px, cx_px, cy_px }
 }
@@ -111,8 +111,8 @@ fn read_intrinsics(fields: &mut Fields, node: &Node) -> Intrinsics {
 /// OpenCV's own files do not always distinguish its two models, and both can have four coefficients. A file with four
 /// numbers and no other statement is refused.
 fn read_model(
-    fields: &mut Fields,
-    root: &Node,
+    fields: &mut FieldReader,
+    root: &YamlNode,
     at: Position,
     count: usize,
 ) -> Option<DistortionModel> {
@@ -122,10 +122,10 @@ fn read_model(
             "plumb_bob" | "rational_polynomial" => Some(DistortionModel::OpenCv),
             "equidistant" | "fisheye" => Some(DistortionModel::Fisheye),
             other => {
-                let message = format!("`{}` is not known", shown(other));
+                let message = format!("`{}` is not known", to_printable(other));
                 let hint =
                     suggestion(other, ["plumb_bob", "rational_polynomial", "equidistant"], "known");
-                fields.fault(Fault::new(line, "distortion_model", message).hint(hint));
+                fields.fault(YamlFault::new(line, "distortion_model", message).hint(hint));
                 None
             }
         };
@@ -136,8 +136,8 @@ fn read_model(
             "0" | "false" => Some(DistortionModel::OpenCv),
             "1" | "true" => Some(DistortionModel::Fisheye),
             other => {
-                let message = format!("is `{}`, but must be 0 or 1", shown(other));
-                fields.fault(Fault::new(line, "fisheye_model", message));
+                let message = format!("is `{}`, but must be 0 or 1", to_printable(other));
+                fields.fault(YamlFault::new(line, "fisheye_model", message));
                 None
             }
         };
@@ -146,14 +146,14 @@ fn read_model(
         let message = "four coefficients are either k1 k2 p1 p2 or the k1 k2 k3 k4 of a fisheye, \
                        and the file does not say which";
         let hint = "add the line `fisheye_model: 0` or `fisheye_model: 1`";
-        fields.fault(Fault::new(at, DISTORTION[0], message).hint(hint));
+        fields.fault(YamlFault::new(at, DISTORTION[0], message).hint(hint));
         return None;
     }
     Some(DistortionModel::OpenCv)
 }
 
 /// Shortens OpenCV's 12 or 14 coefficients to 8, if those beyond the eighth are zero.
-fn without_prism_and_tilt<'a>(fields: &mut Fields, node: &Node, k: &'a [f64]) -> &'a [f64] {
+fn drop_zero_prism_and_tilt<'a>(fields: &mut FieldReader, node: &YamlNode, k: &'a [f64]) -> &'a [f64] {
     if !matches!(k.len(), 12 | 14) {
         return k;
     }
@@ -161,15 +161,15 @@ fn without_prism_and_tilt<'a>(fields: &mut Fields, node: &Node, k: &'a [f64]) ->
     if beyond.iter().any(|value| *value != 0.0) {
         let message = "has thin prism or tilted sensor terms that are not zero";
         let hint = "no lens model here has them; calibrate with 5 or 8 coefficients";
-        fields.fault(Fault::new(node.position, DISTORTION[0], message).hint(hint));
+        fields.fault(YamlFault::new(node.position, DISTORTION[0], message).hint(hint));
     }
     used
 }
 
 /// Returns the coefficients if their number is allowed, else reports it.
-fn count_is<'a>(
-    fields: &mut Fields,
-    node: &Node,
+fn require_count<'a>(
+    fields: &mut FieldReader,
+    node: &YamlNode,
     k: &'a [f64],
     allowed: &[usize],
 ) -> Option<&'a [f64]> {
@@ -178,12 +178,12 @@ fn count_is<'a>(
     }
     let counts: Vec<String> = allowed.iter().map(usize::to_string).collect();
     let message = format!("has {} numbers; this model has {}", k.len(), counts.join(", "));
-    fields.fault(Fault::new(node.position, DISTORTION[0], message));
+    fields.fault(YamlFault::new(node.position, DISTORTION[0], message));
     None
 }
 
 /// Returns camera matrix, coefficients and model of a lens that both formats have, or in words what would be lost.
-fn parts(camera: &Camera) -> Result<([f64; 9], &[f64], DistortionModel), String> {
+fn matrix_and_coefficients(camera: &Camera) -> Result<([f64; 9], &[f64], DistortionModel), String> {
     let Intrinsics { fx_px, fy_px, cx_px, cy_px } = camera.lens().intrinsics();
     let matrix = [fx_px, 0.0, cx_px, 0.0, fy_px, cy_px, 0.0, 0.0, 1.0];
     let coefficients = camera.lens().coefficients();
@@ -196,7 +196,7 @@ fn parts(camera: &Camera) -> Result<([f64; 9], &[f64], DistortionModel), String>
 
 /// Writes OpenCV's format, or returns in words what would be lost.
 pub(super) fn write_opencv(camera: &Camera) -> Result<String, String> {
-    let (matrix, k, model) = parts(camera)?;
+    let (matrix, k, model) = matrix_and_coefficients(camera)?;
     let as_matrix = |name: &str, rows: usize, columns: usize, data: &[f64]| {
         let data = list(data.iter().copied());
         format!(
@@ -215,7 +215,7 @@ pub(super) fn write_opencv(camera: &Camera) -> Result<String, String> {
 
 /// Writes ROS's format, or returns in words what would be lost.
 pub(super) fn write_ros(camera: &Camera) -> Result<String, String> {
-    let (matrix, k, model) = parts(camera)?;
+    let (matrix, k, model) = matrix_and_coefficients(camera)?;
     let [fx, _, cx, _, fy, cy, ..] = matrix;
     let name = match (model, k.len()) {
         (DistortionModel::Fisheye, _) => "equidistant",

@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
-use fabkit_text::Node;
+use fabkit_text::YamlNode;
 use nalgebra::DMatrix;
 
-use super::fields::Fields;
-use super::{Fault, InvalidCameraFile, list, parse};
+use super::fields::FieldReader;
+use super::{YamlFault, InvalidCameraFile, list, parse};
 use crate::camera::Camera;
 use crate::estimate::{CameraEstimate, InvalidCovariance};
-use crate::joint::{JointEstimate, POSE_COUNT, POSE_PARAMETERS};
+use crate::joint::{JointEstimate, POSE_PARAMETER_COUNT, POSE_PARAMETERS};
 
 /// Pose of the sensor in the camera frame, with its covariance.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,9 +18,9 @@ pub struct PoseFile {
     /// left block is a rotation is not checked here.
     pub camera_from_sensor: [[f64; 4]; 4],
     /// Covariance of the pose alone, in the order of [`POSE_PARAMETERS`]; `None` if it is unknown.
-    pub covariance: Option<[[f64; POSE_COUNT]; POSE_COUNT]>,
+    pub covariance: Option<[[f64; POSE_PARAMETER_COUNT]; POSE_PARAMETER_COUNT]>,
     /// Joint covariance of the pose and the camera; `None` in older files.
-    pub joint: Option<FiledJoint>,
+    pub joint: Option<StoredJointCovariance>,
     /// Path of the camera file used to solve for the pose, relative to the pose file, if it names one.
     pub camera: Option<String>,
 }
@@ -28,7 +28,7 @@ pub struct PoseFile {
 /// Joint covariance as stored in a file: with the names of its parameters and the camera that it was solved with, so
 /// that it cannot be applied to another camera.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FiledJoint {
+pub struct StoredJointCovariance {
     /// Names of the pose's parameters, then of the camera's.
     pub names: Vec<String>,
     /// Values of the camera's parameters, in the order of their names.
@@ -37,9 +37,9 @@ pub struct FiledJoint {
     pub matrix: DMatrix<f64>,
 }
 
-impl FiledJoint {
+impl StoredJointCovariance {
     /// Creates the file's form of an estimate.
-    pub fn of(estimate: &JointEstimate) -> Self {
+    pub fn from_estimate(estimate: &JointEstimate) -> Self {
         Self {
             names: estimate.names().into_iter().map(str::to_owned).collect(),
             camera_values: estimate.camera().parameters().into_iter().map(|(_, v)| v).collect(),
@@ -48,14 +48,14 @@ impl FiledJoint {
     }
 
     /// Returns whether `camera` is the camera that this was solved with, to the last digit.
-    pub fn belongs_to(&self, camera: &Camera) -> bool {
+    pub fn is_for_camera(&self, camera: &Camera) -> bool {
         let values = camera.parameters().into_iter().map(|(_, value)| value);
-        self.names == JointEstimate::names_for(camera)
+        self.names == JointEstimate::parameter_names(camera)
             && values.eq(self.camera_values.iter().copied())
     }
 
     /// Returns the pose's 6 x 6 block.
-    fn pose(&self) -> [[f64; POSE_COUNT]; POSE_COUNT] {
+    fn pose(&self) -> [[f64; POSE_PARAMETER_COUNT]; POSE_PARAMETER_COUNT] {
         std::array::from_fn(|r| std::array::from_fn(|c| self.matrix[(r, c)]))
     }
 
@@ -84,7 +84,7 @@ impl PoseFile {
         &self,
         estimate: &CameraEstimate,
     ) -> Result<JointEstimate, InvalidCovariance> {
-        match self.joint.as_ref().filter(|joint| joint.belongs_to(estimate.camera())) {
+        match self.joint.as_ref().filter(|joint| joint.is_for_camera(estimate.camera())) {
             Some(joint) => JointEstimate::new(*estimate.camera(), joint.matrix.clone()),
             None => JointEstimate::independent(estimate, self.covariance.as_ref()),
         }
@@ -103,8 +103,8 @@ pub fn read_pose(text: &str) -> Result<PoseFile, InvalidCameraFile> {
 }
 
 /// Reads a pose file's tree.
-fn read_root(root: &Node) -> Result<PoseFile, InvalidCameraFile> {
-    let mut fields = Fields::default();
+fn read_root(root: &YamlNode) -> Result<PoseFile, InvalidCameraFile> {
+    let mut fields = FieldReader::default();
     let camera_from_sensor = match fields.child(root, "camera_from_sensor") {
         Some(node) => matrix(&mut fields, node, "camera_from_sensor"),
         None => [[f64::NAN; 4]; 4],
@@ -113,69 +113,69 @@ fn read_root(root: &Node) -> Result<PoseFile, InvalidCameraFile> {
         && camera_from_sensor[3] != [0.0, 0.0, 0.0, 1.0]
     {
         let message = format!("its last row is {:?}; it must be 0 0 0 1", camera_from_sensor[3]);
-        fields.fault(Fault::new(root.position, "camera_from_sensor", message));
+        fields.fault(YamlFault::new(root.position, "camera_from_sensor", message));
     }
-    let known = root.get("covariance").filter(|node| !is_nothing(node));
+    let known = root.get("covariance").filter(|node| !is_empty_node(node));
     let covariance = known.map(|node| matrix(&mut fields, node, "covariance"));
-    let known = root.get("joint_covariance").filter(|node| !is_nothing(node));
+    let known = root.get("joint_covariance").filter(|node| !is_empty_node(node));
     let joint = known.and_then(|node| read_joint(&mut fields, node));
-    let of_joint = joint.as_ref().map(FiledJoint::pose);
+    let of_joint = joint.as_ref().map(StoredJointCovariance::pose);
     // Contradicting covariances would give different results to different readers.
     if let Some((alone, together)) = covariance.zip(of_joint)
         && !agree(&alone, &together)
     {
         let message = "is not the pose's part of `joint_covariance`";
         let hint = "the one follows from the other: take one of them out";
-        fields.fault(Fault::new(root.position, "covariance", message).hint(hint));
+        fields.fault(YamlFault::new(root.position, "covariance", message).hint(hint));
     }
     let covariance = covariance.or(of_joint);
-    let camera = root.get("camera").and_then(Node::text).filter(|name| !name.is_empty());
+    let camera = root.get("camera").and_then(YamlNode::text).filter(|name| !name.is_empty());
     let camera = camera.map(str::to_owned);
     fields.into_result(PoseFile { camera_from_sensor, covariance, joint, camera })
 }
 
 /// Reads a joint covariance: names that begin with the pose's, a value for each of the camera's names, and a matrix for
 /// all.
-fn read_joint(fields: &mut Fields, map: &Node) -> Option<FiledJoint> {
+fn read_joint(fields: &mut FieldReader, map: &YamlNode) -> Option<StoredJointCovariance> {
     const KEY: &str = "joint_covariance";
-    fields.only(map, &["names", "camera_values", "matrix"]);
+    fields.require_known_keys(map, &["names", "camera_values", "matrix"]);
     let [names, values, matrix] =
         ["names", "camera_values", "matrix"].map(|key| fields.child(map, key));
     let (names, values, matrix) = (names?, values?, matrix?);
     let found: Vec<String> =
         names.items().iter().filter_map(|item| item.text().map(str::to_owned)).collect();
-    if !found.iter().map(String::as_str).take(POSE_COUNT).eq(POSE_PARAMETERS) {
+    if !found.iter().map(String::as_str).take(POSE_PARAMETER_COUNT).eq(POSE_PARAMETERS) {
         let message = "do not begin with the parameters of a pose";
         let hint = format!("they are {}", POSE_PARAMETERS.join(", "));
-        fields.fault(Fault::new(names.position, "names", message).hint(hint));
+        fields.fault(YamlFault::new(names.position, "names", message).hint(hint));
         return None;
     }
     let count = found.len();
     let camera_values = fields.numbers(values, KEY);
-    if camera_values.len() != count - POSE_COUNT {
+    if camera_values.len() != count - POSE_PARAMETER_COUNT {
         let message = format!(
             "has {} numbers; the names are those of {} parameters of a camera",
             camera_values.len(),
-            count - POSE_COUNT
+            count - POSE_PARAMETER_COUNT
         );
-        fields.fault(Fault::new(values.position, "camera_values", message));
+        fields.fault(YamlFault::new(values.position, "camera_values", message));
         return None;
     }
     let numbers: Vec<Vec<f64>> =
         matrix.items().iter().map(|row| fields.numbers(row, KEY)).collect();
     if numbers.len() != count || numbers.iter().any(|row| row.len() != count) {
         let message = format!("must be {count} rows of {count} numbers, one for each name");
-        fields.fault(Fault::new(matrix.position, "matrix", message));
+        fields.fault(YamlFault::new(matrix.position, "matrix", message));
         return None;
     }
     let matrix = DMatrix::from_fn(count, count, |r, c| numbers[r][c]);
-    Some(FiledJoint { names: found, camera_values, matrix })
+    Some(StoredJointCovariance { names: found, camera_values, matrix })
 }
 
 /// Compares two covariances with a tolerance, because written numbers may have lost their last digits.
 fn agree(
-    alone: &[[f64; POSE_COUNT]; POSE_COUNT],
-    together: &[[f64; POSE_COUNT]; POSE_COUNT],
+    alone: &[[f64; POSE_PARAMETER_COUNT]; POSE_PARAMETER_COUNT],
+    together: &[[f64; POSE_PARAMETER_COUNT]; POSE_PARAMETER_COUNT],
 ) -> bool {
     let near = |r: usize, c: usize| {
         let scale = (alone[r][r] * alone[c][c]).abs().sqrt();
@@ -183,22 +183,22 @@ fn agree(
     };
     // Entries that are not numbers have already been reported.
     let all = alone.iter().chain(together).flatten();
-    all.copied().any(f64::is_nan) || (0..POSE_COUNT).all(|r| (0..POSE_COUNT).all(|c| near(r, c)))
+    all.copied().any(f64::is_nan) || (0..POSE_PARAMETER_COUNT).all(|r| (0..POSE_PARAMETER_COUNT).all(|c| near(r, c)))
 }
 
-fn is_nothing(node: &Node) -> bool {
+fn is_empty_node(node: &YamlNode) -> bool {
     node.text() == Some("")
 }
 
 /// Reads an `N` x `N` matrix; entries that cannot be read become NaN.
-fn matrix<const N: usize>(fields: &mut Fields, node: &Node, name: &str) -> [[f64; N]; N] {
+fn matrix<const N: usize>(fields: &mut FieldReader, node: &YamlNode, name: &str) -> [[f64; N]; N] {
     let rows = node.items();
     if rows.len() != N {
         let message = format!("must be {N} rows of {N} numbers; it has {} rows", rows.len());
-        fields.fault(Fault::new(node.position, name, message));
+        fields.fault(YamlFault::new(node.position, name, message));
         return [[f64::NAN; N]; N];
     }
-    std::array::from_fn(|row| fields.exactly(&rows[row], name))
+    std::array::from_fn(|row| fields.read_exactly(&rows[row], name))
 }
 
 #[cfg(test)]
@@ -231,7 +231,7 @@ mod tests {
 
     fn joint() -> JointEstimate {
         let camera = Camera::equidistant(64, 48, 2.8).unwrap();
-        let count = POSE_COUNT + camera.parameter_count();
+        let count = POSE_PARAMETER_COUNT + camera.parameter_count();
         let row = |i: usize| (i + 1) as f64 * 1e-3;
         let covariance =
             DMatrix::from_fn(count, count, |r, c| row(r) * row(c) * if r == c { 1.0 } else { 0.3 });
@@ -241,29 +241,29 @@ mod tests {
     #[test]
     fn the_joint_covariance_comes_back_with_the_camera_it_belongs_to() {
         let joint = joint();
-        let text = format!("{TEXT}joint_covariance:\n{}", FiledJoint::of(&joint).to_yaml());
+        let text = format!("{TEXT}joint_covariance:\n{}", StoredJointCovariance::from_estimate(&joint).to_yaml());
         let pose = read_pose(&text).unwrap();
         assert_eq!(pose.with_camera(&joint.camera_estimate()).unwrap(), joint);
         assert_eq!(pose.covariance, Some(joint.pose_covariance()));
-        assert_eq!(joint.covered().to_string(), "pose, lens, shape");
+        assert_eq!(joint.coverage().to_string(), "pose, lens, shape");
         // Another camera: each by itself, and said.
         let other = CameraEstimate::from(Camera::equidistant(64, 48, 2.81).unwrap());
         let apart = pose.with_camera(&other).unwrap();
         assert_eq!(apart.pose_covariance(), joint.pose_covariance());
-        assert_eq!(apart.covered().to_string(), "pose, shape");
+        assert_eq!(apart.coverage().to_string(), "pose, shape");
         let known =
             CameraEstimate::new(*other.camera(), joint.camera_estimate().covariance().cloned());
         let apart = pose.with_camera(&known.unwrap()).unwrap();
         assert_eq!(
-            apart.covered().to_string(),
+            apart.coverage().to_string(),
             "pose, lens, shape; pose and camera as if independent"
         );
-        assert_eq!(apart.covariance()[(0, POSE_COUNT)], 0.0);
+        assert_eq!(apart.covariance()[(0, POSE_PARAMETER_COUNT)], 0.0);
     }
 
     #[test]
     fn a_joint_covariance_that_cannot_be_is_refused() {
-        let good = format!("{TEXT}joint_covariance:\n{}", FiledJoint::of(&joint()).to_yaml());
+        let good = format!("{TEXT}joint_covariance:\n{}", StoredJointCovariance::from_estimate(&joint()).to_yaml());
         let message = |text: &str| read_pose(text).unwrap_err().to_string();
         let text = message(&good.replace("rotation_y_rad, ", ""));
         assert!(text.contains("names: do not begin with the parameters of a pose"), "{text}");

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::{Bent, MAX_INTERFACE_PARAMETERS, ON_INTERFACE_MM, check_indices, refract};
-use crate::error::{OutsideDomain, Rules};
+use super::{DirectionWithJacobians, MAX_INTERFACE_PARAMETERS, ON_INTERFACE_TOLERANCE_MM, check_indices, refract};
+use crate::error::{OutsideDomain, ViolationCollector};
 use crate::view_ray::ViewRay;
 
 /// Flat window: lens in one medium (air), then a pane of glass or nothing, then the gel.
@@ -14,7 +14,7 @@ use crate::view_ray::ViewRay;
 /// Distance, both tilts and the outer index can be calibrated. The inner index cannot be distinguished from the outer
 /// one, and a pane's thickness hardly from the distance, so these are inputs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Flat {
+pub struct FlatInterface {
     /// Distance from the lens's centre to the first surface, along its normal, mm.
     pub distance_mm: f64,
     /// Rotation of the normal about the camera's x axis, radians.
@@ -31,12 +31,12 @@ pub struct Flat {
     pub index_glass: f64,
     /// True if drawn bodies behind the window refract rays again; see
     /// [`Interface::is_drawn_behind`](super::Interface::is_drawn_behind).
-    pub is_drawn_behind: bool,
+    pub has_drawn_bodies_behind: bool,
 }
 
-impl Flat {
+impl FlatInterface {
     /// Creates a bare surface perpendicular to the optical axis, with air on the lens's side.
-    pub fn in_air(distance_mm: f64, index_outside: f64) -> Self {
+    pub fn bare_in_air(distance_mm: f64, index_outside: f64) -> Self {
         Self {
             distance_mm,
             tilt_x_rad: 0.0,
@@ -45,7 +45,7 @@ impl Flat {
             index_outside,
             glass_thickness_mm: 0.0,
             index_glass: 1.5,
-            is_drawn_behind: false,
+            has_drawn_bodies_behind: false,
         }
     }
 
@@ -72,7 +72,7 @@ impl Flat {
     }
 
     /// Checks the limits of all values.
-    pub(super) fn check(&self, rules: &mut Rules) {
+    pub(super) fn check(&self, rules: &mut ViolationCollector) {
         rules.above("interface_distance_mm", self.distance_mm, 0.0, 1000.0);
         rules.within("interface_tilt_x_rad", self.tilt_x_rad, -1.0, 1.0);
         rules.within("interface_tilt_y_rad", self.tilt_y_rad, -1.0, 1.0);
@@ -116,7 +116,7 @@ impl Layer {
 }
 
 /// Light path to a point, in the plane of the normal and the point.
-struct Path {
+struct LightPath {
     /// Tangent of the angle to the normal on the lens's side.
     w: f64,
     /// Derivative of the point's distance from the normal by `w`, mm.
@@ -132,7 +132,7 @@ struct Path {
 
 impl FlatRefraction {
     /// Precomputes normal, derivatives and relative indices.
-    pub(super) fn new(flat: &Flat) -> Self {
+    pub(super) fn new(flat: &FlatInterface) -> Self {
         // Derivatives of `Flat::normal` by both tilts.
         let (sx, cx) = flat.tilt_x_rad.sin_cos();
         let (sy, cy) = flat.tilt_y_rad.sin_cos();
@@ -161,13 +161,13 @@ impl FlatRefraction {
     /// The point's distance from the normal is the sum of the layers' shifts, which is increasing and concave in `w`.
     /// The paraxial solution is too small, so Newton's method, started there, climbs to the solution without
     /// overshooting it.
-    fn path(&self, point: &Point3<f64>) -> Result<Path, OutsideDomain> {
+    fn find_path(&self, point: &Point3<f64>) -> Result<LightPath, OutsideDomain> {
         let height_mm = self.normal_in_camera.dot(&point.coords);
         let depth_mm = height_mm - self.distance_mm - self.glass.thickness_mm;
         if !depth_mm.is_finite() {
             return Err(OutsideDomain::NoDirection);
         }
-        if depth_mm < -ON_INTERFACE_MM {
+        if depth_mm < -ON_INTERFACE_TOLERANCE_MM {
             return Err(OutsideDomain::BeforeInterface { depth_mm: -depth_mm });
         }
         let gel = Layer { thickness_mm: depth_mm.max(0.0), index: self.gel_index };
@@ -194,11 +194,11 @@ impl FlatRefraction {
                 break;
             }
         }
-        Ok(Path { w, slope_mm, height_mm, gel, perpendicular, radius_mm })
+        Ok(LightPath { w, slope_mm, height_mm, gel, perpendicular, radius_mm })
     }
 
-    pub(super) fn towards(&self, point: &Point3<f64>) -> Result<Vector3<f64>, OutsideDomain> {
-        let path = self.path(point)?;
+    pub(super) fn direction_towards(&self, point: &Point3<f64>) -> Result<Vector3<f64>, OutsideDomain> {
+        let path = self.find_path(point)?;
         Ok(match path.radius_mm > 0.0 {
             true => self.normal_in_camera + path.perpendicular * (path.w / path.radius_mm),
             false => self.normal_in_camera,
@@ -206,8 +206,8 @@ impl FlatRefraction {
     }
 
     /// Computes [`FlatRefraction::towards`] with derivatives by the point and by the parameters.
-    pub(super) fn differentiate(&self, point: &Point3<f64>) -> Result<Bent, OutsideDomain> {
-        let path = self.path(point)?;
+    pub(super) fn differentiate(&self, point: &Point3<f64>) -> Result<DirectionWithJacobians, OutsideDomain> {
+        let path = self.find_path(point)?;
         let normal = self.normal_in_camera;
         let by_radius = 1.0 / path.slope_mm;
         // On the normal through the lens any azimuth will do, because both stretches are equal there.
@@ -242,11 +242,11 @@ impl FlatRefraction {
         by_parameters[1..3].copy_from_slice(&by_tilt);
         by_parameters[3] = azimuth * by_index;
         let direction = normal + path.perpendicular * around;
-        Ok(Bent { direction, by_point, by_parameters })
+        Ok(DirectionWithJacobians { direction, by_point, by_parameters })
     }
 
     /// Computes the ray in the gel whose light reaches the lens from a unit direction.
-    pub(super) fn outward(&self, direction: &Vector3<f64>) -> Result<ViewRay, OutsideDomain> {
+    pub(super) fn refract_outward(&self, direction: &Vector3<f64>) -> Result<ViewRay, OutsideDomain> {
         let normal = self.normal_in_camera;
         let cosine = direction.dot(&normal);
         // At 1e-6 the passage is a million distances to the side, where rounding would dominate.

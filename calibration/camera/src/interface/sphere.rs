@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix2, Matrix3, Matrix3x2, Point3, Vector3};
 
-use super::{Bent, MAX_INTERFACE_PARAMETERS, ON_INTERFACE_MM, check_indices, refract};
-use crate::error::{OutsideDomain, Rules};
-use crate::roots::increasing;
+use super::{DirectionWithJacobians, MAX_INTERFACE_PARAMETERS, ON_INTERFACE_TOLERANCE_MM, check_indices, refract};
+use crate::error::{OutsideDomain, ViolationCollector};
+use crate::roots::find_increasing_root;
 use crate::view_ray::ViewRay;
 
 /// Dome around the lens: air inside, gel outside.
@@ -12,7 +12,7 @@ use crate::view_ray::ViewRay;
 /// Light is refracted only if the lens is off the centre; a concentric dome refracts none. The lens must be inside the
 /// sphere. Centre, radius and the outer index can be calibrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sphere {
+pub struct SphericalInterface {
     /// Centre of the sphere in the camera frame, mm.
     pub centre_in_camera: Point3<f64>,
     /// Radius of the sphere, mm.
@@ -23,10 +23,10 @@ pub struct Sphere {
     pub index_outside: f64,
     /// True if drawn bodies outside refract rays again; see
     /// [`Interface::is_drawn_behind`](super::Interface::is_drawn_behind).
-    pub is_drawn_behind: bool,
+    pub has_drawn_bodies_behind: bool,
 }
 
-impl Sphere {
+impl SphericalInterface {
     /// Names and values of the parameters that can be calibrated.
     pub(super) fn parameters(&self) -> [(&'static str, f64); 5] {
         [
@@ -45,7 +45,7 @@ impl Sphere {
     }
 
     /// Checks the limits of all values.
-    pub(super) fn check(&self, rules: &mut Rules) {
+    pub(super) fn check(&self, rules: &mut ViolationCollector) {
         rules.above("interface_radius_mm", self.radius_mm, 0.0, 1000.0);
         let off_centre_mm = self.centre_in_camera.coords.norm();
         rules.require(
@@ -73,7 +73,7 @@ pub(crate) struct SphereRefraction {
 
 impl SphereRefraction {
     /// Precomputes the relative index and the lens's distance from the centre.
-    pub(super) fn new(sphere: &Sphere) -> Self {
+    pub(super) fn new(sphere: &SphericalInterface) -> Self {
         let centre = sphere.centre_in_camera.coords;
         Self {
             centre,
@@ -91,14 +91,14 @@ impl SphereRefraction {
     /// sin(phi) / |lens - passage|` gives the sines on both sides (`b / R` and `b / (n R)`). Outside it turns by
     /// `asin(b / (n R)) - asin(b / (n p))` more until it is `p` away from the centre. The total grows with `phi`, and
     /// `phi` lies between 0 and the whole angle to the point.
-    pub(super) fn towards(&self, point: &Point3<f64>) -> Result<Vector3<f64>, OutsideDomain> {
+    pub(super) fn direction_towards(&self, point: &Point3<f64>) -> Result<Vector3<f64>, OutsideDomain> {
         let (a, radius, n) = (self.off_centre_mm, self.radius_mm, self.index);
         let from_centre = point.coords - self.centre;
         let far = from_centre.norm();
         if !far.is_finite() {
             return Err(OutsideDomain::NoDirection);
         }
-        if far < radius - ON_INTERFACE_MM {
+        if far < radius - ON_INTERFACE_TOLERANCE_MM {
             return Err(OutsideDomain::BeforeInterface { depth_mm: radius - far });
         }
         // Within the tolerance a point may lie slightly inside.
@@ -130,7 +130,7 @@ impl SphereRefraction {
             let turned = phi + (near.asin() - beyond.asin());
             (turned - whole, 1.0 + turned_by_b * b_by_phi)
         };
-        let phi = increasing(excess, 0.0, whole, whole * (radius / far).min(1.0));
+        let phi = find_increasing_root(excess, 0.0, whole, whole * (radius / far).min(1.0));
         let (sin, cos) = phi.sin_cos();
         Ok(self.centre + (to_lens * cos + across * (sin / aside)) * radius)
     }
@@ -141,8 +141,8 @@ impl SphereRefraction {
     /// c)`. The implicit function theorem, applied to this in the two directions of the tangent plane, is regular even
     /// where the plane of incidence is undefined (lens at the centre, point on the axis). All terms are multiplied by
     /// `|point - x|`, so that a point on the sphere is no special case.
-    pub(super) fn differentiate(&self, point: &Point3<f64>) -> Result<Bent, OutsideDomain> {
-        let x = self.towards(point)?;
+    pub(super) fn differentiate(&self, point: &Point3<f64>) -> Result<DirectionWithJacobians, OutsideDomain> {
+        let x = self.direction_towards(point)?;
         let (n, radius) = (self.index, self.radius_mm);
         let reach = x.norm();
         let before = x / reach;
@@ -170,11 +170,11 @@ impl SphereRefraction {
         }
         by_parameters[3] = by_radius;
         by_parameters[4] = by_index;
-        Ok(Bent { direction: x, by_point: -solve * by_target, by_parameters })
+        Ok(DirectionWithJacobians { direction: x, by_point: -solve * by_target, by_parameters })
     }
 
     /// Computes the ray outside the sphere whose light reaches the lens from a unit direction.
-    pub(super) fn outward(&self, direction: &Vector3<f64>) -> ViewRay {
+    pub(super) fn refract_outward(&self, direction: &Vector3<f64>) -> ViewRay {
         let b = direction.dot(&self.centre);
         let slack = self.radius_mm * self.radius_mm - self.off_centre_mm * self.off_centre_mm;
         // The lens is inside the sphere, so the root is real and the positive solution is the one ahead.

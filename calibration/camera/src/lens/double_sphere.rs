@@ -36,7 +36,7 @@ impl DoubleSphere {
         rules.finish()?;
         // From the second sphere's centre the incidence angle `theta` appears as `t`: sine rule in the triangle of both
         // centres and a point of the first sphere.
-        let t = unified::limit(alpha);
+        let t = unified::limit_angle(alpha);
         let limit_rad = t + (xi * t.sin()).asin();
         check_limit((NAMES[0], xi), limit_rad)?;
         let coefficients = [xi, alpha];
@@ -49,9 +49,9 @@ impl LensModel {
     /// Double sphere: 2 coefficients.
     pub const DoubleSphere: Self = Self {
         name: DoubleSphere::NAME,
-        of: DoubleSphere::NAME,
+        family: DoubleSphere::NAME,
         coefficients: &NAMES,
-        plain: &[0.0, 0.55],
+        start_coefficients: &[0.0, 0.55],
     };
 }
 
@@ -117,7 +117,7 @@ impl Projector for DoubleSphere {
     fn direction(&self, normalised: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [xi, alpha] = self.coefficients;
         let squared = normalised.norm_squared();
-        let height = unified::height(alpha, squared)?;
+        let height = unified::unprojected_height(alpha, squared)?;
         // Follows the line from the second sphere's centre along (x, y, height) to the first sphere.
         let length_squared = height * height + squared;
         let reach =

@@ -36,7 +36,7 @@ impl Eucm {
         rules.within(NAMES[1], beta, 1e-3, 1e3);
         rules.finish()?;
         // Stretching x and y by sqrt(beta) makes the ellipsoid a sphere.
-        let (sin, cos) = unified::limit(alpha).sin_cos();
+        let (sin, cos) = unified::limit_angle(alpha).sin_cos();
         let limit_rad = (sin / beta.sqrt()).atan2(cos);
         check_limit((NAMES[0], alpha), limit_rad)?;
         let coefficients = [alpha, beta];
@@ -48,7 +48,7 @@ impl Eucm {
 impl LensModel {
     /// Extended unified camera model: 2 coefficients.
     pub const Eucm: Self =
-        Self { name: Eucm::NAME, of: Eucm::NAME, coefficients: &NAMES, plain: &[0.55, 1.0] };
+        Self { name: Eucm::NAME, family: Eucm::NAME, coefficients: &NAMES, start_coefficients: &[0.55, 1.0] };
 }
 
 impl Projector for Eucm {
@@ -108,7 +108,7 @@ impl Projector for Eucm {
 
     fn direction(&self, normalised: &Vector2<f64>) -> Option<Vector3<f64>> {
         let [alpha, beta] = self.coefficients;
-        let height = unified::height(alpha, beta * normalised.norm_squared())?;
+        let height = unified::unprojected_height(alpha, beta * normalised.norm_squared())?;
         Some(Vector3::new(normalised.x, normalised.y, height))
     }
 }

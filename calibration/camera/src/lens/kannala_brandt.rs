@@ -8,7 +8,7 @@ use super::{
     Intrinsics, LensModel, MAX_COEFFICIENTS, Normalised, Projector, array, check, check_limit,
 };
 use crate::error::InvalidCamera;
-use crate::roots::{first_zero, increasing};
+use crate::roots::{first_zero, find_increasing_root};
 
 const NAMES: [&str; 4] = ["k1", "k2", "k3", "k4"];
 
@@ -59,9 +59,9 @@ impl LensModel {
     /// Kannala and Brandt's polynomial in the angle, `k1` to `k4`; OpenCV's `fisheye`.
     pub const KannalaBrandt: Self = Self {
         name: KannalaBrandt::NAME,
-        of: KannalaBrandt::NAME,
+        family: KannalaBrandt::NAME,
         coefficients: &NAMES,
-        plain: &[0.0; 4],
+        start_coefficients: &[0.0; 4],
     };
 }
 
@@ -143,7 +143,7 @@ impl Projector for KannalaBrandt {
             let (r, slope) = self.radius(theta);
             (r - radius, slope)
         };
-        let theta = increasing(excess, 0.0, self.limit_rad, radius);
+        let theta = find_increasing_root(excess, 0.0, self.limit_rad, radius);
         let (sin, cos) = theta.sin_cos();
         // The result has unit length.
         let across = normalised * (sin / radius);

@@ -8,11 +8,11 @@ pub struct LensModel {
     /// Name on the command line.
     pub(super) name: &'static str,
     /// Name of the model itself, shared by variants with other numbers of coefficients.
-    pub(super) of: &'static str,
+    pub(super) family: &'static str,
     /// Names of the coefficients, in their order.
     pub(super) coefficients: &'static [&'static str],
     /// Coefficients of a lens without distortion near its axis, as start values.
-    pub(super) plain: &'static [f64],
+    pub(super) start_coefficients: &'static [f64],
 }
 
 impl LensModel {
@@ -22,7 +22,7 @@ impl LensModel {
     }
 
     /// Finds the model with a name.
-    pub fn named(name: &str) -> Option<Self> {
+    pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|model| model.name == name)
     }
 
@@ -32,15 +32,15 @@ impl LensModel {
     }
 
     /// Creates a lens of this model without distortion near its axis; `None` for impossible intrinsics.
-    pub fn plain(self, intrinsics: Intrinsics) -> Option<Lens> {
-        Lens::of_model(self.of, intrinsics, self.plain)?.ok()
+    pub fn start_lens(self, intrinsics: Intrinsics) -> Option<Lens> {
+        Lens::from_model_name(self.family, intrinsics, self.start_coefficients)?.ok()
     }
 
     /// Names of all models in files, those with the most coefficients first.
     pub(crate) fn file_names() -> Vec<&'static str> {
         let mut models = Self::ALL;
-        models.sort_by_key(|model| (usize::MAX - model.coefficients.len(), model.of));
-        let mut names: Vec<_> = models.iter().map(|model| model.of).collect();
+        models.sort_by_key(|model| (usize::MAX - model.coefficients.len(), model.family));
+        let mut names: Vec<_> = models.iter().map(|model| model.family).collect();
         names.dedup();
         names
     }
@@ -51,7 +51,7 @@ impl LensModel {
         name: &str,
         is_given: impl Fn(&str) -> bool,
     ) -> Option<&'static [&'static str]> {
-        let mut counts: Vec<_> = Self::ALL.iter().filter(|model| model.of == name).collect();
+        let mut counts: Vec<_> = Self::ALL.iter().filter(|model| model.family == name).collect();
         counts.sort_by_key(|model| model.coefficients.len());
         let coefficients = counts.iter().map(|model| model.coefficients);
         // Variants of a model share their first coefficients.

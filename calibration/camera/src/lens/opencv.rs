@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Matrix2x3, Vector2, Vector3};
 
 use super::{Intrinsics, LensModel, MAX_COEFFICIENTS, Normalised, Projector, check, check_limit};
 use crate::error::InvalidCamera;
-use crate::roots::{first_zero, increasing};
+use crate::roots::{first_zero, find_increasing_root};
 
 const NAMES: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
 
@@ -69,13 +69,13 @@ impl OpenCv {
         let limit_radius = f64::INFINITY;
         let mut lens = Self { intrinsics, k, terms, limit_rad, limit_tangent, limit_radius };
         if !is_pole {
-            lens.limit_radius = limit_tangent * lens.stretch(limit_tangent * limit_tangent).0;
+            lens.limit_radius = limit_tangent * lens.radial_factor(limit_tangent * limit_tangent).0;
         }
         Ok(lens)
     }
 
     /// Computes the radial factor `s` and its derivative by `u`.
-    fn stretch(&self, u: f64) -> (f64, f64) {
+    fn radial_factor(&self, u: f64) -> (f64, f64) {
         let [k1, k2, _, _, k3, k4, k5, k6] = self.k;
         let numerator = 1.0 + u * (k1 + u * (k2 + u * k3));
         let by_u = k1 + u * (2.0 * k2 + u * 3.0 * k3);
@@ -94,7 +94,7 @@ impl OpenCv {
     /// Computes the distorted point of a pinhole point, with its derivative.
     fn distort(&self, point: &Vector2<f64>) -> Distorted {
         let u = point.norm_squared();
-        let (s, s_by_u) = self.stretch(u);
+        let (s, s_by_u) = self.radial_factor(u);
         let p = self.tangential();
         let twice = 2.0 * point.dot(&p);
         let outer = point * p.transpose();
@@ -113,7 +113,7 @@ impl OpenCv {
             return Some(Vector2::zeros());
         }
         let excess = |r: f64| {
-            let (s, s_by_u) = self.stretch(r * r);
+            let (s, s_by_u) = self.radial_factor(r * r);
             (r * s - radius, s + 2.0 * r * r * s_by_u)
         };
         let within = radius <= self.limit_radius;
@@ -126,7 +126,7 @@ impl OpenCv {
         let start = if radius < self.limit_tangent { radius } else { 0.5 * self.limit_tangent };
         // The radial part alone gives a start for the tangential terms.
         let r = match within {
-            true => increasing(excess, 0.0, self.limit_tangent, start),
+            true => find_increasing_root(excess, 0.0, self.limit_tangent, start),
             false => self.limit_tangent,
         };
         let point = target * (r / radius);
@@ -245,14 +245,14 @@ impl LensModel {
     /// OpenCV's polynomial model, `k1 k2 p1 p2 k3`.
     pub const OpenCv5: Self = Self {
         name: "opencv-5",
-        of: OpenCv::NAME,
+        family: OpenCv::NAME,
         coefficients: NAMES.split_at(5).0,
-        plain: &[0.0; 5],
+        start_coefficients: &[0.0; 5],
     };
 
     /// OpenCV's rational model, `k1 k2 p1 p2 k3 k4 k5 k6`.
     pub const OpenCv8: Self =
-        Self { name: "opencv-8", of: OpenCv::NAME, coefficients: &NAMES, plain: &[0.0; 8] };
+        Self { name: "opencv-8", family: OpenCv::NAME, coefficients: &NAMES, start_coefficients: &[0.0; 8] };
 }
 
 impl Projector for OpenCv {
@@ -285,7 +285,7 @@ impl Projector for OpenCv {
         let point = direction.xy() / direction.z;
         let u = point.norm_squared();
         let p = self.tangential();
-        point * (self.stretch(u).0 + 2.0 * point.dot(&p)) + p * u
+        point * (self.radial_factor(u).0 + 2.0 * point.dot(&p)) + p * u
     }
 
     fn differentiate(&self, direction: &Vector3<f64>) -> Normalised {
@@ -299,7 +299,7 @@ impl Projector for OpenCv {
         let denominator = 1.0 + u * (k4 + u * (k5 + u * k6));
         // Derivatives of the radial factor: those of the numerator, then those of the denominator.
         let by_k = point / denominator;
-        let by_denominator = -by_k * self.stretch(u).0;
+        let by_denominator = -by_k * self.radial_factor(u).0;
         let twice_xy = 2.0 * point.x * point.y;
         let by_coefficients: [Vector2<f64>; MAX_COEFFICIENTS] = [
             by_k * u,

@@ -2,7 +2,7 @@
 //! (alpha + (1 - alpha) cos t)`, where the angle `t` grows with the incidence angle.
 
 /// Computes the `t` at which `r` ceases to grow (`alpha > 1/2`) or becomes infinite (`alpha <= 1/2`).
-pub(super) fn limit(alpha: f64) -> f64 {
+pub(super) fn limit_angle(alpha: f64) -> f64 {
     // For alpha > 1/2 the slope of r vanishes, else its denominator does.
     let cosine = if alpha > 0.5 { (1.0 - alpha) / alpha } else { alpha / (1.0 - alpha) };
     (-cosine).acos()
@@ -13,7 +13,7 @@ pub(super) fn limit(alpha: f64) -> f64 {
 ///
 /// Usenko, Demmel and Cremers, "The Double Sphere Camera Model", 3DV 2018, equations 50 and 51;
 /// the same expression as in Khomutenko, Garcia and Martinet, RA-L 2016.
-pub(super) fn height(alpha: f64, squared: f64) -> Option<f64> {
+pub(super) fn unprojected_height(alpha: f64, squared: f64) -> Option<f64> {
     let under_root = 1.0 - (2.0 * alpha - 1.0) * squared;
     if under_root < 0.0 {
         return None;

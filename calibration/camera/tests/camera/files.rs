@@ -25,12 +25,12 @@ fn our_own_format_keeps_everything() {
 #[test]
 fn a_lens_by_itself_says_so_in_our_format_and_is_a_lens_in_others() {
     let (_, camera, _) = common::cameras().into_iter().next().unwrap();
-    let estimate = CameraEstimate::from(camera.in_air()).behind_drawing();
+    let estimate = CameraEstimate::from(camera.without_interface()).with_drawn_interface();
     let text = write(&estimate, CameraFormat::Fabkit).unwrap();
     assert!(text.contains("interface:\n  kind: drawn\n"), "{text}");
     assert_eq!(read(&text).unwrap(), estimate);
     let opencv = write(&estimate, CameraFormat::OpenCv).unwrap();
-    assert_eq!(read(&opencv).unwrap(), estimate.undrawn());
+    assert_eq!(read(&opencv).unwrap(), estimate.without_drawn_interface());
 }
 
 #[test]
@@ -276,7 +276,7 @@ fn the_table_of_lens_models_names_them_all() {
 #[test]
 fn every_registered_model_sees_what_it_projects_and_is_kept_by_our_own_format() {
     for model in fabkit_camera::LensModel::ALL {
-        let lens = model.plain(common::INTRINSICS).unwrap();
+        let lens = model.start_lens(common::INTRINSICS).unwrap();
         let camera = Camera::new(640, 480, lens, Interface::None).unwrap();
         let direction = Vector3::new(0.3, -0.2, 1.0).normalize();
         let pixel = camera.project(&Point3::from(direction)).unwrap();

@@ -95,7 +95,7 @@ fn derivatives_hold_on_the_axis_and_just_behind_the_interface() {
 fn a_point_on_the_interface_has_derivatives() {
     for (name, camera, _) in common::cameras() {
         match camera.interface() {
-            Interface::None | Interface::Drawn => continue,
+            Interface::None | Interface::FromDrawing => continue,
             // Behind a pane the surface of the gel is not the one that the lens looks at.
             Interface::Flat(flat) if flat.glass_thickness_mm > 0.0 => continue,
             _ => {}

@@ -2,7 +2,7 @@
 
 use crate::common;
 use fabkit_camera::{
-    Camera, CameraEstimate, DMatrix, Flat, Interface, InvalidCovariance, Point2, Point3,
+    Camera, CameraEstimate, DMatrix, FlatInterface, Interface, InvalidCovariance, Point2, Point3,
 };
 
 #[test]
@@ -43,7 +43,7 @@ fn impossible_cameras_are_refused_with_all_reasons() {
     let fields: Vec<_> = camera.with_parameters(&values).unwrap_err().violations;
     assert_eq!(fields.iter().map(|v| v.field).collect::<Vec<_>>(), ["fx_px", "fy_px", "k3"]);
 
-    let interface = Interface::Flat(Flat { distance_mm: -1.0, ..Flat::in_air(1.0, 0.5) });
+    let interface = Interface::Flat(FlatInterface { distance_mm: -1.0, ..FlatInterface::bare_in_air(1.0, 0.5) });
     let error = Camera::new(0, 480, *camera.lens(), interface).unwrap_err();
     assert_eq!(
         error.to_string(),
@@ -61,7 +61,7 @@ fn the_nominal_lens_spreads_its_angle_over_the_diagonal() {
     let corner = Point2::new(-0.5, -0.5);
     let ray = camera.unproject(&corner).unwrap();
     assert!((ray.direction.z - 80f64.to_radians().cos()).abs() < 1e-14);
-    assert!(camera.sees(&corner) && !camera.sees(&Point2::new(639.5, 0.0)));
+    assert!(camera.is_in_image(&corner) && !camera.is_in_image(&Point2::new(639.5, 0.0)));
     // The published focal length of a 160 degree, 640 x 480 camera is 300 px: within a tenth.
     let fx_px = camera.lens().intrinsics().fx_px;
     assert!((fx_px / 300.0 - 1.0).abs() < 0.1, "{fx_px}");

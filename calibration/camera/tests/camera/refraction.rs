@@ -2,13 +2,13 @@
 
 use crate::common;
 use crate::common::camera_and_pixel;
-use fabkit_camera::{Camera, Flat, Interface, OutsideDomain, Point2, Point3, Sphere, Vector3};
+use fabkit_camera::{Camera, FlatInterface, Interface, OutsideDomain, Point2, Point3, SphericalInterface, Vector3};
 use proptest::prelude::*;
 
 /// Normal of an interface at a point of it, away from the lens.
 fn normal_at(interface: &Interface, point: &Point3<f64>) -> Vector3<f64> {
     match interface {
-        Interface::None | Interface::Drawn => Vector3::z(),
+        Interface::None | Interface::FromDrawing => Vector3::z(),
         Interface::Flat(flat) => {
             let about_y = nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), flat.tilt_y_rad);
             let about_x = nalgebra::Rotation3::from_axis_angle(&Vector3::x_axis(), flat.tilt_x_rad);
@@ -32,7 +32,7 @@ proptest! {
         let start = ray.origin_in_camera;
         let normal = normal_at(camera.interface(), &start);
         let ratio = match camera.interface() {
-            Interface::None | Interface::Drawn => {
+            Interface::None | Interface::FromDrawing => {
                 prop_assert_eq!(ray.direction, before);
                 prop_assert_eq!(start, Point3::origin());
                 return Ok(());
@@ -69,15 +69,15 @@ proptest! {
         depth_mm in 0.0..20.0f64,
     ) {
         let same = match *camera.interface() {
-            Interface::None | Interface::Drawn => Interface::None,
-            Interface::Flat(flat) => Interface::Flat(Flat {
+            Interface::None | Interface::FromDrawing => Interface::None,
+            Interface::Flat(flat) => Interface::Flat(FlatInterface {
                 index_inside: 1.33,
                 index_glass: 1.33,
                 index_outside: 1.33,
                 ..flat
             }),
             Interface::Sphere(sphere) => {
-                Interface::Sphere(Sphere { index_outside: sphere.index_inside, ..sphere })
+                Interface::Sphere(SphericalInterface { index_outside: sphere.index_inside, ..sphere })
             }
         };
         let point = with_interface(&camera, same).unproject(&pixel).unwrap().at(depth_mm);
@@ -94,14 +94,14 @@ proptest! {
         depth_mm in 0.0..30.0f64,
     ) {
         let (_, camera, _) = common::cameras().remove(0);
-        let pane = Flat { glass_thickness_mm: 1.5, tilt_y_rad: 0.1, ..Flat::in_air(3.0, 1.41) };
+        let pane = FlatInterface { glass_thickness_mm: 1.5, tilt_y_rad: 0.1, ..FlatInterface::bare_in_air(3.0, 1.41) };
         let point = Point3::new(x_mm, y_mm, depth_mm + 8.0);
         let pixel = |flat| with_interface(&camera, Interface::Flat(flat)).project(&point).unwrap();
-        let bare = Flat { glass_thickness_mm: 0.0, ..pane };
-        let of_gel = pixel(Flat { index_glass: 1.41, ..pane });
+        let bare = FlatInterface { glass_thickness_mm: 0.0, ..pane };
+        let of_gel = pixel(FlatInterface { index_glass: 1.41, ..pane });
         prop_assert!((of_gel - pixel(bare)).norm() < 1e-9);
-        let of_air = pixel(Flat { index_glass: 1.0, ..pane });
-        let farther = pixel(Flat { distance_mm: 4.5, ..bare });
+        let of_air = pixel(FlatInterface { index_glass: 1.0, ..pane });
+        let farther = pixel(FlatInterface { distance_mm: 4.5, ..bare });
         prop_assert!((of_air - farther).norm() < 1e-9);
     }
 }
@@ -110,7 +110,7 @@ proptest! {
 fn things_in_gel_look_nearer() {
     // Apparent depth near the normal: depth / index.
     let (_, camera, _) = common::cameras().remove(0);
-    let camera = with_interface(&camera, Interface::Flat(Flat::in_air(4.0, 1.41)));
+    let camera = with_interface(&camera, Interface::Flat(FlatInterface::bare_in_air(4.0, 1.41)));
     let bare = with_interface(&camera, Interface::None);
     let point = Point3::new(1e-4, -2e-4, 4.0 + 7.05);
     let seen = camera.project(&point).unwrap();
@@ -136,12 +136,12 @@ fn a_concentric_sphere_bends_nothing() {
 fn nearly_concentric_is_nearly_nothing() {
     // The plane of incidence hangs on a vector of 1e-12 mm; the answer must not.
     let (_, camera, _) = common::cameras().remove(18);
-    let sphere = Sphere {
+    let sphere = SphericalInterface {
         centre_in_camera: Point3::new(1e-12, 0.0, -1e-13),
         radius_mm: 8.0,
         index_inside: 1.0,
         index_outside: 1.5,
-        is_drawn_behind: false,
+        has_drawn_bodies_behind: false,
     };
     let near = with_interface(&camera, Interface::Sphere(sphere));
     let bare = with_interface(&camera, Interface::None);
@@ -154,7 +154,7 @@ fn nearly_concentric_is_nearly_nothing() {
 #[test]
 fn points_and_pixels_without_a_path_are_refused() {
     let camera = Camera::equidistant(640, 480, 200f64.to_radians()).unwrap();
-    let flat = with_interface(&camera, Interface::Flat(Flat::in_air(4.0, 1.41)));
+    let flat = with_interface(&camera, Interface::Flat(FlatInterface::bare_in_air(4.0, 1.41)));
     let refused = flat.project(&Point3::new(1.0, 1.0, 3.0)).unwrap_err();
     assert_eq!(refused, OutsideDomain::BeforeInterface { depth_mm: 1.0 });
     assert!(flat.project_with_jacobians(&Point3::new(1.0, 1.0, 3.0)).is_err());
@@ -167,12 +167,12 @@ fn points_and_pixels_without_a_path_are_refused() {
         }
         other => panic!("{other}"),
     }
-    let sphere = Sphere {
+    let sphere = SphericalInterface {
         centre_in_camera: Point3::new(0.0, 0.0, 2.0),
         radius_mm: 10.0,
         index_inside: 1.0,
         index_outside: 1.41,
-        is_drawn_behind: false,
+        has_drawn_bodies_behind: false,
     };
     let within = with_interface(&camera, Interface::Sphere(sphere));
     let refused = within.project(&Point3::new(0.0, 0.0, 9.0)).unwrap_err();

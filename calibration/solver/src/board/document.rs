@@ -292,7 +292,7 @@ impl Board {
         let mut seen = BTreeMap::new();
         for marker in &self.markers {
             // The detector tries all rotations, so that markers must differ in all of them.
-            let words = [0, 1, 2, 3].map(|turns| marker.word(turns));
+            let words = [0, 1, 2, 3].map(|turns| marker.packed_bits(turns));
             let id = marker.id;
             if words[1..].contains(&words[0]) {
                 problems.push(format!("marker {id} looks the same in two rotations"));
@@ -309,7 +309,7 @@ impl Board {
 impl BoardMarker {
     /// Packs the bits into a word, row by row from the most significant, after `turns` clockwise quarter turns of the
     /// printed marker.
-    pub(super) fn word(&self, turns: usize) -> u64 {
+    pub(super) fn packed_bits(&self, turns: usize) -> u64 {
         let side = self.bits.len();
         let mut word = 0;
         for row in 0..side {

@@ -15,11 +15,11 @@ use crate::image::GreyImage;
 /// contain many saddles of their own.
 const NEAREST: usize = 80;
 /// Smallest cosine of the angle between an edge as seen at one end and the line to the other end.
-const MAX_BEND_COS: f64 = 0.88;
+const MIN_EDGE_COSINE: f64 = 0.88;
 /// Distance from an edge at which its sides are sampled, in lengths of the edge: between the edge and the markers.
 const SIDE: f64 = 0.1;
 /// Smallest difference of intensity between the sides, as a multiple of the saddles' contrast.
-const LEAST_STEP: f64 = 0.2;
+const MIN_SIDE_CONTRAST: f64 = 0.2;
 /// Largest ratio of opposite sides of a square, as distortion and tilt leave them.
 const MAX_SIDE_RATIO: f64 = 2.0;
 /// Largest distance of a missing saddle from the position that its neighbours predict, in spacings.
@@ -39,22 +39,22 @@ pub(super) type Grid = BTreeMap<Cell, Saddle>;
 type Links = [Option<usize>; 4];
 
 /// Image with its noise (standard deviation of the intensity) and the smoothing in use, px.
-pub(super) struct BoardPicture<'a> {
+pub(super) struct BoardImage<'a> {
     pub image: &'a GreyImage,
     pub noise: f64,
     pub sigma_px: f64,
 }
 
 /// Finds all grids of at least 2 x 2 corners, the largest first.
-pub(super) fn grow(scene: &BoardPicture, saddles: &[Saddle]) -> Vec<Grid> {
-    let links = in_squares(saddles, &links(scene.image, saddles));
+pub(super) fn find_grids(scene: &BoardImage, saddles: &[Saddle]) -> Vec<Grid> {
+    let links = keep_square_sides(saddles, &links(scene.image, saddles));
     let mut taken = vec![false; saddles.len()];
     let mut grids: Vec<Grid> = Vec::new();
     for seed in 0..saddles.len() {
         if taken[seed] || links[seed].iter().all(Option::is_none) {
             continue;
         }
-        let mut grid = spread(saddles, &links, seed, &mut taken);
+        let mut grid = number_saddles(saddles, &links, seed, &mut taken);
         prune(&mut grid);
         if grid.len() >= 4 {
             fill(scene, &mut grid);
@@ -82,7 +82,7 @@ fn links(image: &GreyImage, saddles: &[Saddle]) -> Vec<Links> {
             }
             near.sort_by(order);
             [0, 1, 2, 3].map(|way| {
-                near.iter().map(|(_, to)| *to).find(|to| joins(image, here, way, &saddles[*to]))
+                near.iter().map(|(_, to)| *to).find(|to| are_joined(image, here, way, &saddles[*to]))
             })
         })
         .collect();
@@ -94,7 +94,7 @@ fn links(image: &GreyImage, saddles: &[Saddle]) -> Vec<Links> {
 
 /// Keeps the links that are a side of a square of four saddles. A single link may lead into a marker or off the board,
 /// a square hardly ever.
-fn in_squares(saddles: &[Saddle], links: &[Links]) -> Vec<Links> {
+fn keep_square_sides(saddles: &[Saddle], links: &[Links]) -> Vec<Links> {
     let length = |a: usize, b: usize| (saddles[a].at - saddles[b].at).norm();
     let alike = |a: f64, b: f64| a < MAX_SIDE_RATIO * b && b < MAX_SIDE_RATIO * a;
     let is_side = |from: usize, to: usize, way: usize| {
@@ -115,18 +115,18 @@ fn in_squares(saddles: &[Saddle], links: &[Links]) -> Vec<Links> {
 }
 
 /// Returns the direction of one of the four ways along a saddle's edges.
-fn along(saddle: &Saddle, way: usize) -> Vector2<f64> {
+fn way_direction(saddle: &Saddle, way: usize) -> Vector2<f64> {
     if way & 1 == 0 { saddle.edges[way / 2] } else { -saddle.edges[way / 2] }
 }
 
 /// Returns whether an edge leads from one saddle, along one of its ways, to the other.
-fn joins(image: &GreyImage, from: &Saddle, way: usize, to: &Saddle) -> bool {
+fn are_joined(image: &GreyImage, from: &Saddle, way: usize, to: &Saddle) -> bool {
     let line = to.at - from.at;
     let length = line.norm();
     let direction = line / length;
     // The light side changes places, so that one corner's first edge is the other's second.
     let other = &to.edges[1 - way / 2];
-    if along(from, way).dot(&direction) < MAX_BEND_COS || other.dot(&direction).abs() < MAX_BEND_COS
+    if way_direction(from, way).dot(&direction) < MIN_EDGE_COSINE || other.dot(&direction).abs() < MIN_EDGE_COSINE
     {
         return false;
     }
@@ -134,7 +134,7 @@ fn joins(image: &GreyImage, from: &Saddle, way: usize, to: &Saddle) -> bool {
     let light = if way / 2 == 0 { left } else { -left };
     // At least 1.5 px, to be outside the blur of the edge.
     let side = light * (SIDE * length).max(1.5);
-    let least = LEAST_STEP * from.contrast.min(to.contrast);
+    let least = MIN_SIDE_CONTRAST * from.contrast.min(to.contrast);
     [0.3, 0.5, 0.7].into_iter().all(|t| {
         let middle = from.at + line * t;
         let step = sample(image, middle + side).zip(sample(image, middle - side));
@@ -157,7 +157,7 @@ pub(super) fn sample(image: &GreyImage, at: Point2<f64>) -> Option<f64> {
 }
 
 /// Walks along links from a seed and assigns coordinates to the saddles on the way.
-fn spread(saddles: &[Saddle], links: &[Links], seed: usize, taken: &mut [bool]) -> Grid {
+fn number_saddles(saddles: &[Saddle], links: &[Links], seed: usize, taken: &mut [bool]) -> Grid {
     // Each entry: a saddle, its cell, and which of its ways are +i and +j.
     let mut queue = VecDeque::from([(seed, (0, 0), [0, 2])]);
     let mut corners = Grid::new();
@@ -176,7 +176,7 @@ fn spread(saddles: &[Saddle], links: &[Links], seed: usize, taken: &mut [bool]) 
             // The way of `to` along an axis that points in the direction of `goal`.
             let same = |axis: usize, goal: &Vector2<f64>| {
                 let way = 2 * axis;
-                if along(&saddles[to], way).dot(goal) > 0.0 { way } else { way + 1 }
+                if way_direction(&saddles[to], way).dot(goal) > 0.0 { way } else { way + 1 }
             };
             // The edge that was a saddle's first is the other saddle's second.
             let axis = 1 - way / 2;
@@ -184,9 +184,9 @@ fn spread(saddles: &[Saddle], links: &[Links], seed: usize, taken: &mut [bool]) 
             let forward = if di + dj > 0 { onward } else { onward ^ 1 };
             let is_i = di != 0;
             // The direction of the other axis for which the frame stays right-handed.
-            let e = along(&saddles[to], forward);
+            let e = way_direction(&saddles[to], forward);
             let candidate = 2 * (1 - axis);
-            let f = along(&saddles[to], candidate);
+            let f = way_direction(&saddles[to], candidate);
             let turn = e.x * f.y - e.y * f.x;
             let sideways = if (turn > 0.0) == is_i { candidate } else { candidate ^ 1 };
             let ways = if is_i { [forward, sideways] } else { [sideways, forward] };
@@ -215,7 +215,7 @@ fn prune(grid: &mut Grid) {
 }
 
 /// Searches for missing corners at the positions that their neighbours predict.
-fn fill(scene: &BoardPicture, grid: &mut Grid) {
+fn fill(scene: &BoardImage, grid: &mut Grid) {
     loop {
         let mut found = Vec::new();
         let around = |(i, j): Cell| [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)];
@@ -233,7 +233,7 @@ fn fill(scene: &BoardPicture, grid: &mut Grid) {
             // Every existing neighbour must be joined by an edge, from both ends.
             let joined = |other: &Saddle| {
                 let one_way =
-                    |a: &Saddle, b: &Saddle| (0..4).any(|way| joins(scene.image, a, way, b));
+                    |a: &Saddle, b: &Saddle| (0..4).any(|way| are_joined(scene.image, a, way, b));
                 one_way(other, &saddle) && one_way(&saddle, other)
             };
             let mut others = around(cell).into_iter().filter_map(|c| grid.get(&c));
@@ -281,7 +281,7 @@ pub(super) fn predict(grid: &Grid, (i, j): Cell) -> Option<(Point2<f64>, f64)> {
 }
 
 /// Refines every saddle with a smoothing that fits the spacing around it. Saddles that are not found again are dropped.
-pub(super) fn polish(scene: &BoardPicture, grid: &mut Grid) {
+pub(super) fn refine_saddles(scene: &BoardImage, grid: &mut Grid) {
     let refined = grid.iter().filter_map(|(&(i, j), saddle)| {
         let others = [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)];
         let distances = others

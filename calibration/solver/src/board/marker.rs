@@ -17,7 +17,7 @@ const LEAST_LEAD: f64 = 0.08;
 const SPREAD: f64 = 0.2;
 
 /// Markers of a board as patterns.
-pub(super) struct Markers {
+pub(super) struct MarkerReader {
     /// Number of fields along a side, including the dark border.
     fields: usize,
     /// Side of a marker, in squares.
@@ -26,7 +26,7 @@ pub(super) struct Markers {
     patterns: Vec<([u32; 2], Vec<f64>)>,
 }
 
-impl Markers {
+impl MarkerReader {
     /// Prepares the patterns of a board's markers.
     pub(super) fn new(board: &Board) -> Self {
         let fields = board.markers.first().map_or(0, |marker| marker.bits.len()) + 2;
@@ -77,7 +77,7 @@ impl Markers {
 
     /// Samples the fields of a marker that is upright in the quadrilateral, row by row, normalised.
     fn fields(&self, image: &GreyImage, corners: [Point2<f64>; 4]) -> Option<Vec<f64>> {
-        let map = square_to(corners)?;
+        let map = homography_from_unit_square(corners)?;
         let margin = 0.5 * (1.0 - self.scale);
         let step = self.scale / self.fields as f64;
         let offsets = [(0.0, 0.0), (-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)];
@@ -108,7 +108,7 @@ fn normalised(mut values: Vec<f64>) -> Option<Vec<f64>> {
 
 /// Computes the homography from the unit square (y down) to a quadrilateral, in closed form (P. Heckbert, "Fundamentals
 /// of Texture Mapping and Image Warping", 1989).
-fn square_to([a, b, c, d]: [Point2<f64>; 4]) -> Option<Matrix3<f64>> {
+fn homography_from_unit_square([a, b, c, d]: [Point2<f64>; 4]) -> Option<Matrix3<f64>> {
     let (p, q, s) = (b - c, d - c, (a - b) + (c - d));
     // Three corners on a line make this 0 and the map infinite, which is refused below.
     let area = p.x * q.y - p.y * q.x;
@@ -127,11 +127,11 @@ mod tests {
     fn the_unit_square_is_mapped_to_the_quadrilateral() {
         let quad = [(10.0, 12.0), (41.0, 9.0), (46.0, 33.0), (8.0, 38.0)];
         let quad = quad.map(|(x, y)| Point2::new(x, y));
-        let map = square_to(quad).unwrap();
+        let map = homography_from_unit_square(quad).unwrap();
         let unit = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
         for ((x, y), expected) in unit.into_iter().zip(quad) {
             assert!((map.transform_point(&Point2::new(x, y)) - expected).norm() < 1e-12);
         }
-        assert!(square_to([quad[0]; 4]).is_none());
+        assert!(homography_from_unit_square([quad[0]; 4]).is_none());
     }
 }

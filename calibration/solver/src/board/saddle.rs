@@ -25,9 +25,9 @@ const NEWTON_STEPS: usize = 12;
 /// Length of a step, px, below which Newton's method has converged.
 const STEP_PX: f64 = 1e-4;
 /// Smallest response of a candidate, as a fraction of the strongest: weaker ones are texture.
-const WEAKEST: f32 = 1e-3;
+const MIN_RELATIVE_RESPONSE: f32 = 1e-3;
 /// Smallest square root of a candidate's response, as a multiple of its noise.
-const ABOVE_NOISE: f32 = 6.0;
+const MIN_SIGNAL_TO_NOISE: f32 = 6.0;
 /// Largest number of candidates examined, the strongest first.
 const MAX_CANDIDATES: usize = 6000;
 
@@ -46,7 +46,7 @@ pub(super) struct Saddle {
 }
 
 /// Derivatives of the smoothed image at a point.
-struct Local {
+struct LocalDerivatives {
     gradient: Vector2<f64>,
     hessian: Matrix2<f64>,
 }
@@ -60,7 +60,7 @@ pub(super) fn find(image: &GreyImage, sigma_px: f64, noise: f64) -> Vec<Saddle> 
     let strongest = response.iter().copied().fold(0.0, f32::max);
     // The response is a product of two second derivatives, hence the square of the noise.
     // The response is relative to the strongest corner, but must also stand out of the noise.
-    let weakest = (WEAKEST * strongest).max((ABOVE_NOISE * noise_of_response).powi(2));
+    let weakest = (MIN_RELATIVE_RESPONSE * strongest).max((MIN_SIGNAL_TO_NOISE * noise_of_response).powi(2));
     let mut peaks = peaks(&response, image.width_px(), sigma_px.ceil() as usize, weakest);
     // Ties are broken by position, so that the order is the same in every run.
     peaks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
@@ -86,7 +86,7 @@ pub(super) fn refine(
 ) -> Option<Saddle> {
     let mut at = start;
     for _ in 0..NEWTON_STEPS {
-        let local = local(image, at, sigma_px)?;
+        let local = derivatives_at(image, at, sigma_px)?;
         let step = -(local.hessian.try_inverse()? * local.gradient);
         at += step;
         let walked = (at - start).norm();
@@ -94,14 +94,14 @@ pub(super) fn refine(
             return None;
         }
         if step.norm() < STEP_PX {
-            return describe(&local.hessian, at, sigma_px, noise);
+            return saddle_from_hessian(&local.hessian, at, sigma_px, noise);
         }
     }
     None
 }
 
 /// Derives a saddle's edges, contrast and uncertainty from the Hessian; `None` if it is no corner.
-fn describe(hessian: &Matrix2<f64>, at: Point2<f64>, sigma_px: f64, noise: f64) -> Option<Saddle> {
+fn saddle_from_hessian(hessian: &Matrix2<f64>, at: Point2<f64>, sigma_px: f64, noise: f64) -> Option<Saddle> {
     let eigen = hessian.symmetric_eigen();
     let (light, dark) = if eigen.eigenvalues[0] > eigen.eigenvalues[1] { (0, 1) } else { (1, 0) };
     let (rise, fall) = (eigen.eigenvalues[light], -eigen.eigenvalues[dark]);
@@ -128,7 +128,7 @@ fn describe(hessian: &Matrix2<f64>, at: Point2<f64>, sigma_px: f64, noise: f64) 
 }
 
 /// Computes the derivatives of the image smoothed with a Gaussian, at real coordinates.
-fn local(image: &GreyImage, at: Point2<f64>, sigma_px: f64) -> Option<Local> {
+fn derivatives_at(image: &GreyImage, at: Point2<f64>, sigma_px: f64) -> Option<LocalDerivatives> {
     let (width, height) = (image.width_px(), image.height_px());
     let border = BORDER * sigma_px;
     let inside = |v: f64, n: usize| v >= border && v <= n as f64 - 1.0 - border;
@@ -163,7 +163,7 @@ fn local(image: &GreyImage, at: Point2<f64>, sigma_px: f64) -> Option<Local> {
     }
     let scale = 1.0 / (std::f64::consts::TAU * sigma_px.powi(2));
     let (first, second) = (scale / sigma_px, scale / sigma_px.powi(2));
-    Some(Local {
+    Some(LocalDerivatives {
         gradient: Vector2::new(sums[0], sums[1]) * first,
         hessian: Matrix2::new(sums[2], sums[3], sums[3], sums[4]) * second,
     })

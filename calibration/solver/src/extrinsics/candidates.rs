@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-use fabkit_camera::{Camera, Flat, Interface};
+use fabkit_camera::{Camera, FlatInterface, Interface};
 use fabkit_geometry::{Point3, Pose};
 
 use super::CalibrationOptions;
 use super::refine::{Loss, PoseSolution, SolveError, refine};
-use crate::drawn::DrawnInterface;
-use crate::model::{Displacements, FitParameter, Model, MountingError, Observation};
+use crate::drawn_interface::DrawnInterface;
+use crate::model::{ApparentDisplacements, FitParameter, Model, MountingError, Observation};
 
 /// Distances of the interface from the lens at which a fit starts, or is fixed, mm.
 const INTERFACE_STARTS_MM: [f64; 14] =
@@ -39,7 +39,7 @@ pub struct Drawing<'a> {
     pub interface: DrawnInterface,
     /// Function for the bodies behind it: apparent displacements from a pose (sensor frame to camera frame), for
     /// contacts in the sensor frame, mm.
-    pub displacements: &'a dyn Fn(&Pose, &[Point3<f64>]) -> Displacements,
+    pub displacements: &'a dyn Fn(&Pose, &[Point3<f64>]) -> ApparentDisplacements,
 }
 
 impl fmt::Debug for Drawing<'_> {
@@ -86,7 +86,7 @@ impl ParameterSet {
         let mut parameters = FitParameter::POSE.to_vec();
         match self.optics.medium {
             Medium::Given => {}
-            Medium::Drawn => parameters.extend(FitParameter::DRAWN),
+            Medium::Drawn => parameters.extend(FitParameter::DRAWN_INTERFACE),
             Medium::Gel(_) => parameters.push(INTERFACE_DISTANCE),
         }
         if self.optics.radial_terms > 0 {
@@ -123,7 +123,7 @@ impl ParameterSet {
         if !start.mark_offsets.is_empty() {
             parameters.extend(FitParameter::LIGHT);
         }
-        let index = match (self.optics.medium, &options.drawn) {
+        let index = match (self.optics.medium, &options.drawing) {
             (Medium::Gel(index), _) => index,
             (Medium::Drawn, Some(drawing)) => {
                 return fit_drawn(drawing, start, &parameters, observations, loss);
@@ -137,7 +137,7 @@ impl ParameterSet {
         let mut best: Option<PoseSolution> = None;
         let mut first_error = None;
         for distance_mm in INTERFACE_STARTS_MM {
-            let Some(model) = behind_gel(start, distance_mm, index) else { continue };
+            let Some(model) = with_gel_surface(start, distance_mm, index) else { continue };
             // First with the distance fixed: from a rough start, distance and pose would diverge together.
             let fixed = match refine(&model, &held, observations, loss) {
                 Ok(fixed) => fixed,
@@ -150,12 +150,12 @@ impl ParameterSet {
             for fit in [Ok(fixed), free].into_iter().flatten() {
                 // The fixed fit competes too, because the free one may put the gel's surface behind pins.
                 let better = best.as_ref().is_none_or(|best| fit.cost < best.cost);
-                if better && gel_before_pins_mm(&fit.model, observations) > MIN_GEL_MM {
+                if better && min_gel_thickness_mm(&fit.model, observations) > MIN_GEL_MM {
                     best = Some(fit);
                 }
             }
         }
-        best.ok_or(first_error.unwrap_or(SolveError::PinsInTheWay))
+        best.ok_or(first_error.unwrap_or(SolveError::PinsThroughGel))
     }
 }
 
@@ -169,14 +169,14 @@ pub(super) fn fit_drawn(
     loss: Loss,
 ) -> Result<PoseSolution, SolveError> {
     let contacts: Vec<_> = observations.iter().map(|o| o.contact.contact_in_sensor_mm).collect();
-    let mut model = at_design(start)
-        .and_then(|model| model.behind(&drawing.interface))
+    let mut model = at_designed_position(start)
+        .and_then(|model| model.with_drawn_interface(&drawing.interface))
         .ok_or(SolveError::NoDrawnInterface)?;
     for round in 1.. {
         model.displacements = (drawing.displacements)(&model.camera_from_sensor, &contacts);
         let fit = refine(&model, parameters, observations, loss)?;
         // Without bodies behind the first interface one round is exact.
-        if round == DRAWN_ROUNDS || model.displacements == Displacements::default() {
+        if round == DRAWN_ROUNDS || model.displacements == ApparentDisplacements::default() {
             return Ok(fit);
         }
         model = fit.model;
@@ -185,7 +185,7 @@ pub(super) fn fit_drawn(
 }
 
 /// Returns the model with the camera at its designed position and its present orientation.
-fn at_design(start: &Model) -> Option<Model> {
+fn at_designed_position(start: &Model) -> Option<Model> {
     let mut model = start.clone();
     if let Some(expected) = start.expected_translation_mm {
         model.camera_from_sensor = Pose::new(*start.camera_from_sensor.rotation(), expected)?;
@@ -195,19 +195,19 @@ fn at_design(start: &Model) -> Option<Model> {
 
 /// Returns the model with the lens in air in front of a flat surface of gel. The camera is at its designed position,
 /// where refraction and distance have not yet compensated each other.
-fn behind_gel(start: &Model, distance_mm: f64, index: f64) -> Option<Model> {
-    let mut model = at_design(start)?;
-    let interface = Interface::Flat(Flat::in_air(distance_mm, index));
+fn with_gel_surface(start: &Model, distance_mm: f64, index: f64) -> Option<Model> {
+    let mut model = at_designed_position(start)?;
+    let interface = Interface::Flat(FlatInterface::bare_in_air(distance_mm, index));
     let (width_px, height_px) = (start.camera.width_px(), start.camera.height_px());
     model.camera = Camera::new(width_px, height_px, *start.camera.lens(), interface).ok()?;
     Some(model)
 }
 
 /// Computes the thickness of gel between the flat surface and the nearest pin, mm.
-fn gel_before_pins_mm(model: &Model, observations: &[Observation]) -> f64 {
+fn min_gel_thickness_mm(model: &Model, observations: &[Observation]) -> f64 {
     let Interface::Flat(flat) = model.camera.interface() else { return f64::INFINITY };
     let depth = |o: &Observation| {
-        model.camera_from_sensor.point(model.seated(&o.contact)).z - flat.distance_mm
+        model.camera_from_sensor.point(model.displaced_contact(&o.contact)).z - flat.distance_mm
     };
     observations.iter().map(depth).fold(f64::INFINITY, f64::min)
 }

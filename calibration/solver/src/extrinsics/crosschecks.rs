@@ -3,12 +3,12 @@
 use nalgebra::{DMatrix, DVector, Rotation3};
 
 use super::refine::{PoseSolution, refine};
-use super::{CalibrationOptions, Outward};
+use super::{CalibrationOptions, SurfaceNormal};
 use crate::model::{FitParameter, Model, Observation};
 use crate::uncertainty::surface_derivatives;
 
 /// Length of a residual, in standard deviations, from which a pin is an outlier: one in 450 by chance.
-pub const FAR_SIGMAS: f64 = 3.5;
+pub const OUTLIER_SIGMAS: f64 = 3.5;
 /// Smallest number of captures that are compared by halves.
 const LEAST_CAPTURES: usize = 4;
 
@@ -24,7 +24,7 @@ pub struct CrossChecks {
     /// Displacement of the surface if each capture in turn is left out; `None` if the fit without it fails.
     pub without_mm: Vec<Option<f64>>,
     /// Outlying observations, the farthest first: index, and length of the residual in standard deviations.
-    pub far: Vec<(usize, f64)>,
+    pub outliers: Vec<(usize, f64)>,
 }
 
 impl CrossChecks {
@@ -74,13 +74,13 @@ pub(super) fn cross_checks(
     };
     let residuals = fit.residuals_px(observations).into_iter().enumerate();
     let mut far: Vec<(usize, f64)> =
-        residuals.filter_map(sigmas).filter(|(_, sigmas)| *sigmas > FAR_SIGMAS).collect();
+        residuals.filter_map(sigmas).filter(|(_, sigmas)| *sigmas > OUTLIER_SIGMAS).collect();
     far.sort_by(|a, b| b.1.total_cmp(&a.1));
     CrossChecks {
         sigma_mm: (&surface * of_pixels).trace().max(0.0).sqrt(),
         halves_mm,
         without_mm,
-        far,
+        outliers: far,
     }
 }
 
@@ -89,7 +89,7 @@ pub(super) fn cross_checks(
 fn surface(
     fit: &PoseSolution,
     observations: &[Observation],
-    outward: Option<Outward<'_>>,
+    outward: Option<SurfaceNormal<'_>>,
 ) -> DMatrix<f64> {
     let count = fit.parameters.len();
     let (mut sum, mut places) = (DMatrix::zeros(count, count), 0.0);
@@ -97,11 +97,11 @@ fn surface(
         let place = contact.contact_in_sensor_mm;
         // A pin that is pushed straight in shows the normal.
         let of_axis = || contact.axis_in_sensor.map(|axis| -axis);
-        let Some(outward) = outward.map(|Outward(at)| at(&place)).or_else(of_axis) else {
+        let Some(outward) = outward.map(|SurfaceNormal(at)| at(&place)).or_else(of_axis) else {
             continue;
         };
         if let Some(by) = surface_derivatives(&fit.model, &fit.parameters, place, outward) {
-            sum += by.point.transpose() * by.point;
+            sum += by.point_mm_by_parameters.transpose() * by.point_mm_by_parameters;
             places += 1.0;
         }
     }

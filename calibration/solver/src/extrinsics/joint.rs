@@ -12,7 +12,7 @@
 //! Navigation Problems", 1966). The value and the variance that were given for a solved parameter do not matter: the
 //! variance is replaced.
 
-use fabkit_camera::{CameraEstimate, InvalidCovariance, JointEstimate, POSE_COUNT};
+use fabkit_camera::{CameraEstimate, InvalidCovariance, JointEstimate, POSE_PARAMETER_COUNT};
 use nalgebra::{DMatrix, Vector2};
 
 use super::refine::{Loss, PoseSolution};
@@ -22,7 +22,7 @@ use crate::model::{FitParameter, Observation};
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointCovariance {
     /// Covariance of the solved parameters, in their order and units, including the errors of the given camera.
-    pub of_fit: DMatrix<f64>,
+    pub fit_covariance: DMatrix<f64>,
     /// Joint estimate of pose and camera.
     pub estimate: JointEstimate,
 }
@@ -44,26 +44,26 @@ pub fn joint_estimate(
     let camera = &fit.model.camera;
     let held: Vec<FitParameter> =
         camera.parameters().into_iter().map(|(name, _)| FitParameter::Camera(name)).collect();
-    let of_given = covariance_of_given(given, fit, &held);
-    let scale = scale_of_given(given, fit);
+    let of_given = given_covariance(given, fit, &held);
+    let scale = scale_by_given(given, fit);
     // Derivative of the solved parameters by the given ones.
-    let taken_up = -(&fit.covariance * mixed(fit, &held, observations, loss)) * &scale;
+    let taken_up = -(&fit.covariance * mixed_information(fit, &held, observations, loss)) * &scale;
     let of_fit = symmetric(noise + &taken_up * &of_given * taken_up.transpose());
     // Derivatives of pose and camera by the solved parameters, and by the given ones.
     let by_fit = by_fit(fit, &held);
     let mut by_given = &by_fit * &taken_up;
     // Fixed parameters are their given values, apart from the scale of the focal lengths.
-    let mut camera_by_given = by_given.rows_mut(POSE_COUNT, held.len());
+    let mut camera_by_given = by_given.rows_mut(POSE_PARAMETER_COUNT, held.len());
     camera_by_given += &scale;
     let covariance =
         &by_fit * noise * by_fit.transpose() + &by_given * of_given * by_given.transpose();
     let estimate = JointEstimate::new(*camera, symmetric(covariance))?;
-    Ok(JointCovariance { of_fit, estimate })
+    Ok(JointCovariance { fit_covariance: of_fit, estimate })
 }
 
 /// Returns the covariance of the camera's parameters as given, by name; zeros for parameters that are unknown or that
 /// the fit replaces.
-fn covariance_of_given(
+fn given_covariance(
     given: &CameraEstimate,
     fit: &PoseSolution,
     held: &[FitParameter],
@@ -85,7 +85,7 @@ fn covariance_of_given(
 
 /// Returns the derivatives of the camera's parameters by the given ones: 1, except for focal lengths that the fit has
 /// scaled.
-fn scale_of_given(given: &CameraEstimate, fit: &PoseSolution) -> DMatrix<f64> {
+fn scale_by_given(given: &CameraEstimate, fit: &PoseSolution) -> DMatrix<f64> {
     let count = fit.model.camera.parameter_count();
     let mut scale = DMatrix::identity(count, count);
     let [before, after] =
@@ -96,7 +96,7 @@ fn scale_of_given(given: &CameraEstimate, fit: &PoseSolution) -> DMatrix<f64> {
 }
 
 /// Computes `A' W B`.
-fn mixed(
+fn mixed_information(
     fit: &PoseSolution,
     held: &[FitParameter],
     observations: &[Observation],
@@ -114,7 +114,7 @@ fn mixed(
         };
         let residual = observation.pixel - projected;
         let precision = observation.sigma_px.powi(-2);
-        let (_, weight) = loss.of(residual.norm_squared() * precision);
+        let (_, weight) = loss.cost_and_weight(residual.norm_squared() * precision);
         let (solved, held) = columns.split_at(count);
         for (r, column) in solved.iter().enumerate() {
             let weighted = column * (weight * precision);
@@ -128,14 +128,14 @@ fn mixed(
 
 /// Returns the derivatives of pose and camera by the solved parameters. Seats, leans and offsets affect the pins only.
 fn by_fit(fit: &PoseSolution, held: &[FitParameter]) -> DMatrix<f64> {
-    let mut by_fit = DMatrix::zeros(POSE_COUNT + held.len(), fit.parameters.len());
+    let mut by_fit = DMatrix::zeros(POSE_PARAMETER_COUNT + held.len(), fit.parameters.len());
     let intrinsics = fit.model.camera.lens().intrinsics();
     for (c, parameter) in fit.parameters.iter().enumerate() {
         if let Some(r) = FitParameter::POSE.iter().position(|pose| pose == parameter) {
             by_fit[(r, c)] = 1.0;
         }
         if let Some(r) = held.iter().position(|held| held == parameter) {
-            by_fit[(POSE_COUNT + r, c)] = 1.0;
+            by_fit[(POSE_PARAMETER_COUNT + r, c)] = 1.0;
         }
         if let Some(by_interface) = by_interface(fit, parameter) {
             let of_interface = by_fit.nrows() - by_interface.len();
@@ -144,8 +144,8 @@ fn by_fit(fit: &PoseSolution, held: &[FitParameter]) -> DMatrix<f64> {
             }
         }
         if *parameter == FitParameter::FocalScale {
-            by_fit[(POSE_COUNT, c)] = intrinsics.fx_px;
-            by_fit[(POSE_COUNT + 1, c)] = intrinsics.fy_px;
+            by_fit[(POSE_PARAMETER_COUNT, c)] = intrinsics.fx_px;
+            by_fit[(POSE_PARAMETER_COUNT + 1, c)] = intrinsics.fy_px;
         }
     }
     by_fit
@@ -156,11 +156,11 @@ fn by_fit(fit: &PoseSolution, held: &[FitParameter]) -> DMatrix<f64> {
 fn by_interface(fit: &PoseSolution, parameter: &FitParameter) -> Option<Vec<f64>> {
     let model = &fit.model;
     let column = match parameter {
-        FitParameter::InterfaceShift => POSE_COUNT,
+        FitParameter::InterfaceShift => POSE_PARAMETER_COUNT,
         pose => FitParameter::POSE.iter().position(|found| found == pose)?,
     };
     let by_pose =
-        model.drawn.as_ref()?.by_pose(&model.camera_from_sensor, model.interface_shift_mm);
+        model.drawn_interface.as_ref()?.interface_by_pose(&model.camera_from_sensor, model.interface_shift_mm);
     let count =
         model.camera.parameters().iter().filter(|(n, _)| n.starts_with("interface_")).count();
     Some(by_pose.column(column).iter().copied().take(count).collect())

@@ -55,7 +55,7 @@ fn solve<const N: usize>(rays: &[ViewRay], points: &[Point3<f64>], size_mm: f64)
     let translation_of = -(sum_across.try_inverse()? * sum_rows);
     // The sum over (rows + translation_of)^T across (rows + translation_of), multiplied out.
     system += translation_of.transpose() * sum_rows;
-    let (unknowns, well_posed) = smallest(&system)?;
+    let (unknowns, well_posed) = find_smallest_eigenvector(&system)?;
     if !well_posed {
         return None;
     }
@@ -92,7 +92,7 @@ fn rows<const N: usize>(point: Vector3<f64>, origin: Vector3<f64>) -> SMatrix<f6
 ///
 /// Two vectors are iterated together: the second one shows the second smallest eigenvalue. A full eigendecomposition
 /// would take longer than everything that follows.
-fn smallest<const N: usize>(system: &SMatrix<f64, N, N>) -> Option<(SVector<f64, N>, bool)> {
+fn find_smallest_eigenvector<const N: usize>(system: &SMatrix<f64, N, N>) -> Option<(SVector<f64, N>, bool)> {
     let size = system.trace();
     let mut lower = *system;
     for i in 0..N {

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector, Vector2};
 
 use crate::information::ScaledCholesky;
 use crate::model::{FitParameter, Model, Observation};
-use crate::observability::{Unobservable, unobservable};
+use crate::observability::{UnobservableCombination, find_unobservable};
 
 /// Largest number of iterations.
 const MAX_ITERATIONS: usize = 200;
@@ -17,18 +17,18 @@ const MAX_ITERATIONS: usize = 200;
 /// of magnitude.
 const LAST_STEP: f64 = 0.01;
 /// Length of a step, in standard deviations, that need not be taken.
-const NO_STEP: f64 = 1e-6;
+const NEGLIGIBLE_STEP: f64 = 1e-6;
 /// Damping of the first step, as a fraction of the information's diagonal.
 const START_DAMPING: f64 = 1e-5;
 /// Damping at which the fit is given up.
 const MAX_DAMPING: f64 = 1e12;
 /// Number of iterations with unscaled steps. Most fits need fewer; slower ones creep or oscillate along one direction,
 /// and from then on the best multiple of each step is tried too.
-const PATIENCE: usize = 10;
+const PLAIN_ITERATIONS: usize = 10;
 /// Smallest and largest multiple of a step that is tried.
-const SHARES: [f64; 2] = [0.05, 50.0];
+const STEP_MULTIPLES: [f64; 2] = [0.05, 50.0];
 /// Range of multiples that are too close to 1 to be tried.
-const MUCH_THE_SAME: [f64; 2] = [0.7, 1.4];
+const UNCHANGED_STEP_MULTIPLES: [f64; 2] = [0.7, 1.4];
 
 /// Loss function of the residuals.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +42,7 @@ pub enum Loss {
 
 impl Loss {
     /// Returns cost and weight of a squared length in standard deviations.
-    pub(super) fn of(self, squared: f64) -> (f64, f64) {
+    pub(super) fn cost_and_weight(self, squared: f64) -> (f64, f64) {
         match self {
             Self::Huber(limit) if squared > limit * limit => {
                 let length = squared.sqrt();
@@ -58,7 +58,7 @@ impl Loss {
 pub enum SolveError {
     /// There are more unknowns than coordinates.
     #[error("{unknowns} unknowns, but only {coordinates} pixel coordinates")]
-    TooFew {
+    TooFewObservations {
         /// Number of unknowns, without those that have a prior.
         unknowns: usize,
         /// Number of coordinates, two for each pin.
@@ -66,7 +66,7 @@ pub enum SolveError {
     },
     /// A pin is not visible from the starting pose.
     #[error("hole {hole} in capture {capture} cannot be seen from the starting pose: {source}")]
-    Unseen {
+    PinNotVisible {
         /// Number of the hole.
         hole: u32,
         /// Index of the capture, from 0.
@@ -75,14 +75,14 @@ pub enum SolveError {
         source: OutsideDomain,
     },
     /// The pixels do not determine the parameters.
-    #[error("the pins do not determine {}", names(.combinations))]
+    #[error("the pins do not determine {}", combination_names(.combinations))]
     NotObservable {
         /// Combinations of parameters that can change almost without effect.
-        combinations: Vec<Unobservable>,
+        combinations: Vec<UnobservableCombination>,
     },
     /// In every fit, pins reach through the surface of the gel.
     #[error("the surface of the gel would lie behind the pins that are nearest to the camera")]
-    PinsInTheWay,
+    PinsThroughGel,
     /// At the start of the fit the drawn interface is not in front of the camera.
     #[error("the interface that the design draws is not before the camera")]
     NoDrawnInterface,
@@ -95,8 +95,8 @@ pub enum SolveError {
 }
 
 /// Joins the names of each combination's parameters, for messages.
-pub(crate) fn names(combinations: &[Unobservable]) -> String {
-    let join = |u: &Unobservable| {
+pub(crate) fn combination_names(combinations: &[UnobservableCombination]) -> String {
+    let join = |u: &UnobservableCombination| {
         let names: Vec<String> = u.terms.iter().map(|(p, _)| p.to_string()).collect();
         names.join(" with ")
     };
@@ -141,11 +141,11 @@ pub fn refine(
     let held = parameters.iter().filter(|p| start.prior(**p).is_some()).count();
     if 2 * observations.len() < count - held {
         let coordinates = 2 * observations.len();
-        return Err(SolveError::TooFew { unknowns: count - held, coordinates });
+        return Err(SolveError::TooFewObservations { unknowns: count - held, coordinates });
     }
-    let mut normal = Normal::new(count);
-    let mut tried_normal = Normal::new(count);
-    let mut spare_normal = Normal::new(count);
+    let mut normal = NormalEquations::new(count);
+    let mut tried_normal = NormalEquations::new(count);
+    let mut spare_normal = NormalEquations::new(count);
     let mut model = start.clone();
     let mut cost = normal.build(&model, parameters, observations, loss)?;
     let mut damping = START_DAMPING;
@@ -160,7 +160,7 @@ pub fn refine(
             // Even strongly damped equations are singular: some parameter has no effect on any pixel.
             if damping > MAX_DAMPING {
                 return Err(SolveError::NotObservable {
-                    combinations: unobservable(&normal.information, parameters),
+                    combinations: find_unobservable(&normal.information, parameters),
                 });
             }
             continue;
@@ -173,7 +173,7 @@ pub fn refine(
                 model = tried;
                 break;
             }
-            if length < NO_STEP {
+            if length < NEGLIGIBLE_STEP {
                 break;
             }
             damping *= 10.0;
@@ -184,10 +184,10 @@ pub fn refine(
             let next = tried_normal.build(&tried, parameters, observations, loss).ok()?;
             Some((tried, next))
         });
-        let share = whole.as_ref().and_then(|(_, next)| normal.best_share(&step, cost, *next));
+        let share = whole.as_ref().and_then(|(_, next)| normal.best_step_multiple(&step, cost, *next));
         // The lowest cost wins: the whole step, its best multiple, or neither.
         let mut lower = whole.filter(|(_, next)| *next <= cost);
-        if let Some(share) = share.filter(|_| iterations > PATIENCE)
+        if let Some(share) = share.filter(|_| iterations > PLAIN_ITERATIONS)
             && let Some(tried) = model.stepped(parameters, (&step * share).as_slice())
             && let Ok(next) = spare_normal.build(&tried, parameters, observations, loss)
             && next < lower.as_ref().map_or(cost, |(_, whole)| *whole)
@@ -209,7 +209,7 @@ pub fn refine(
         }
     }
     let Some(factor) = ScaledCholesky::new(&normal.information) else {
-        let combinations = unobservable(&normal.information, parameters);
+        let combinations = find_unobservable(&normal.information, parameters);
         return Err(SolveError::NotObservable { combinations });
     };
     let (parameters, covariance) = (parameters.to_vec(), factor.inverse());
@@ -221,13 +221,13 @@ fn sees_all(model: &Model, observations: &[Observation]) -> bool {
 }
 
 /// Normal equations, with working memory.
-struct Normal {
+struct NormalEquations {
     information: DMatrix<f64>,
     gradient: DVector<f64>,
     columns: Vec<Vector2<f64>>,
 }
 
-impl Normal {
+impl NormalEquations {
     fn new(count: usize) -> Self {
         Self {
             information: DMatrix::zeros(count, count),
@@ -251,11 +251,11 @@ impl Normal {
             let contact = &observation.contact;
             let projected =
                 model.differentiate(contact, parameters, &mut self.columns).map_err(|source| {
-                    SolveError::Unseen { hole: contact.hole, capture: contact.capture, source }
+                    SolveError::PinNotVisible { hole: contact.hole, capture: contact.capture, source }
                 })?;
             let residual = observation.pixel - projected;
             let precision = observation.sigma_px.powi(-2);
-            let (part, weight) = loss.of(residual.norm_squared() * precision);
+            let (part, weight) = loss.cost_and_weight(residual.norm_squared() * precision);
             cost += part;
             let weight = weight * precision;
             for (i, column) in self.columns.iter().enumerate() {
@@ -289,13 +289,13 @@ impl Normal {
     /// Reweighting makes steps too short if many pins count by their length. The normal equations, which leave out the
     /// second derivatives of the projection, make steps too long if residuals are large. Both end in steps that shrink
     /// by a few percent each.
-    fn best_share(&self, step: &DVector<f64>, before: f64, after: f64) -> Option<f64> {
+    fn best_step_multiple(&self, step: &DVector<f64>, before: f64, after: f64) -> Option<f64> {
         // The gradient is half of the cost's negative derivative.
         let slope = -2.0 * step.dot(&self.gradient);
         let bend = after - before - slope;
-        let [least, most] = SHARES;
+        let [least, most] = STEP_MULTIPLES;
         let share = if bend > 0.0 { (-0.5 * slope / bend).clamp(least, most) } else { most };
-        let [from, to] = MUCH_THE_SAME;
+        let [from, to] = UNCHANGED_STEP_MULTIPLES;
         (!(from..=to).contains(&share)).then_some(share)
     }
 

@@ -7,16 +7,16 @@ use nalgebra::Vector2;
 use super::CalibrationOptions;
 use super::candidates::{Medium, Optics, ParameterSet};
 use super::refine::{Loss, PoseSolution, SolveError, refine};
-use super::tolerances::{Difference, Expected, TOLERANCE_SIGMAS, log_likelihood};
+use super::tolerances::{UnitDifference, ExpectedValues, TOLERANCE_SIGMAS, log_likelihood};
 use crate::model::{FitParameter, Model, Observation};
-use crate::observability::{Unobservable, unobservable_from};
+use crate::observability::{UnobservableCombination, find_unobservable_from_observations};
 
 /// Natural logarithm of the factor by which each parameter beyond the pose must make the held-out pins more likely.
-const WORTH_A_PARAMETER: f64 = 0.5;
+const PARAMETER_PENALTY: f64 = 0.5;
 /// Largest ratio of held-out errors to those of the best prediction for which the drawn explanation is preferred.
-const NEARLY: f64 = 1.3;
+const NEARLY_BEST_RATIO: f64 = 1.3;
 /// Decrease of Akaike's criterion that a reseated dome must achieve: odds of 150 to 1.
-const WORTH_A_SEAT: f64 = 10.0;
+const RESEATING_AICC_GAIN: f64 = 10.0;
 /// Largest plausible distance of the camera from its designed place, mm: three standard deviations of
 /// [`FitParameter::prior_sigma`].
 pub(super) const PLAUSIBLE_MM: f64 = 15.0;
@@ -42,11 +42,11 @@ pub struct Trial {
     /// deviations that the observations state. The smallest is best.
     pub aicc: f64,
     /// Combinations of parameters that the pixels leave undetermined.
-    pub unobservable: Vec<Unobservable>,
+    pub unobservable: Vec<UnobservableCombination>,
     /// Distance of the sensor's origin from its designed place, camera frame, mm.
     pub from_design_mm: Option<f64>,
     /// Implied differences of the unit from the drawing and from the lens's own calibration.
-    pub differences: Vec<Difference>,
+    pub differences: Vec<UnitDifference>,
     /// Poses of the fits without each capture in turn, as far as these succeed.
     pub left_out: Vec<Pose>,
 }
@@ -58,7 +58,7 @@ impl Trial {
     }
 
     /// Lists the differences that exceed the tolerances.
-    pub fn differs(&self) -> impl Iterator<Item = &Difference> {
+    pub fn differences_beyond_tolerance(&self) -> impl Iterator<Item = &UnitDifference> {
         self.differences.iter().filter(|difference| difference.sigmas() > TOLERANCE_SIGMAS)
     }
 
@@ -70,7 +70,7 @@ impl Trial {
     }
 
     /// Returns whether the camera is at a plausible place.
-    pub fn is_plausible(&self) -> bool {
+    pub fn is_position_plausible(&self) -> bool {
         self.from_design_mm.is_none_or(|distance| distance < PLAUSIBLE_MM)
     }
 }
@@ -83,7 +83,7 @@ pub struct Selection {
     /// Index into `trials`.
     pub chosen: usize,
     /// True if the pixels determine a seating offset. It was tried only then.
-    pub seating_shows: bool,
+    pub is_seating_observable: bool,
     /// Explanations that could not be fitted, with their errors.
     pub failed: Vec<(ParameterSet, SolveError)>,
 }
@@ -101,7 +101,7 @@ pub(super) fn select(
     observations: &[Observation],
     captures: usize,
     options: &CalibrationOptions<'_>,
-    expected: &Expected<'_>,
+    expected: &ExpectedValues<'_>,
 ) -> Result<Selection, Vec<(ParameterSet, SolveError)>> {
     let judge = |candidate| judge(candidate, start, observations, captures, options, expected);
     let mut trials = Vec::new();
@@ -113,10 +113,10 @@ pub(super) fn select(
     attempt(ParameterSet::PLAIN, &mut trials);
     // Without a fit of the pose alone, the start serves as well.
     let plain = trials.first().map_or(start, |plain: &Trial| &plain.fit.model);
-    let seating_shows = shows_seating(plain, observations);
+    let seating_shows = is_seating_observable(plain, observations);
     let seats: &[bool] = if seating_shows { &[false, true] } else { &[false] };
     // An interface in the camera file is not questioned.
-    let media = match (start.camera.interface(), &options.drawn) {
+    let media = match (start.camera.interface(), &options.drawing) {
         (Interface::None, Some(_)) => {
             vec![Medium::Given, Medium::Drawn, Medium::Gel(options.gel_index)]
         }
@@ -141,45 +141,45 @@ pub(super) fn select(
     }
     // A seating offset that the fit cannot separate from the optics is not eligible.
     let eligible = (0..trials.len()).filter(|i| {
-        !trials[*i].candidate.seating || !trials[*i].names(FitParameter::SeatingOffset)
+        !trials[*i].candidate.seating || !trials[*i].leaves_unobservable(FitParameter::SeatingOffset)
     });
     // With a drawing the physical explanation is the drawn one, without one it is the camera as given.
     let physical = if media.contains(&Medium::Drawn) { Medium::Drawn } else { Medium::Given };
-    let mut chosen = best(&trials, eligible, captures, physical);
+    let mut chosen = choose_best(&trials, eligible, captures, physical);
     if captures > 2 {
         attempt(ParameterSet { reseating: true, ..trials[chosen].candidate }, &mut trials);
         // The seat of a held-out capture is unknown: held-out errors show whether the rest suffers, and the information
         // criterion whether the seats are real.
         let reseated = &trials[trials.len() - 1];
-        let real = reseated.aicc < trials[chosen].aicc - WORTH_A_SEAT;
+        let real = reseated.aicc < trials[chosen].aicc - RESEATING_AICC_GAIN;
         let harmless = reseated.held_out_rms_px < 1.05 * trials[chosen].held_out_rms_px;
         if reseated.candidate.reseating && real && harmless {
             chosen = trials.len() - 1;
         }
     }
-    Ok(Selection { trials, chosen, seating_shows, failed })
+    Ok(Selection { trials, chosen, is_seating_observable: seating_shows, failed })
 }
 
 /// Returns whether the pixels determine a seating offset, if everything else is as in the camera file.
-fn shows_seating(plain: &Model, observations: &[Observation]) -> bool {
+fn is_seating_observable(plain: &Model, observations: &[Observation]) -> bool {
     if observations.iter().any(|o| o.contact.axis_in_sensor.is_none()) {
         return false;
     }
     let parameters = [&FitParameter::POSE[..], &[FitParameter::SeatingOffset]].concat();
-    let unknown = unobservable_from(plain, &parameters, observations);
-    let named = |u: &Unobservable| u.terms.iter().any(|(p, _)| *p == FitParameter::SeatingOffset);
+    let unknown = find_unobservable_from_observations(plain, &parameters, observations);
+    let named = |u: &UnobservableCombination| u.terms.iter().any(|(p, _)| *p == FitParameter::SeatingOffset);
     !unknown.iter().any(named)
 }
 
 impl Trial {
     /// Returns whether a parameter is part of a combination that the pixels leave undetermined.
-    pub fn names(&self, parameter: FitParameter) -> bool {
+    pub fn leaves_unobservable(&self, parameter: FitParameter) -> bool {
         self.unobservable.iter().any(|u| u.terms.iter().any(|(found, _)| *found == parameter))
     }
 
     /// Returns the number of parameters besides the pose and those with a prior from the drawing.
     fn free_parameters(&self) -> usize {
-        let known = |p: &&FitParameter| self.fit.model.is_drawn(**p);
+        let known = |p: &&FitParameter| self.fit.model.has_drawing_prior(**p);
         let from_drawing = self.fit.parameters.iter().filter(known).count();
         self.fit.parameters.len().saturating_sub(6 + from_drawing)
     }
@@ -188,13 +188,13 @@ impl Trial {
     /// penalty for each parameter. `together` divides the density, because pins of a capture with common errors count
     /// for less.
     fn score(&self, together: f64) -> f64 {
-        let extra = WORTH_A_PARAMETER * self.free_parameters().min(12) as f64;
+        let extra = PARAMETER_PENALTY * self.free_parameters().min(12) as f64;
         self.log_predictive_density() / together + log_likelihood(&self.differences) - extra
     }
 
     /// Computes the design effect 1 + (m - 1) r for m pins per capture and a correlation r of their errors within
     /// captures (Kish 1965).
-    fn together(&self, captures: usize) -> f64 {
+    fn design_effect(&self, captures: usize) -> f64 {
         let mut sums = vec![(Vector2::zeros(), 0.0); captures];
         for (residual, capture) in self.held_out_px.iter().zip(&self.captures) {
             let Some(residual) = residual else { return 1.0 };
@@ -221,7 +221,7 @@ impl Trial {
 /// Chooses a trial. The drawn media with the calibrated lens win if they predict nearly as well as the best: the
 /// offsets of marks from tips are not known to a tenth of a pixel, and other explanations turn such errors into
 /// millimetres. Otherwise the trial with the highest score wins.
-fn best(
+fn choose_best(
     trials: &[Trial],
     among: impl IntoIterator<Item = usize>,
     captures: usize,
@@ -231,7 +231,7 @@ fn best(
     let held_out_px = |i: &usize| trials[*i].held_out_rms_px;
     let nearest = among.iter().copied().min_by(|a, b| held_out_px(a).total_cmp(&held_out_px(b)));
     let Some(nearest) = nearest else { return 0 };
-    let together = trials[nearest].together(captures);
+    let together = trials[nearest].design_effect(captures);
     let score = |i: &usize| trials[*i].score(together);
     let likeliest = |among: &[usize]| {
         among.iter().copied().max_by(|a, b| score(a).total_cmp(&score(b)).then(b.cmp(a)))
@@ -240,7 +240,7 @@ fn best(
         let optics = trials[*i].candidate.optics;
         optics.medium == physical
             && optics.radial_terms == 0
-            && held_out_px(i) <= NEARLY * held_out_px(&nearest)
+            && held_out_px(i) <= NEARLY_BEST_RATIO * held_out_px(&nearest)
     };
     let drawn: Vec<usize> = among.iter().copied().filter(is_physical).collect();
     likeliest(&drawn).or_else(|| likeliest(&among)).unwrap_or(nearest)
@@ -253,7 +253,7 @@ fn judge(
     observations: &[Observation],
     captures: usize,
     options: &CalibrationOptions<'_>,
-    known: &Expected<'_>,
+    known: &ExpectedValues<'_>,
 ) -> Result<Trial, SolveError> {
     let loss = options.loss;
     let fit = candidate.fit(start, observations, captures, options)?;
@@ -263,7 +263,7 @@ fn judge(
     let (n, k) = (2.0 * observations.len() as f64, effective_parameters(&fit));
     // With fewer coordinates than this the criterion is undefined: such an explanation must not win.
     let correction = if n > k + 1.0 { 2.0 * k * (k + 1.0) / (n - k - 1.0) } else { f64::INFINITY };
-    let unobservable = unobservable_from(&fit.model, parameters, observations);
+    let unobservable = find_unobservable_from_observations(&fit.model, parameters, observations);
     let expected = fit.model.expected_translation_mm;
     let shift = |expected: fabkit_geometry::Vector3<f64>| {
         (fit.model.camera_from_sensor.translation_mm() - expected).norm()

@@ -4,7 +4,7 @@ use fabkit_camera::{Camera, Point2, Vector3};
 use nalgebra::DMatrix;
 
 use super::bundle::{BundleSolution, State};
-use super::{BoardView, RaySigma, Rays, largest_angle};
+use super::{BoardView, RaySigma, RayUncertainty, largest_angle};
 use crate::information::ScaledCholesky;
 
 /// Numbers of columns and rows of the coverage map.
@@ -12,17 +12,17 @@ pub const COVERAGE: [usize; 2] = [8, 6];
 /// Largest uncertainty of rays at observed corners without a warning, px: several times the uncertainty of a corner.
 const RAY_LIMIT_PX: f64 = 0.5;
 /// Largest uncertainty of rays in the rest of the image without a warning, px.
-const BEYOND_LIMIT_PX: f64 = 2.0;
+const EXTRAPOLATED_LIMIT_PX: f64 = 2.0;
 /// Largest tilt against the image plane, degrees, of boards that count as frontal.
 const FRONTAL_DEG: f64 = 15.0;
 /// Largest decrease of a parameter's standard deviation, as a fraction of an equal share, of a view that adds nothing.
-const FAIR_PART: f64 = 0.2;
+const MIN_FAIR_FRACTION: f64 = 0.2;
 /// Ratio of a view's residuals to the typical ones from which the view is reported.
 const BAD_VIEW: f64 = 3.0;
 /// Ratio of all residuals to those that the detector states from which they are reported.
 const BAD_SCALE: f64 = 3.0;
 /// Smallest fraction of the image's cells with corners that needs no warning.
-const COVERED: f64 = 0.6;
+const MIN_COVERAGE: f64 = 0.6;
 
 /// Distribution of the corners over the image.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,11 +30,11 @@ pub struct ImageCoverage {
     /// Number of corners in each cell of the image, [`COVERAGE`] columns and rows, row by row.
     pub corners: Vec<usize>,
     /// Fraction of cells with at least one corner, 0 to 1.
-    pub share: f64,
+    pub covered_fraction: f64,
     /// Largest angle between a corner and the optical axis, degrees.
-    pub seen_deg: f64,
+    pub observed_max_angle_deg: f64,
     /// Angle between the image's farthest corner and the optical axis, limited to the lens's domain, degrees.
-    pub image_deg: f64,
+    pub image_max_angle_deg: f64,
 }
 
 /// Contribution of one view.
@@ -51,7 +51,7 @@ pub struct ViewInfluence {
 
 /// Advice on a calibration: gaps in the data, and how to close them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Advice {
+pub struct CalibrationAdvice {
     /// Distribution of the corners over the image.
     pub coverage: ImageCoverage,
     /// Contribution of each view.
@@ -61,13 +61,13 @@ pub struct Advice {
 }
 
 /// Examines a calibration and formulates warnings.
-pub(super) fn advise(views: &[BoardView], fit: &BundleSolution, rays: &Rays) -> Advice {
+pub(super) fn advise(views: &[BoardView], fit: &BundleSolution, rays: &RayUncertainty) -> CalibrationAdvice {
     let coverage = coverage(views, &fit.state);
     let influence = influence(fit);
     let mut warnings = Vec::new();
-    if rays.seen.worst.px > RAY_LIMIT_PX {
+    if rays.observed.worst.px > RAY_LIMIT_PX {
         let known =
-            format!("where corners were seen, rays are known to {} only", shown(&rays.seen.worst));
+            format!("where corners were seen, rays are known to {} only", format_sigma(&rays.observed.worst));
         warnings.push(if are_frontal(&fit.state) {
             format!("{known}: {FRONTAL}")
         } else {
@@ -78,23 +78,23 @@ pub(super) fn advise(views: &[BoardView], fit: &BundleSolution, rays: &Rays) -> 
         });
     }
     warnings.extend(misfits(views, fit));
-    if coverage.share < COVERED {
+    if coverage.covered_fraction < MIN_COVERAGE {
         warnings.push(format!(
             "corners cover {:.0} % of the image; none {}",
-            100.0 * coverage.share,
+            100.0 * coverage.covered_fraction,
             empty_parts(&coverage.corners)
         ));
     }
-    let beyond = rays.beyond.map(|beyond| beyond.worst);
-    let is_wide = coverage.seen_deg < 0.8 * coverage.image_deg;
-    if let Some(worst) = beyond.filter(|worst| is_wide || worst.px > BEYOND_LIMIT_PX) {
+    let beyond = rays.extrapolated.map(|beyond| beyond.worst);
+    let is_wide = coverage.observed_max_angle_deg < 0.8 * coverage.image_max_angle_deg;
+    if let Some(worst) = beyond.filter(|worst| is_wide || worst.px > EXTRAPOLATED_LIMIT_PX) {
         warnings.push(format!(
             "corners reach {:.0} degrees off the axis and the image {:.0}: where there are none the \
              lens model extrapolates, and rays are known to {} at worst, if it holds there at all; \
              add views with the board at the image's border",
-            coverage.seen_deg,
-            coverage.image_deg,
-            shown(&worst)
+            coverage.observed_max_angle_deg,
+            coverage.image_max_angle_deg,
+            format_sigma(&worst)
         ));
     }
     let idle: Vec<&str> = (views.iter().zip(&influence))
@@ -104,11 +104,11 @@ pub(super) fn advise(views: &[BoardView], fit: &BundleSolution, rays: &Rays) -> 
     if !idle.is_empty() {
         warnings.push(format!("nothing would be lost without {}", idle.join(", ")));
     }
-    Advice { coverage, influence, warnings }
+    CalibrationAdvice { coverage, influence, warnings }
 }
 
 /// Formats an uncertainty like `0.21 mrad (0.06 px)`.
-fn shown(sigma: &RaySigma) -> String {
+fn format_sigma(sigma: &RaySigma) -> String {
     format!("{:.2} mrad ({:.2} px)", 1e3 * sigma.angle_rad, sigma.px)
 }
 
@@ -155,7 +155,7 @@ fn influence(fit: &BundleSolution) -> Vec<ViewInfluence> {
         ViewInfluence {
             growth,
             tilt_deg: tilt_deg(pose.vector(Vector3::z())),
-            adds_nothing: growth < FAIR_PART * fair,
+            adds_nothing: growth < MIN_FAIR_FRACTION * fair,
         }
     };
     fit.informations.iter().zip(&fit.state.cameras_from_board).map(one).collect()
@@ -179,10 +179,10 @@ fn coverage(views: &[BoardView], state: &State) -> ImageCoverage {
     }
     let covered = corners.iter().filter(|n| **n > 0).count();
     ImageCoverage {
-        share: covered as f64 / corners.len() as f64,
+        covered_fraction: covered as f64 / corners.len() as f64,
         corners,
-        seen_deg: largest_angle(views, state).to_degrees(),
-        image_deg: image_angle_deg(camera),
+        observed_max_angle_deg: largest_angle(views, state).to_degrees(),
+        image_max_angle_deg: image_angle_deg(camera),
     }
 }
 

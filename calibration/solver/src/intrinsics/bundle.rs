@@ -28,7 +28,7 @@ const HUBER: f64 = 3.0;
 const MEDIAN_LENGTH: f64 = 1.177_410_022_515_474_7;
 /// Damping when a view is held out, in squared sines: combinations of parameters that nothing determines stay
 /// unchanged.
-const LEAST_KNOWN: f64 = 1e-9;
+const HELD_OUT_DAMPING: f64 = 1e-9;
 
 /// Camera, and its pose relative to the board in each view.
 #[derive(Clone, Debug)]
@@ -67,10 +67,10 @@ pub(super) fn residual(
 /// or if there are no more coordinates than unknowns.
 pub(super) fn fit(views: &[BoardView], start: State, free: &[bool]) -> Option<BundleSolution> {
     let mut state = start;
-    let mut scale = typical(views, &state)?;
+    let mut scale = robust_scale(views, &state)?;
     for _ in 0..MAX_ROUNDS {
-        state = descend(views, state, free, scale)?;
-        let next = typical(views, &state)?;
+        state = minimise(views, state, free, scale)?;
+        let next = robust_scale(views, &state)?;
         // The scale decides which residuals count by their length, and these decide the scale.
         let settled = (next - scale).abs() <= 1e-3 * scale;
         scale = next;
@@ -78,12 +78,12 @@ pub(super) fn fit(views: &[BoardView], start: State, free: &[bool]) -> Option<Bu
             break;
         }
     }
-    let normal = Normal::build(views, &state, free, scale)?;
+    let normal = NormalEquations::build(views, &state, free, scale)?;
     let observations: usize = views.iter().map(|view| view.corners.len()).sum();
     let unknowns = free.iter().filter(|f| **f).count() + 6 * views.len();
     let freedom = (2 * observations).checked_sub(unknowns).filter(|n| *n > 0)? as f64;
-    let informations: Vec<_> = normal.views.iter().map(|view| view.about_camera()).collect();
-    let held_out = held_out(&normal.views, &informations);
+    let informations: Vec<_> = normal.views.iter().map(|view| view.camera_information()).collect();
+    let held_out = held_out_costs(&normal.views, &informations);
     let scale = (normal.cost / freedom).sqrt();
     Some(BundleSolution { state, scale, cost: normal.cost, informations, held_out })
 }
@@ -91,10 +91,10 @@ pub(super) fn fit(views: &[BoardView], start: State, free: &[bool]) -> Option<Bu
 /// Computes the costs of held-out views. At the minimum a view's gradient balances the sum of the others'. Without the
 /// view the camera moves by the step that this gradient gives, and the view's cost grows as its own normal equations
 /// predict.
-fn held_out(views: &[ViewNormal], informations: &[DMatrix<f64>]) -> Vec<f64> {
+fn held_out_costs(views: &[ViewNormal], informations: &[DMatrix<f64>]) -> Vec<f64> {
     let total: DMatrix<f64> = informations.iter().sum();
     let one = |(view, information): (&ViewNormal, &DMatrix<f64>)| {
-        let others = ScaledCholesky::damped(&(&total - information), LEAST_KNOWN);
+        let others = ScaledCholesky::damped(&(&total - information), HELD_OUT_DAMPING);
         let Some((others, gradient)) = others.zip(view.gradient()) else {
             return f64::INFINITY;
         };
@@ -106,7 +106,7 @@ fn held_out(views: &[ViewNormal], informations: &[DMatrix<f64>]) -> Vec<f64> {
 
 /// Estimates the residuals' standard deviation relative to the stated one, from the median, which outliers hardly
 /// affect.
-fn typical(views: &[BoardView], state: &State) -> Option<f64> {
+fn robust_scale(views: &[BoardView], state: &State) -> Option<f64> {
     let mut lengths = Vec::new();
     for (view, pose) in views.iter().zip(&state.cameras_from_board) {
         for corner in &view.corners {
@@ -121,14 +121,14 @@ fn typical(views: &[BoardView], state: &State) -> Option<f64> {
 }
 
 /// Minimises the cost for a fixed scale of the residuals.
-fn descend(views: &[BoardView], start: State, free: &[bool], scale: f64) -> Option<State> {
+fn minimise(views: &[BoardView], start: State, free: &[bool], scale: f64) -> Option<State> {
     let mut state = start;
-    let mut normal = Normal::build(views, &state, free, scale)?;
+    let mut normal = NormalEquations::build(views, &state, free, scale)?;
     let mut damping = START_DAMPING;
     for _ in 0..MAX_ITERATIONS {
         let tried = normal.step(damping).and_then(|step| step.apply(&state, free));
         let next = tried.and_then(|tried| {
-            let next = Normal::build(views, &tried, free, scale)?;
+            let next = NormalEquations::build(views, &tried, free, scale)?;
             (next.cost <= normal.cost).then_some((tried, next))
         });
         match next {
@@ -169,7 +169,7 @@ impl ViewNormal {
     }
 
     /// Computes the information about the camera with the pose unknown.
-    fn about_camera(&self) -> DMatrix<f64> {
+    fn camera_information(&self) -> DMatrix<f64> {
         match Cholesky::new(self.pose) {
             Some(pose) => &self.camera - &self.mixed * pose.solve(&self.mixed.transpose()),
             None => DMatrix::zeros(self.camera.nrows(), self.camera.nrows()),
@@ -177,7 +177,7 @@ impl ViewNormal {
     }
 }
 
-struct Normal {
+struct NormalEquations {
     views: Vec<ViewNormal>,
     cost: f64,
 }
@@ -188,7 +188,7 @@ struct Step {
     poses: Vec<Vector6<f64>>,
 }
 
-impl Normal {
+impl NormalEquations {
     /// Builds the normal equations; `None` if a corner lies outside the lens's domain.
     fn build(views: &[BoardView], state: &State, free: &[bool], scale: f64) -> Option<Self> {
         let columns: Vec<usize> = (0..free.len()).filter(|i| free[*i]).collect();
@@ -222,7 +222,7 @@ impl Normal {
                         residual.norm_squared()
                     };
                 let weight = weight * precision;
-                let by_pose = by_pose(&projected.by_point, &turned);
+                let by_pose = pixel_by_pose(&projected.by_point, &turned);
                 for (i, &column) in columns.iter().enumerate() {
                     let by_i = projected.by_parameters[column] * weight;
                     normal.camera_gradient[i] += by_i.dot(&residual);
@@ -277,7 +277,7 @@ impl Normal {
 }
 
 /// Computes the derivative of a pixel by a turn of the pose about the camera's axes and a shift along them.
-fn by_pose(by_point: &Matrix2x3<f64>, turned: &Vector3<f64>) -> SMatrix<f64, 2, 6> {
+fn pixel_by_pose(by_point: &Matrix2x3<f64>, turned: &Vector3<f64>) -> SMatrix<f64, 2, 6> {
     let by_turn = -by_point * turned.cross_matrix();
     let mut both = SMatrix::<f64, 2, 6>::zeros();
     both.fixed_columns_mut::<3>(0).copy_from(&by_turn);

@@ -10,9 +10,9 @@ use crate::information::ScaledCholesky;
 ///
 /// The fit begins with the innermost directions and proceeds outwards: a lens without distortion is right near its
 /// axis, but farther out too wrong for the model to converge in one step.
-pub(super) fn like(model: LensModel, other: &Camera, angle_rad: f64) -> Option<Camera> {
+pub(super) fn fit_model_to_camera(model: LensModel, other: &Camera, angle_rad: f64) -> Option<Camera> {
     let (width_px, height_px) = (other.width_px(), other.height_px());
-    let lens = model.plain(other.lens().intrinsics())?;
+    let lens = model.start_lens(other.lens().intrinsics())?;
     let mut camera = Camera::new(width_px, height_px, lens, Interface::None).ok()?;
     for part in 1..=PARTS {
         let limit_rad = angle_rad * f64::from(part) / f64::from(PARTS);

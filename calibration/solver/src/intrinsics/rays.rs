@@ -16,9 +16,9 @@ use crate::information::ScaledCholesky;
 pub const GRID: [u32; 2] = [32, 24];
 /// Largest distance between a cell's centre and a corner, as a fraction of the image's longer side, for which the cell
 /// counts as observed.
-const NEAR: f64 = 1.0 / 16.0;
+const OBSERVED_RADIUS: f64 = 1.0 / 16.0;
 /// Largest number of corners examined: enough for a median and a maximum.
-const MOST_CORNERS: usize = 2000;
+const MAX_CORNERS: usize = 2000;
 /// Step on both sides of the axis for differentiating the scale on it: derivatives are good to 1e-10, which correlated
 /// parameters need.
 const BESIDE_AXIS: f64 = 1e-5;
@@ -43,18 +43,18 @@ pub struct RaySigmas {
 
 /// Uncertainty of a camera's rays, provided that its lens model is right.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rays {
+pub struct RayUncertainty {
     /// Uncertainty at the observed corners.
-    pub seen: RaySigmas,
+    pub observed: RaySigmas,
     /// Uncertainty in the rest of the image, where the model extrapolates; `None` if there is no rest.
-    pub beyond: Option<RaySigmas>,
+    pub extrapolated: Option<RaySigmas>,
     /// Uncertainty at the centre of each cell of [`GRID`], row by row from the top; `None` for pixels outside the
     /// lens's image.
     pub cells: Vec<Option<RaySigma>>,
 }
 
 /// Pixel's ray with the effect of each parameter on it.
-struct Place {
+struct RayEffects {
     direction: Vector3<f64>,
     /// Derivative of the direction by each parameter, at a fixed pixel.
     by_parameters: Matrix3xX<f64>,
@@ -62,7 +62,7 @@ struct Place {
     by_direction: nalgebra::Matrix2x3<f64>,
 }
 
-impl Place {
+impl RayEffects {
     /// Computes the ray of a pixel; `None` outside the lens's image.
     fn new(camera: &Camera, pixel: &Point2<f64>) -> Option<Self> {
         let direction = camera.unproject(pixel).ok()?.direction;
@@ -78,7 +78,7 @@ impl Place {
         Some(Self { direction, by_parameters, by_direction: there.by_point })
     }
 
-    fn without_turn(mut self, turns: &Matrix3xX<f64>) -> Self {
+    fn without_rotation(mut self, turns: &Matrix3xX<f64>) -> Self {
         for (mut effect, turn) in self.by_parameters.column_iter_mut().zip(turns.column_iter()) {
             effect -= turn.into_owned().cross(&self.direction);
         }
@@ -106,16 +106,16 @@ pub(super) fn rays(
     state: &State,
     information: &ScaledCholesky,
     scale: f64,
-) -> Option<Rays> {
+) -> Option<RayUncertainty> {
     let camera = &state.camera;
     let corners: Vec<Point2<f64>> =
-        points(views, state).map(|(corner, _)| corner.pixel).filter(|p| camera.sees(p)).collect();
+        points(views, state).map(|(corner, _)| corner.pixel).filter(|p| camera.is_in_image(p)).collect();
     // Evenly spaced corners are enough, and keep the run time bounded.
-    let every = corners.len().div_ceil(MOST_CORNERS).max(1);
-    let seen: Vec<Place> =
-        corners.iter().step_by(every).filter_map(|pixel| Place::new(camera, pixel)).collect();
-    let turns = common_turns(&seen)?;
-    let near_px = NEAR * f64::from(camera.width_px().max(camera.height_px()));
+    let every = corners.len().div_ceil(MAX_CORNERS).max(1);
+    let seen: Vec<RayEffects> =
+        corners.iter().step_by(every).filter_map(|pixel| RayEffects::new(camera, pixel)).collect();
+    let turns = find_common_rotations(&seen)?;
+    let near_px = OBSERVED_RADIUS * f64::from(camera.width_px().max(camera.height_px()));
     let [columns, rows] = GRID;
     let at = |i: u32, count: u32, size_px: u32| {
         (f64::from(i) + 0.5) / f64::from(count) * f64::from(size_px) - 0.5
@@ -123,22 +123,22 @@ pub(super) fn rays(
     let pixels = (0..rows).flat_map(|r| (0..columns).map(move |c| (c, r))).map(|(c, r)| {
         Point2::new(at(c, columns, camera.width_px()), at(r, rows, camera.height_px()))
     });
-    let sigma = |place: Place| place.without_turn(&turns).sigma(information, scale);
+    let sigma = |place: RayEffects| place.without_rotation(&turns).sigma(information, scale);
     let (mut beyond, mut cells) = (Vec::new(), Vec::new());
     for pixel in pixels {
-        let known = Place::new(camera, &pixel).map(sigma);
+        let known = RayEffects::new(camera, &pixel).map(sigma);
         cells.push(known);
         let is_far = corners.iter().all(|corner| (corner - pixel).norm() > near_px);
         beyond.extend(known.filter(|_| is_far));
     }
-    Some(Rays { seen: over(seen.into_iter().map(sigma).collect())?, beyond: over(beyond), cells })
+    Some(RayUncertainty { observed: summarise(seen.into_iter().map(sigma).collect())?, extrapolated: summarise(beyond), cells })
 }
 
 /// Finds, for each parameter, the common rotation that best reproduces its effect on the rays.
-fn common_turns(places: &[Place]) -> Option<Matrix3xX<f64>> {
+fn find_common_rotations(places: &[RayEffects]) -> Option<Matrix3xX<f64>> {
     let mut normal = Matrix3::zeros();
     let mut right = Matrix3xX::zeros(places.first()?.by_parameters.ncols());
-    for Place { direction, by_parameters, .. } in places {
+    for RayEffects { direction, by_parameters, .. } in places {
         // Normal equations of a rotation `w` with `w x direction` closest to the parameter's effect.
         normal += Matrix3::identity() - direction * direction.transpose();
         right += direction.cross_matrix() * by_parameters;
@@ -146,7 +146,7 @@ fn common_turns(places: &[Place]) -> Option<Matrix3xX<f64>> {
     Some(normal.try_inverse()? * right)
 }
 
-fn over(mut sigmas: Vec<RaySigma>) -> Option<RaySigmas> {
+fn summarise(mut sigmas: Vec<RaySigma>) -> Option<RaySigmas> {
     sigmas.sort_by(|a, b| a.px.total_cmp(&b.px));
     let worst = sigmas.last()?;
     let largest = sigmas.iter().map(|sigma| sigma.angle_rad).fold(0.0, f64::max);

@@ -12,7 +12,7 @@ const FOCAL_FACTORS: [f64; 9] = [1.0, 0.85, 1.18, 0.72, 1.4, 0.6, 1.65, 0.5, 2.0
 
 /// Finds the focal length, of those tried, under which the boards look flattest, and refines the nominal camera with it
 /// and the poses. `None` if under every focal length some view has no pose.
-pub(super) fn state(views: &[BoardView], nominal: &Camera) -> Option<State> {
+pub(super) fn initial_state(views: &[BoardView], nominal: &Camera) -> Option<State> {
     let mut best: Option<(f64, State)> = None;
     for factor in FOCAL_FACTORS {
         // Some lenses do not exist at a multiple of their focal length.

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 
-use super::{LIST, MAX_PICTURES};
+use super::{LIST_FILE_NAME, MAX_PICTURES};
 use crate::captures::InvalidList;
 use crate::image::ImageError;
-use crate::pins::DetectionError;
+use crate::pin_detection::DetectionError;
 
 /// Hint for pins that are not where they are expected.
 pub const OTHER_CAMERA: &str =
@@ -36,7 +36,7 @@ pub enum PinCaptureError {
     },
     /// An image cannot be searched for pins.
     #[error("{file}: {source}")]
-    Undetected {
+    DetectionFailed {
         /// Name of the image.
         file: String,
         /// Reason.
@@ -106,7 +106,7 @@ pub enum PinCaptureError {
     },
     /// A list gives pixels for some pins of a capture only.
     #[error("{file}: some pins have a pixel and some have none")]
-    HalfMeasured {
+    PartlyMeasured {
         /// Name of the capture.
         file: String,
     },
@@ -132,10 +132,10 @@ impl Explained for PinCaptureError {
         let hint = match self {
             Self::Unlabelled { .. } => {
                 return Some(format!(
-                    "name it after its holes, as 01_05_08.png, or list its pins in {LIST}"
+                    "name it after its holes, as 01_05_08.png, or list its pins in {LIST_FILE_NAME}"
                 ));
             }
-            Self::Undetected { source, .. } => match source {
+            Self::DetectionFailed { source, .. } => match source {
                 DetectionError::Size { .. } => "all pictures come from one camera at one size",
                 DetectionError::Identical => "take the reference without contact",
                 DetectionError::Exposure { .. } => {
@@ -147,7 +147,7 @@ impl Explained for PinCaptureError {
             }
             Self::NoReference { .. } => "save one there as ref.png, or name it",
             Self::SeveralKinds { .. } => {
-                return Some(format!("say which was used, here or in the column `kind` of {LIST}"));
+                return Some(format!("say which was used, here or in the column `kind` of {LIST_FILE_NAME}"));
             }
             Self::NoSuchPin { kinds, .. } => return Some(format!("its kinds are: {kinds}")),
             Self::NotAssigned => OTHER_CAMERA,
@@ -159,16 +159,16 @@ impl Explained for PinCaptureError {
     fn subject(&self) -> ErrorSubject {
         match self {
             Self::Folder { folder, source } => {
-                ErrorSubject::of_io(folder, source, "file_unreadable")
+                ErrorSubject::from_io(folder, source, "file_unreadable")
             }
-            Self::NoCaptures { folder } => ErrorSubject::at("no_captures", folder),
-            Self::Unlabelled { file } => ErrorSubject::at("unlabelled", file.as_ref()),
-            Self::NoReference { folder } => ErrorSubject::at("no_reference", folder),
-            Self::TooManyPictures { folder } => ErrorSubject::at("too_many_pictures", folder),
-            Self::List { file, .. } => ErrorSubject::at("bad_list", file),
-            Self::Picture { file, .. } => ErrorSubject::at("bad_picture", file.as_ref()),
+            Self::NoCaptures { folder } => ErrorSubject::from_path("no_captures", folder),
+            Self::Unlabelled { file } => ErrorSubject::from_path("unlabelled", file.as_ref()),
+            Self::NoReference { folder } => ErrorSubject::from_path("no_reference", folder),
+            Self::TooManyPictures { folder } => ErrorSubject::from_path("too_many_pictures", folder),
+            Self::List { file, .. } => ErrorSubject::from_path("bad_list", file),
+            Self::Picture { file, .. } => ErrorSubject::from_path("bad_picture", file.as_ref()),
             Self::NotAssigned => ErrorSubject::new("no_pose"),
-            other => ErrorSubject::of_kind(other.kind()),
+            other => ErrorSubject::from_kind(other.kind()),
         }
     }
 }

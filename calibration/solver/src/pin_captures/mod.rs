@@ -1,32 +1,32 @@
 //! Captures of pins in a lab's folder: images, the holes that had pins, and the image without contact.
 
 mod error;
-pub mod pictures;
+pub mod images;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use fabkit_picture::{ENDINGS, is_named_as_one};
+use fabkit_picture::{EXTENSIONS, has_image_extension};
 
 use crate::assignment::{Mark, MarkedCapture};
 use crate::captures::{self, ListedPin};
 use crate::landmarks::{PinLandmark, PinLandmarks};
-use crate::pins::DetectionOptions;
+use crate::pin_detection::DetectionOptions;
 use crate::report::CaptureRecord;
 
 pub use error::{OTHER_CAMERA, PinCaptureError};
 use fabkit_files::Error;
-use fabkit_files::listing;
-use fabkit_files::reading::{self, Expected, natural_order};
+use fabkit_files::directory_listing;
+use fabkit_files::reading::{self, ExpectedFile, compare_natural};
 
 /// Largest number of images in a folder.
 pub const MAX_PICTURES: usize = 10_000;
 /// Names of the image without contact, without extension.
-const REFERENCES: [&str; 2] = ["ref", "reference"];
+const REFERENCE_NAMES: [&str; 2] = ["ref", "reference"];
 /// Largest number of kinds of pin that an error lists.
-const NAMED: usize = 8;
+const MAX_NAMED_KINDS: usize = 8;
 /// File name of the list of captures.
-pub const LIST: &str = "captures.csv";
+pub const LIST_FILE_NAME: &str = "captures.csv";
 
 /// Captures of a folder.
 #[derive(Clone, Debug, Default)]
@@ -44,7 +44,7 @@ pub struct PinCaptures<'a> {
 }
 
 /// Capture before its image is searched.
-struct Planned<'a> {
+struct PlannedCapture<'a> {
     file: String,
     pins: Vec<&'a PinLandmark>,
     labelled: bool,
@@ -66,7 +66,7 @@ pub fn read<'a>(
     landmarks: &'a PinLandmarks,
     kind: Option<&str>,
 ) -> Result<PinCaptures<'a>, Error> {
-    let (planned, reference) = planned(folder, reference, landmarks, kind)?;
+    let (planned, reference) = plan_captures(folder, reference, landmarks, kind)?;
     let seen: Vec<PathBuf> =
         planned.iter().filter(|c| c.marks.is_none()).map(|c| folder.join(&c.file)).collect();
     let mut detections = Vec::new();
@@ -74,20 +74,20 @@ pub fn read<'a>(
         let Some(reference) = reference else {
             return Err(PinCaptureError::NoReference { folder: folder.into() }.into());
         };
-        detections = pictures::detect_all(&reference, &seen, &DetectionOptions::default())?;
+        detections = images::detect_all(&reference, &seen, &DetectionOptions::default())?;
     }
-    let saturated = detections.iter().map(|found| found.saturated).fold(0.0, f64::max);
+    let saturated = detections.iter().map(|found| found.saturated_fraction).fold(0.0, f64::max);
     let mut detections = detections.into_iter();
     let is_detected = planned.iter().all(|capture| capture.marks.is_none());
     let folder = Some(folder.into());
     let mut captures = PinCaptures { is_detected, folder, saturated, ..PinCaptures::default() };
-    for Planned { file, pins, labelled, marks } in planned {
+    for PlannedCapture { file, pins, labelled, marks } in planned {
         let detected = || {
             let marks = detections.next().map(|detection| detection.marks).unwrap_or_default();
             marks.iter().map(|m| Mark { pixel: m.pixel, sigma_px: m.sigma_px }).collect()
         };
         let marks: Vec<Mark> = marks.unwrap_or_else(detected);
-        captures.add(file, MarkedCapture { marks, pins, labelled });
+        captures.add(file, MarkedCapture { marks, pins, is_labelled: labelled });
     }
     Ok(captures)
 }
@@ -96,13 +96,13 @@ pub fn read<'a>(
 ///
 /// # Errors
 /// Fails as [`read`], except for problems with images, and for captures that do not say which pins they show.
-pub fn pressed(
+pub fn pressed_pins(
     folder: &Path,
     landmarks: &PinLandmarks,
     kind: Option<&str>,
 ) -> Result<Vec<Vec<usize>>, Error> {
-    let (planned, _) = planned(folder, None, landmarks, kind)?;
-    let unlabelled = |capture: &&Planned<'_>| !capture.labelled;
+    let (planned, _) = plan_captures(folder, None, landmarks, kind)?;
+    let unlabelled = |capture: &&PlannedCapture<'_>| !capture.labelled;
     if let Some(capture) = planned.iter().find(unlabelled) {
         return Err(PinCaptureError::Unlabelled { file: capture.file.clone() }.into());
     }
@@ -111,45 +111,45 @@ pub fn pressed(
 }
 
 /// Lists the captures of a folder, and finds the image without contact, if it exists.
-fn planned<'a>(
+fn plan_captures<'a>(
     folder: &Path,
     reference: Option<&Path>,
     landmarks: &'a PinLandmarks,
     kind: Option<&str>,
-) -> Result<(Vec<Planned<'a>>, Option<PathBuf>), Error> {
-    let files = pictures_in(folder)?;
-    let list = list_in(folder)?;
+) -> Result<(Vec<PlannedCapture<'a>>, Option<PathBuf>), Error> {
+    let files = image_names(folder)?;
+    let list = read_capture_list(folder)?;
     let reference = match reference {
         Some(path) => Some(path.to_owned()),
-        None => REFERENCES
+        None => REFERENCE_NAMES
             .iter()
-            .flat_map(|name| ENDINGS.map(|end| folder.join(format!("{name}.{end}"))))
+            .flat_map(|name| EXTENSIONS.map(|end| folder.join(format!("{name}.{end}"))))
             .find(|path| path.is_file()),
     };
     // The reference may lie in the same folder and is no capture.
     let reference_name = reference.as_ref().and_then(|path| path.file_name()?.to_str());
     let pictures = || files.iter().filter(|file| Some(file.as_str()) != reference_name);
-    let choose = Choose { landmarks, kind };
+    let choose = PinLookup { landmarks, kind };
     // True if some image's name does not tell the kind.
-    let is_open = || pictures().any(|file| choose.kinds_in(file).is_none());
+    let is_open = || pictures().any(|file| choose.pins_from_file_name(file).is_none());
     if list.is_empty() && kind.is_none() && landmarks.kinds().len() > 1 && is_open() {
         let kinds = names(landmarks);
         return Err(PinCaptureError::SeveralKinds { at: None, kinds }.into());
     }
     let mut planned = Vec::new();
     let mut wrong = Vec::new();
-    let mut plan = |result: Result<Planned<'a>, Error>| match result {
+    let mut plan = |result: Result<PlannedCapture<'a>, Error>| match result {
         Ok(capture) => planned.push(capture),
         Err(error) => wrong.push(error),
     };
     if list.is_empty() {
-        pictures().for_each(|file| plan(choose.by_name(file)));
+        pictures().for_each(|file| plan(choose.capture_from_name(file)));
     } else {
         for (file, pins) in &list {
-            plan(choose.by_list(file, pins));
+            plan(choose.capture_from_list(file, pins));
         }
     }
-    if let Some(error) = Error::all(wrong) {
+    if let Some(error) = Error::join(wrong) {
         return Err(error);
     }
     if planned.is_empty() {
@@ -178,22 +178,22 @@ pub fn from_marks<'a>(
     landmarks: &'a PinLandmarks,
     kind: Option<&str>,
 ) -> Result<PinCaptures<'a>, Error> {
-    let choose = Choose { landmarks, kind };
+    let choose = PinLookup { landmarks, kind };
     let (mut captures, mut wrong) = (PinCaptures::default(), Vec::new());
     for MeasuredCapture { name, holes, marks } in given {
         match choose.pins(&name, holes.as_deref()) {
             Err(error) => wrong.push(error.into()),
             Ok(pins) => {
-                captures.add(name, MarkedCapture { marks, pins, labelled: holes.is_some() })
+                captures.add(name, MarkedCapture { marks, pins, is_labelled: holes.is_some() })
             }
         }
     }
-    Error::all(wrong).map_or(Ok(captures), Err)
+    Error::join(wrong).map_or(Ok(captures), Err)
 }
 
 impl<'a> PinCaptures<'a> {
     fn add(&mut self, file: String, marked: MarkedCapture<'a>) {
-        let pins_expected = marked.labelled.then_some(marked.pins.len());
+        let pins_expected = marked.is_labelled.then_some(marked.pins.len());
         let pins_found = marked.marks.len();
         self.records.push(CaptureRecord { file, pins_expected, pins_found });
         self.marked.push(marked);
@@ -202,14 +202,14 @@ impl<'a> PinCaptures<'a> {
 
 /// Lookup of the pins that a label refers to.
 #[derive(Clone, Copy, Debug)]
-struct Choose<'a, 'k> {
+struct PinLookup<'a, 'k> {
     /// All pins of the fixture.
     landmarks: &'a PinLandmarks,
     /// Kind of pin for labels that do not name one.
     kind: Option<&'k str>,
 }
 
-impl<'a> Choose<'a, '_> {
+impl<'a> PinLookup<'a, '_> {
     /// Finds the pin in a hole, which may not exist or be one of several kinds.
     fn pin(
         &self,
@@ -243,7 +243,7 @@ impl<'a> Choose<'a, '_> {
     }
 
     /// Finds all pins of the kinds that a file is named after: `semi-dome-017`, or two halves with a `+` between them.
-    fn kinds_in(&self, file: &str) -> Option<Vec<&'a PinLandmark>> {
+    fn pins_from_file_name(&self, file: &str) -> Option<Vec<&'a PinLandmark>> {
         let pins_of = |kind: &str| -> Option<Vec<_>> {
             let pins =
                 self.landmarks.pins.iter().filter(|pin| pin.kind == kind).collect::<Vec<_>>();
@@ -254,20 +254,20 @@ impl<'a> Choose<'a, '_> {
     }
 
     /// Reads a capture's pins from its file name.
-    fn by_name(&self, file: &str) -> Result<Planned<'a>, Error> {
-        if let Some(pins) = self.kinds_in(file) {
+    fn capture_from_name(&self, file: &str) -> Result<PlannedCapture<'a>, Error> {
+        if let Some(pins) = self.pins_from_file_name(file) {
             // Not a complete label: many protrusions of a half leave no mark, and too few do to determine how the
             // camera is turned.
-            return Ok(Planned { file: file.into(), pins, labelled: false, marks: None });
+            return Ok(PlannedCapture { file: file.into(), pins, labelled: false, marks: None });
         }
         let stem = stem(file);
         let holes = captures::holes_from_name(stem);
         let (pins, labelled) = (self.pins(file, holes.as_deref())?, holes.is_some());
-        Ok(Planned { file: file.into(), pins, labelled, marks: None })
+        Ok(PlannedCapture { file: file.into(), pins, labelled, marks: None })
     }
 
     /// Reads a capture's pins, and perhaps their marks, from the list.
-    fn by_list(&self, file: &str, listed: &[ListedPin]) -> Result<Planned<'a>, Error> {
+    fn capture_from_list(&self, file: &str, listed: &[ListedPin]) -> Result<PlannedCapture<'a>, Error> {
         let pin = |p: &ListedPin| self.pin(file, p.hole, p.kind.as_deref());
         let pins = listed.iter().map(pin).collect::<Result<Vec<_>, _>>()?;
         let measured: Vec<Mark> = listed
@@ -276,10 +276,10 @@ impl<'a> Choose<'a, '_> {
             .map(|(pixel, sigma_px)| Mark { pixel, sigma_px })
             .collect();
         if !measured.is_empty() && measured.len() < listed.len() {
-            return Err(PinCaptureError::HalfMeasured { file: file.into() }.into());
+            return Err(PinCaptureError::PartlyMeasured { file: file.into() }.into());
         }
         let marks = (!measured.is_empty()).then_some(measured);
-        Ok(Planned { file: file.into(), pins, labelled: true, marks })
+        Ok(PlannedCapture { file: file.into(), pins, labelled: true, marks })
     }
 }
 
@@ -291,8 +291,8 @@ fn stem(file: &str) -> &str {
 /// Joins the names of the kinds of pin. Only the first ones if there are many, as in a set of halves.
 fn names(landmarks: &PinLandmarks) -> String {
     let kinds = landmarks.kinds();
-    let first = kinds.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
-    match kinds.len().saturating_sub(NAMED) {
+    let first = kinds.iter().take(MAX_NAMED_KINDS).copied().collect::<Vec<_>>().join(", ");
+    match kinds.len().saturating_sub(MAX_NAMED_KINDS) {
         0 => first,
         more => format!("{first} and {more} more"),
     }
@@ -302,9 +302,9 @@ fn names(landmarks: &PinLandmarks) -> String {
 ///
 /// # Errors
 /// Fails for a folder that cannot be read, has too many images or none.
-pub fn pictures_of(folder: &Path, reference: &Path) -> Result<Vec<PathBuf>, Error> {
+pub fn image_paths(folder: &Path, reference: &Path) -> Result<Vec<PathBuf>, Error> {
     let is_reference = |path: &PathBuf| same_file(path, reference);
-    let all = pictures_in(folder)?.into_iter().map(|name| folder.join(name));
+    let all = image_names(folder)?.into_iter().map(|name| folder.join(name));
     let captures: Vec<PathBuf> = all.filter(|path| !is_reference(path)).collect();
     if captures.is_empty() {
         return Err(PinCaptureError::NoCaptures { folder: folder.into() }.into());
@@ -314,34 +314,34 @@ pub fn pictures_of(folder: &Path, reference: &Path) -> Result<Vec<PathBuf>, Erro
 
 /// Returns whether two paths lead to the same file.
 fn same_file(a: &Path, b: &Path) -> bool {
-    listing::real_path(a) == listing::real_path(b)
+    directory_listing::canonical_path(a) == directory_listing::canonical_path(b)
 }
 
 /// Lists the file names of a folder's images, in natural order.
-fn pictures_in(folder: &Path) -> Result<Vec<String>, PinCaptureError> {
+fn image_names(folder: &Path) -> Result<Vec<String>, PinCaptureError> {
     let unreadable = |source| PinCaptureError::Folder { folder: folder.into(), source };
     let mut files = Vec::new();
-    for entry in listing::entries(folder).map_err(unreadable)? {
+    for entry in directory_listing::list_entries(folder).map_err(unreadable)? {
         let entry = entry.map_err(unreadable)?;
         // A name that is not UTF-8 cannot be a label.
-        if entry.is_utf8() && is_named_as_one(&entry.name) {
+        if entry.is_utf8() && has_image_extension(&entry.name) {
             files.push(entry.name);
         }
         if files.len() > MAX_PICTURES {
             return Err(PinCaptureError::TooManyPictures { folder: folder.into() });
         }
     }
-    files.sort_by(|a, b| natural_order(a, b));
+    files.sort_by(|a, b| compare_natural(a, b));
     Ok(files)
 }
 
 /// Reads the list of captures, if the folder has one.
-fn list_in(folder: &Path) -> Result<BTreeMap<String, Vec<ListedPin>>, Error> {
-    let path = folder.join(LIST);
+fn read_capture_list(folder: &Path) -> Result<BTreeMap<String, Vec<ListedPin>>, Error> {
+    let path = folder.join(LIST_FILE_NAME);
     if !path.is_file() {
         return Ok(BTreeMap::new());
     }
-    let expected = Expected {
+    let expected = ExpectedFile {
         what: "a list of captures",
         max_bytes: captures::MAX_BYTES as u64,
         hint: "it has one row for each pin",

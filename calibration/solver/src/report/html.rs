@@ -6,7 +6,7 @@ use fabkit_report::{escape, page};
 
 use super::maps::HoleRow;
 use super::{ExtrinsicsReport, rms_px};
-use crate::extrinsics::FAR_SIGMAS;
+use crate::extrinsics::OUTLIER_SIGMAS;
 use crate::model::FitParameter;
 
 impl ExtrinsicsReport<'_> {
@@ -52,7 +52,7 @@ impl ExtrinsicsReport<'_> {
     /// Writes the main figures and the pose.
     fn summary(&self) -> String {
         let chosen = self.chosen();
-        let plain = self.calibration.plain();
+        let plain = self.calibration.plain_trial();
         let scatter = self.calibration.scatter;
         let rows = [
             (
@@ -136,9 +136,9 @@ impl ExtrinsicsReport<'_> {
     fn captures_table(&self) -> String {
         let mut rows = String::new();
         for (i, record) in self.captures.iter().enumerate() {
-            let used = self.of_capture(i).count();
-            let fitted = rms_px(self.of_capture(i).map(|(_, r, _)| r));
-            let held_out = rms_px(self.of_capture(i).map(|(.., held)| held));
+            let used = self.observations_of_capture(i).count();
+            let fitted = rms_px(self.observations_of_capture(i).map(|(_, r, _)| r));
+            let held_out = rms_px(self.observations_of_capture(i).map(|(.., held)| held));
             let expected = record.pins_expected.map_or("no label".into(), |n| n.to_string());
             let show = |value: Option<f64>| value.map_or("".into(), |v| format!("{v:.2}"));
             let checks = &self.calibration.checks;
@@ -181,18 +181,18 @@ impl ExtrinsicsReport<'_> {
                 checks.sigma_mm
             );
         }
-        let count = checks.far.len();
+        let count = checks.outliers.len();
         if count == 0 {
-            let _ = writeln!(text, "<p>No pin is farther off than {FAR_SIGMAS} sigma.</p>");
+            let _ = writeln!(text, "<p>No pin is farther off than {OUTLIER_SIGMAS} sigma.</p>");
             return text;
         }
         let _ = writeln!(
             text,
-            "<p>{count} pins are farther off than {FAR_SIGMAS} sigma; one in 450 is by chance. They count by their length, not \
+            "<p>{count} pins are farther off than {OUTLIER_SIGMAS} sigma; one in 450 is by chance. They count by their length, not \
              by its square.</p>"
         );
         let mut rows = String::new();
-        for (observation, sigmas) in &checks.far {
+        for (observation, sigmas) in &checks.outliers {
             let pin = &self.calibration.observations[*observation];
             let file = self.captures.get(pin.contact.capture).map_or("", |record| &record.file);
             let _ = writeln!(

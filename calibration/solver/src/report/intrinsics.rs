@@ -8,13 +8,13 @@ use crate::intrinsics::{COVERAGE, LensCalibration, LensCandidate, RaySigmas, Sol
 
 /// Image of the board, or view of a list of corners, in a report.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PictureRecord {
+pub struct ImageRecord {
     /// File name of the image, or name of the view in the list.
     pub file: String,
     /// Number of corners found in it.
     pub corners_found: usize,
     /// Reason why it was not used.
-    pub unused: Option<String>,
+    pub unused_reason: Option<String>,
 }
 
 /// Intrinsic calibration with its sources.
@@ -25,7 +25,7 @@ pub struct IntrinsicsReport<'a> {
     /// Name of the board.
     pub board: &'a str,
     /// All images, including those not used.
-    pub pictures: &'a [PictureRecord],
+    pub images: &'a [ImageRecord],
     /// Result of the calibration.
     pub calibration: &'a LensCalibration,
 }
@@ -61,13 +61,13 @@ impl IntrinsicsReport<'_> {
             "focal_sigma_px_per_rad": calibration.focal_px[1],
             // Standard deviations of rays relative to each other, which are comparable between models.
             "rays": {
-                "seen": rays_json(&calibration.rays.seen),
-                "beyond": calibration.rays.beyond.as_ref().map(rays_json),
+                "seen": rays_json(&calibration.rays.observed),
+                "beyond": calibration.rays.extrapolated.as_ref().map(rays_json),
             },
             "reprojection_rms_px": calibration.rms_px,
             "residual_scale": calibration.residual_scale,
             "corners": calibration.views.iter().map(|view| view.corners.len()).sum::<usize>(),
-            "pictures": self.pictures.iter().map(picture_json).collect::<Vec<_>>(),
+            "pictures": self.images.iter().map(picture_json).collect::<Vec<_>>(),
             "views": self.views().map(|(view, growth, tilt_deg, adds_nothing)| json!({
                 "file": view.name,
                 "corners": view.corners.len(),
@@ -81,9 +81,9 @@ impl IntrinsicsReport<'_> {
                 "columns": COVERAGE[0],
                 "rows": COVERAGE[1],
                 "corners": coverage.corners,
-                "share": coverage.share,
-                "seen_deg": coverage.seen_deg,
-                "image_deg": coverage.image_deg,
+                "share": coverage.covered_fraction,
+                "seen_deg": coverage.observed_max_angle_deg,
+                "image_deg": coverage.image_max_angle_deg,
             },
             "tried": calibration.candidates.iter().map(candidate_json).collect::<Vec<_>>(),
             "warnings": self.warnings(),
@@ -102,14 +102,14 @@ impl IntrinsicsReport<'_> {
             )
         };
         let rays = &self.calibration.rays;
-        let beyond = rays.beyond.as_ref().map(|beyond| ("rays elsewhere", known(beyond)));
-        [("rays at corners", known(&rays.seen))].into_iter().chain(beyond).collect()
+        let beyond = rays.extrapolated.as_ref().map(|beyond| ("rays elsewhere", known(beyond)));
+        [("rays at corners", known(&rays.observed))].into_iter().chain(beyond).collect()
     }
 
     /// Lists images that could not be used, then what the calibration lacks.
     pub fn warnings(&self) -> Vec<String> {
-        let unused = self.pictures.iter().filter_map(|picture| {
-            let reason = picture.unused.as_ref()?;
+        let unused = self.images.iter().filter_map(|picture| {
+            let reason = picture.unused_reason.as_ref()?;
             Some(format!("{} was not used: {reason}", picture.file))
         });
         unused.chain(self.calibration.advice.warnings.iter().cloned()).collect()
@@ -127,12 +127,12 @@ impl IntrinsicsReport<'_> {
 }
 
 /// Describes an image.
-fn picture_json(picture: &PictureRecord) -> Value {
+fn picture_json(picture: &ImageRecord) -> Value {
     json!({
         "file": picture.file,
         "corners_found": picture.corners_found,
-        "used": picture.unused.is_none(),
-        "reason": picture.unused,
+        "used": picture.unused_reason.is_none(),
+        "reason": picture.unused_reason,
     })
 }
 

@@ -1,12 +1,12 @@
 //! JSON report `fabkit-extrinsics`, version 1.
 
-use fabkit_camera::files::FiledJoint;
-use fabkit_camera::{POSE_COUNT, POSE_PARAMETERS};
+use fabkit_camera::files::StoredJointCovariance;
+use fabkit_camera::{POSE_PARAMETER_COUNT, POSE_PARAMETERS};
 use serde_json::{Value, json};
 
 use super::{ExtrinsicsReport, rms_px};
 use crate::extrinsics::Trial;
-use crate::observability::Unobservable;
+use crate::observability::UnobservableCombination;
 
 impl ExtrinsicsReport<'_> {
     /// Writes the complete report. Lengths are in mm, angles in rad, pixels in px. A root mean square takes both
@@ -36,7 +36,7 @@ impl ExtrinsicsReport<'_> {
             "pin_scatter_rms_px": calibration.scatter.map(|s| s.rms_px),
             "pin_scatter_degrees_of_freedom": calibration.scatter.map(|s| s.degrees_of_freedom),
             // null if the pose alone could not be fitted; `not_fitted` says why.
-            "plain": calibration.plain().map(|plain| json!({
+            "plain": calibration.plain_trial().map(|plain| json!({
                 "reprojection_rms_px": number(plain.rms_px),
                 "held_out_rms_px": number(plain.held_out_rms_px),
             })),
@@ -46,10 +46,10 @@ impl ExtrinsicsReport<'_> {
                 "parameters": parameters.collect::<Vec<_>>(),
                 "camera": camera.map(|(name, value)| (name.to_owned(), json!(value))).collect::<serde_json::Map<_, _>>(),
                 "interface": model.camera.interface().kind_name(),
-                "is_drawn_behind": model.camera.interface().is_drawn_behind(),
-                "unobservable": chosen.unobservable.iter().map(unknown_json).collect::<Vec<_>>(),
+                "is_drawn_behind": model.camera.interface().has_drawn_bodies_behind(),
+                "unobservable": chosen.unobservable.iter().map(unobservable_json).collect::<Vec<_>>(),
             },
-            "seating_offset_observable": calibration.selection.seating_shows,
+            "seating_offset_observable": calibration.selection.is_seating_observable,
             "camera_from_sensor": self.matrix(),
             "covariance": self.pose_covariance(),
             "covariance_of": POSE_PARAMETERS,
@@ -65,7 +65,7 @@ impl ExtrinsicsReport<'_> {
                 "marks_px": calibration.errors.marks_px,
             },
             "cross_checks": self.cross_checks_json(),
-            "marks_rendered": self.not_marked.is_none(),
+            "marks_rendered": self.mark_offsets_unknown_reason.is_none(),
             "not_fitted": calibration.selection.failed.iter().map(|(candidate, error)| {
                 json!({ "name": candidate.to_string(), "reason": error.to_string() })
             }).collect::<Vec<_>>(),
@@ -84,7 +84,7 @@ impl ExtrinsicsReport<'_> {
                 "influence": checks.influence(capture),
             })
         });
-        let far = checks.far.iter().map(|(observation, sigmas)| {
+        let far = checks.outliers.iter().map(|(observation, sigmas)| {
             let observation = &self.calibration.observations[*observation];
             json!({
                 "file": self.captures.get(observation.contact.capture).map(|record| &record.file),
@@ -116,13 +116,13 @@ impl ExtrinsicsReport<'_> {
     }
 
     /// Covariance of the pose alone, in the order of [`POSE_PARAMETERS`].
-    pub fn pose_covariance(&self) -> [[f64; POSE_COUNT]; POSE_COUNT] {
+    pub fn pose_covariance(&self) -> [[f64; POSE_PARAMETER_COUNT]; POSE_PARAMETER_COUNT] {
         self.calibration.joint.pose_covariance()
     }
 
     /// Writes the joint covariance as in a pose file.
     fn joint_json(&self) -> Value {
-        let FiledJoint { names, camera_values, matrix } = FiledJoint::of(&self.calibration.joint);
+        let StoredJointCovariance { names, camera_values, matrix } = StoredJointCovariance::from_estimate(&self.calibration.joint);
         let rows = matrix.row_iter().map(|row| row.iter().copied().collect::<Vec<f64>>());
         json!({
             "names": names,
@@ -135,7 +135,7 @@ impl ExtrinsicsReport<'_> {
     fn capture_json(&self, capture: usize) -> Value {
         let record = &self.captures[capture];
         let pins: Vec<Value> = self
-            .of_capture(capture)
+            .observations_of_capture(capture)
             .map(|(o, residual, held_out)| {
                 json!({
                     "hole": o.contact.hole,
@@ -151,8 +151,8 @@ impl ExtrinsicsReport<'_> {
             "pins_found": record.pins_found,
             "pins_expected": record.pins_expected,
             "pins_used": pins.len(),
-            "rms_px": rms_px(self.of_capture(capture).map(|(_, r, _)| r)),
-            "held_out_rms_px": rms_px(self.of_capture(capture).map(|(.., held)| held)),
+            "rms_px": rms_px(self.observations_of_capture(capture).map(|(_, r, _)| r)),
+            "held_out_rms_px": rms_px(self.observations_of_capture(capture).map(|(.., held)| held)),
             "pins": pins,
         })
     }
@@ -160,10 +160,10 @@ impl ExtrinsicsReport<'_> {
 
 /// Describes an explanation with its differences from the drawing.
 fn explanation_json(trial: &Trial) -> Value {
-    let differs = trial.differs().map(|difference| {
+    let differs = trial.differences_beyond_tolerance().map(|difference| {
         json!({
             "name": difference.name,
-            "by": difference.by,
+            "by": difference.deviation,
             "sigma": difference.sigma,
             "sigmas": difference.sigmas(),
         })
@@ -186,12 +186,12 @@ fn trial_json(trial: &Trial) -> Value {
         "held_out_rms_px": number(trial.held_out_rms_px),
         "aicc": number(trial.aicc),
         "from_design_mm": trial.from_design_mm,
-        "plausible": trial.is_plausible(),
-        "unobservable": trial.unobservable.iter().map(unknown_json).collect::<Vec<_>>(),
+        "plausible": trial.is_position_plausible(),
+        "unobservable": trial.unobservable.iter().map(unobservable_json).collect::<Vec<_>>(),
     })
 }
 
-fn unknown_json(unknown: &Unobservable) -> Value {
+fn unobservable_json(unknown: &UnobservableCombination) -> Value {
     let terms = unknown.terms.iter();
     let terms =
         terms.map(|(parameter, part)| json!({ "name": parameter.to_string(), "part": part }));

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use fabkit_geometry::{Matrix3, Point3, Vector3};
-use fabkit_report::{FLOOR, FRAME, Plot, Svg, VECTOR, escape, shade, step};
+use fabkit_report::{LOWER_BOUND_STYLE, BORDER_STYLE, Plot, Svg, RESIDUAL_STYLE, escape, heat_color, round_tick_step};
 use nalgebra::Vector2;
 
-use super::{Crop, ExtrinsicsReport, magnification};
+use super::{PinCrop, ExtrinsicsReport, magnification};
 use crate::model::{FitParameter, Observation};
 use crate::uncertainty::{SurfaceSigma, surface_sigma};
 
@@ -16,10 +16,10 @@ const RINGS: usize = 14;
 /// Number of places on a ring.
 const PLACES: usize = 48;
 /// Size of a crop's pixel in the drawing.
-const ENLARGED: f64 = 6.0;
+const CROP_SCALE: f64 = 6.0;
 
 /// Observed pin: its pixel and its residual, px.
-struct Seen {
+struct ObservedPin {
     pixel: Vector2<f64>,
     residual: Vector2<f64>,
 }
@@ -35,7 +35,7 @@ pub(super) struct HoleRow {
 
 impl HoleRow {
     /// Computes the statistics of the pins in one hole.
-    fn new(hole: u32, pins: &[Seen]) -> Self {
+    fn new(hole: u32, pins: &[ObservedPin]) -> Self {
         let count = pins.len() as f64;
         let mean = pins.iter().map(|seen| seen.pixel).sum::<Vector2<f64>>() / count;
         let mean_residual_px = pins.iter().map(|seen| seen.residual).sum::<Vector2<f64>>() / count;
@@ -63,13 +63,13 @@ impl ExtrinsicsReport<'_> {
         let camera = &self.calibration.model().camera;
         let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
         let mut svg = Svg::new(width, height);
-        svg.rect([0.0, 0.0], [width, height], FRAME);
+        svg.rect([0.0, 0.0], [width, height], BORDER_STYLE);
         let residuals = self.residuals();
         let magnified = magnification(residuals.iter().map(|(_, residual)| *residual), width);
         for (o, residual) in residuals {
             let at = [o.pixel.x, o.pixel.y];
             let end = o.pixel + residual * magnified;
-            svg.line(at, [end.x, end.y], VECTOR);
+            svg.line(at, [end.x, end.y], RESIDUAL_STYLE);
             svg.dot(at, 2.5, "#1f4e79", &self.tooltip(o, residual));
         }
         let caption = format!("residuals, {magnified} times their length");
@@ -86,7 +86,7 @@ impl ExtrinsicsReport<'_> {
         let radius = |o: &Observation| (o.pixel.coords - centre).norm();
         let far = residuals.iter().map(|(o, _)| radius(o)).fold(1.0, f64::max);
         let limits = [far * 1.05, self.tallest_px(&residuals)];
-        let ticks = [step(limits[0], 8.0), step(limits[1], 5.0)];
+        let ticks = [round_tick_step(limits[0], 8.0), round_tick_step(limits[1], 5.0)];
         let mut plot =
             Plot::new(limits, ticks, ["distance from the principal point, px", "residual, px"]);
         for (o, residual) in &residuals {
@@ -102,7 +102,7 @@ impl ExtrinsicsReport<'_> {
         let residuals = self.residuals();
         let last = residuals.iter().map(|(o, _)| o.contact.hole).max().unwrap_or(1);
         let limits = [f64::from(last) + 1.0, self.tallest_px(&residuals)];
-        let ticks = [step(limits[0], 15.0).max(1.0), step(limits[1], 5.0)];
+        let ticks = [round_tick_step(limits[0], 15.0).max(1.0), round_tick_step(limits[1], 5.0)];
         let mut plot = Plot::new(limits, ticks, ["hole", "residual, px"]);
         for (o, residual) in &residuals {
             let title = self.tooltip(o, *residual);
@@ -113,20 +113,20 @@ impl ExtrinsicsReport<'_> {
     }
 
     /// Draws an outlying pin in its image.
-    pub(super) fn crop(&self, crop: &Crop) -> Option<String> {
+    pub(super) fn crop(&self, crop: &PinCrop) -> Option<String> {
         let pin = self.calibration.observations.get(crop.observation)?;
         let residuals = self.chosen().fit.residuals_px(std::slice::from_ref(pin));
         let residual = (*residuals.first()?)?;
-        let [width, height] = crop.size_px.map(|px| ENLARGED * f64::from(px));
+        let [width, height] = crop.size_px.map(|px| CROP_SCALE * f64::from(px));
         // A pixel's centre has integer coordinates, its corner lies half a pixel before.
         let at = |pixel: Vector2<f64>| {
-            [0, 1].map(|axis| ENLARGED * (pixel[axis] - f64::from(crop.first_px[axis]) + 0.5))
+            [0, 1].map(|axis| CROP_SCALE * (pixel[axis] - f64::from(crop.first_px[axis]) + 0.5))
         };
         let mut svg = Svg::new(width, height);
-        svg.picture([0.0; 2], [width, height], &crop.png);
-        svg.line(at(pin.pixel.coords - residual), at(pin.pixel.coords), VECTOR);
+        svg.image([0.0; 2], [width, height], &crop.png);
+        svg.line(at(pin.pixel.coords - residual), at(pin.pixel.coords), RESIDUAL_STYLE);
         let title = self.tooltip(pin, residual);
-        svg.dot(at(pin.pixel.coords), 0.5 * ENLARGED, "#c0392b", &title);
+        svg.dot(at(pin.pixel.coords), 0.5 * CROP_SCALE, "#c0392b", &title);
         Some(format!(
             "<figure class=\"crop\">{}<figcaption>{}</figcaption></figure>",
             svg.finish(&title),
@@ -140,15 +140,15 @@ impl ExtrinsicsReport<'_> {
 
     fn scatter_level(&self, plot: &mut Plot) {
         if let Some(scatter) = self.calibration.scatter {
-            plot.level(scatter.rms_px, FLOOR);
+            plot.horizontal_line(scatter.rms_px, LOWER_BOUND_STYLE);
         }
     }
 
     /// Lists each hole with the number of its presses and their repeatability.
     pub(super) fn repeatability(&self) -> Vec<HoleRow> {
-        let mut by_hole: BTreeMap<u32, Vec<Seen>> = BTreeMap::new();
+        let mut by_hole: BTreeMap<u32, Vec<ObservedPin>> = BTreeMap::new();
         for (o, residual) in self.residuals() {
-            let seen = Seen { pixel: o.pixel.coords, residual };
+            let seen = ObservedPin { pixel: o.pixel.coords, residual };
             by_hole.entry(o.contact.hole).or_default().push(seen);
         }
         by_hole.into_iter().map(|(hole, pins)| HoleRow::new(hole, &pins)).collect()
@@ -166,11 +166,11 @@ impl ExtrinsicsReport<'_> {
             let largest = values().fold(0.0, f64::max);
             let smallest = values().fold(f64::INFINITY, f64::min);
             let mut svg = Svg::new(width, height);
-            svg.rect([0.0, 0.0], [width, height], FRAME);
+            svg.rect([0.0, 0.0], [width, height], BORDER_STYLE);
             for (pixel, sigma) in &places {
                 let part = (value(sigma) - smallest) / (largest - smallest).max(1e-12);
                 let title = format!("{:.3} {unit}", value(sigma));
-                svg.dot(*pixel, 7.0, &shade(part), &title);
+                svg.dot(*pixel, 7.0, &heat_color(part), &title);
             }
             let caption = format!("{name}: {smallest:.3} (pale) to {largest:.3} {unit} (dark)");
             format!("{}<figcaption>{}</figcaption>", svg.finish(name), escape(&caption))
@@ -190,7 +190,7 @@ impl ExtrinsicsReport<'_> {
             .iter()
             .map(|o| Some((o.contact.contact_in_sensor_mm, o.contact.axis_in_sensor?)))
             .collect::<Option<_>>()?;
-        let centre = nearest_to_lines(&contacts)?;
+        let centre = nearest_point_to_lines(&contacts)?;
         // The pins' axes meet near the dome's centre.
         let count = contacts.len() as f64;
         let radius_mm = contacts.iter().map(|(p, _)| (p - centre).norm()).sum::<f64>() / count;
@@ -227,7 +227,7 @@ impl ExtrinsicsReport<'_> {
 }
 
 /// Finds the point with the smallest sum of squared distances from lines; `None` if they are parallel.
-fn nearest_to_lines(lines: &[(Point3<f64>, Vector3<f64>)]) -> Option<Point3<f64>> {
+fn nearest_point_to_lines(lines: &[(Point3<f64>, Vector3<f64>)]) -> Option<Point3<f64>> {
     let (mut system, mut right) = (Matrix3::zeros(), Vector3::zeros());
     for (point, axis) in lines {
         let across = Matrix3::identity() - axis * axis.transpose();

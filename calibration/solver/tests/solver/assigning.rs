@@ -4,8 +4,8 @@ use crate::support::{assembled, camera, captures, nominal, pins};
 use fabkit_calibration::assignment::{Assignment, Discrepancy, Mark, MarkedCapture, assign};
 use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{Model, Observation};
-use fabkit_calibration::synthetic::Bench;
-use fabkit_geometry::sequences::Random;
+use fabkit_calibration::synthetic::SyntheticSensor;
+use fabkit_geometry::sequences::SplitMix64;
 use nalgebra::Point2;
 use proptest::prelude::*;
 
@@ -16,9 +16,9 @@ struct Case<'a> {
 
 /// Returns captures with 0.15 mm of play, and marks in random order.
 fn case<'a>(pins: &'a [PinLandmark], turn_deg: f64, seed: u64, labelled: bool) -> Case<'a> {
-    let mut noise = Random::new(seed);
+    let mut noise = SplitMix64::new(seed);
     let chosen = captures(pins, 8, 5, &mut noise);
-    let mut bench = Bench::new(Model::new(camera(), assembled(turn_deg)), seed + 1000);
+    let mut bench = SyntheticSensor::new(Model::new(camera(), assembled(turn_deg)), seed + 1000);
     bench.play_mm = 0.15;
     let truth = bench.observe(&chosen, 0.1).unwrap();
     let captures = (0..chosen.len())
@@ -29,7 +29,7 @@ fn case<'a>(pins: &'a [PinLandmark], turn_deg: f64, seed: u64, labelled: bool) -
             let turn = noise.below(marks.len());
             marks.rotate_left(turn);
             let pins = if labelled { chosen[i].clone() } else { pins.iter().collect() };
-            MarkedCapture { marks, pins, labelled }
+            MarkedCapture { marks, pins, is_labelled: labelled }
         })
         .collect();
     Case { truth, captures }
@@ -99,6 +99,6 @@ fn a_missing_pin_a_speck_and_a_wrong_label_are_named() {
 #[test]
 fn no_marks_give_no_assignment() {
     let pins = pins(&[("a", 0.5)]);
-    let empty = MarkedCapture { marks: Vec::new(), pins: pins.iter().collect(), labelled: false };
+    let empty = MarkedCapture { marks: Vec::new(), pins: pins.iter().collect(), is_labelled: false };
     assert!(assign(&camera(), &nominal(), &[empty], &pins).is_none());
 }

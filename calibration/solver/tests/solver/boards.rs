@@ -1,9 +1,9 @@
 //! Detection of boards in rendered images whose corners are known exactly.
 
 use crate::common::scene::{Spoil, Studio, USUAL, charuco, fisheye, save, somewhere, word};
-use fabkit_calibration::board::{Board, FoundCorner, find_corners};
+use fabkit_calibration::board::{Board, DetectedCorner, find_corners};
 use fabkit_calibration::image::GreyImage;
-use fabkit_geometry::sequences::Random;
+use fabkit_geometry::sequences::SplitMix64;
 
 /// Number of views of each board, with some forty corners each: a root mean square is known to 2 %.
 const VIEWS: usize = 24;
@@ -27,16 +27,16 @@ impl Tally {
 }
 
 /// Function that detects a board, or returns the reason for its failure.
-type Detector = fn(&GreyImage, &Board) -> Result<Vec<FoundCorner>, String>;
+type Detector = fn(&GreyImage, &Board) -> Result<Vec<DetectedCorner>, String>;
 
-fn ours(image: &GreyImage, board: &Board) -> Result<Vec<FoundCorner>, String> {
+fn ours(image: &GreyImage, board: &Board) -> Result<Vec<DetectedCorner>, String> {
     find_corners(image, board).map_err(|why| why.to_string())
 }
 
 /// Detects a board in random views that contain it entirely.
 fn tally(detector: Detector, board: &Board, views: usize, seed: u64, spoil: Spoil) -> Tally {
     let studio = Studio::new(fisheye());
-    let mut random = Random::new(seed);
+    let mut random = SplitMix64::new(seed);
     let mut tally = Tally::default();
     let size = f64::from(board.squares[0]) * board.square_mm;
     while tally.views < views {
@@ -105,7 +105,7 @@ fn checkerboards_in_a_fisheye() {
 #[test]
 fn checkerboards_in_a_fisheye_by_opencv() {
     use fabkit_calibration::board::{OpenCvError, find_corners_opencv};
-    fn theirs(image: &GreyImage, board: &Board) -> Result<Vec<FoundCorner>, String> {
+    fn theirs(image: &GreyImage, board: &Board) -> Result<Vec<DetectedCorner>, String> {
         find_corners_opencv(image, board).map_err(|why| why.to_string())
     }
     let board = Board::checkerboard("test", [9, 6], 3.0).unwrap();
@@ -126,7 +126,7 @@ fn checkerboards_in_a_fisheye_by_opencv() {
 fn large_charuco_boards_in_part() {
     let board = charuco([26, 17], 10.0, 7.5);
     let studio = Studio::new(fisheye());
-    let mut random = Random::new(3);
+    let mut random = SplitMix64::new(3);
     let (mut seen, mut found, mut square_sum, mut worst) = (0, 0, 0.0, 0.0f64);
     for view in 0..VIEWS / 4 {
         let pose = somewhere(&board, &mut random, [60.0, 130.0], 25.0, 35.0);

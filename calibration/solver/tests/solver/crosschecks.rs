@@ -3,8 +3,8 @@
 use crate::support::{assembled, camera, captures, nominal, pins};
 use fabkit_calibration::extrinsics::{CalibrationOptions, PoseCalibration, calibrate};
 use fabkit_calibration::model::{Model, Observation};
-use fabkit_calibration::synthetic::Bench;
-use fabkit_geometry::sequences::Random;
+use fabkit_calibration::synthetic::SyntheticSensor;
+use fabkit_geometry::sequences::SplitMix64;
 use nalgebra::Vector2;
 
 const CAPTURES: usize = 12;
@@ -12,8 +12,8 @@ const SIGMA_PX: f64 = 0.3;
 
 fn observations(seed: u64) -> Vec<Observation> {
     let pins = pins(&[("short", 0.7), ("long", 1.35)]);
-    let captures = captures(&pins, CAPTURES, 5, &mut Random::new(seed));
-    Bench::new(Model::new(camera(), assembled(0.0)), seed).observe(&captures, SIGMA_PX).unwrap()
+    let captures = captures(&pins, CAPTURES, 5, &mut SplitMix64::new(seed));
+    SyntheticSensor::new(Model::new(camera(), assembled(0.0)), seed).observe(&captures, SIGMA_PX).unwrap()
 }
 
 fn calibrated(observations: &[Observation]) -> PoseCalibration {
@@ -52,5 +52,5 @@ fn a_capture_that_is_off_and_a_pin_that_is_far_off_are_named() {
     let most = (0..CAPTURES).filter(|c| *c != 4).max_by(|a, b| moved(a).total_cmp(&moved(b)));
     assert_eq!(most, Some(7), "{:?}", checks.without_mm);
     assert!(checks.influence(7).unwrap() > 1.5);
-    assert_eq!(checks.far.first().map(|(pin, _)| *pin), Some(far), "{:?}", checks.far);
+    assert_eq!(checks.outliers.first().map(|(pin, _)| *pin), Some(far), "{:?}", checks.outliers);
 }

@@ -3,14 +3,14 @@
 use crate::support::{assembled, camera, captures, pins};
 use fabkit_calibration::image::{GreyImage, ImageError};
 use fabkit_calibration::model::Model;
-use fabkit_calibration::pins::{
-    DetectionError, DetectionOptions, Rejection, background_cell_px, detect,
+use fabkit_calibration::pin_detection::{
+    DetectionError, DetectionOptions, RejectionReason, background_cell_px, detect,
 };
-use fabkit_calibration::synthetic::Bench;
-use fabkit_geometry::sequences::Random;
+use fabkit_calibration::synthetic::SyntheticSensor;
+use fabkit_geometry::sequences::SplitMix64;
 
-fn bench(seed: u64) -> Bench {
-    Bench::new(Model::new(camera(), assembled(90.0)), seed)
+fn bench(seed: u64) -> SyntheticSensor {
+    SyntheticSensor::new(Model::new(camera(), assembled(90.0)), seed)
 }
 
 /// Changes each pixel by a function of its place.
@@ -28,7 +28,7 @@ fn pins_are_found_where_they_are_in_any_light() {
     let reference = bench.reference(1.0).unwrap();
     let mut whitened = Vec::new();
     for (i, light) in [1.0, 0.7, 1.3].into_iter().enumerate() {
-        let chosen = captures(&pins, 1, 5, &mut Random::new(i as u64)).remove(0);
+        let chosen = captures(&pins, 1, 5, &mut SplitMix64::new(i as u64)).remove(0);
         let capture = bench.capture(i, &chosen, light).unwrap();
         let found = detect(&reference, &capture.image, &DetectionOptions::default()).unwrap();
         assert_eq!(found.marks.len(), 5, "light {light}: {:?}", found.rejected);
@@ -77,7 +77,7 @@ fn reflections_rims_and_flicker_are_no_pins() {
     let found = detect(&reference, &pressed, &DetectionOptions::default()).unwrap();
     assert_eq!(found.marks.len(), 3, "{:?}", found.marks);
     assert!(!found.rejected.is_empty());
-    assert!(found.rejected.iter().all(|(_, reason)| *reason != Rejection::Hidden));
+    assert!(found.rejected.iter().all(|(_, reason)| *reason != RejectionReason::Hidden));
 }
 
 #[test]
@@ -174,7 +174,7 @@ fn broken_and_absurd_pictures_are_refused() {
 
 #[test]
 fn a_mark_in_a_part_of_a_picture_is_the_mark_in_the_whole() {
-    let mut random = Random::new(5);
+    let mut random = SplitMix64::new(5);
     for [width, height] in [[640, 480], [320, 400]] {
         let cell = background_cell_px(width.min(height));
         let at = [0.4 + 0.2 * random.unit(), 0.4 + 0.2 * random.unit()];
@@ -224,5 +224,5 @@ fn what_is_saturated_of_what_is_lit_is_told() {
     };
     let found = detect(&picture(0.0), &picture(0.4), &DetectionOptions::default()).unwrap();
     assert_eq!(found.marks.len(), 1);
-    assert!((found.saturated - 0.2).abs() < 1e-12, "{}", found.saturated);
+    assert!((found.saturated_fraction - 0.2).abs() < 1e-12, "{}", found.saturated_fraction);
 }

@@ -3,12 +3,12 @@
 use crate::common::scene::{Studio, USUAL, fisheye, somewhere};
 use fabkit_calibration::board::{Board, find_corners};
 use fabkit_calibration::intrinsics::{
-    BoardView, CalibrateError, CornerObservation, LensModel, calibrate,
+    BoardView, LensCalibrationError, CornerObservation, LensModel, calibrate,
 };
 use fabkit_camera::{
     Camera, Interface, Intrinsics, Lens, OpenCv, Point2, Point3, Vector2, Vector3,
 };
-use fabkit_geometry::sequences::Random;
+use fabkit_geometry::sequences::SplitMix64;
 use fabkit_geometry::{Angle, Matrix3, Pose};
 
 const KB: &[LensModel] = &[LensModel::KannalaBrandt];
@@ -28,7 +28,7 @@ fn observe(
     board: &Board,
     poses: &[Pose],
     noise_px: f64,
-    random: &mut Random,
+    random: &mut SplitMix64,
 ) -> Vec<BoardView> {
     let view = |(index, pose): (usize, &Pose)| {
         let truth = studio.truth(board, pose).unwrap();
@@ -48,7 +48,7 @@ fn observe(
     poses.iter().enumerate().map(view).collect()
 }
 
-fn poses(studio: &Studio, board: &Board, count: usize, random: &mut Random) -> Vec<Pose> {
+fn poses(studio: &Studio, board: &Board, count: usize, random: &mut SplitMix64) -> Vec<Pose> {
     let size = f64::from(board.squares[0]) * board.square_mm;
     let mut poses = Vec::new();
     while poses.len() < count {
@@ -72,7 +72,7 @@ fn focal_length_is_as_sure_as_it_says() {
     let (studio, board) = (Studio::new(fisheye()), board());
     let (mut within_three, mut within_one, mut relative) = (0, 0, 0.0);
     for trial in 0..200 {
-        let mut random = Random::new(1000 + trial);
+        let mut random = SplitMix64::new(1000 + trial);
         let poses = poses(&studio, &board, 15, &mut random);
         let views = observe(&studio, &board, &poses, 0.1, &mut random);
         let found = calibrate(&views, &nominal(), KB).unwrap();
@@ -97,7 +97,7 @@ fn focal_length_is_as_sure_as_it_says() {
 #[test]
 fn exact_corners_give_the_exact_camera() {
     let (studio, board) = (Studio::new(fisheye()), board());
-    let mut random = Random::new(3);
+    let mut random = SplitMix64::new(3);
     let poses = poses(&studio, &board, 8, &mut random);
     let views = observe(&studio, &board, &poses, 0.0, &mut random);
     let found = calibrate(&views, &nominal(), &LensModel::ALL).unwrap();
@@ -121,8 +121,8 @@ fn frontal_boards_are_named() {
     let lens = OpenCv::new(intrinsics, &[-0.1, 0.02, 0.0, 0.0, 0.0]).unwrap();
     let camera = Camera::new(640, 480, Lens::OpenCv(lens), Interface::None).unwrap();
     let (studio, board) = (Studio::new(camera), board());
-    let mut random = Random::new(4);
-    let turn = |random: &mut Random| Angle::from_deg(random.between(-4.0, 4.0)).unwrap();
+    let mut random = SplitMix64::new(4);
+    let turn = |random: &mut SplitMix64| Angle::from_deg(random.between(-4.0, 4.0)).unwrap();
     let poses: Vec<Pose> = (0..10)
         .map(|_| {
             Pose::translation(random.between(-16.0, -11.0), random.between(-11.0, -7.0), 40.0)
@@ -149,7 +149,7 @@ fn pictures_choose_the_lens_model() {
     let lens = OpenCv::new(intrinsics, &[-0.2, 0.05, 0.004, -0.006, 0.0]).unwrap();
     let camera = Camera::new(640, 480, Lens::OpenCv(lens), Interface::None).unwrap();
     let (studio, board) = (Studio::new(camera), board());
-    let mut random = Random::new(5);
+    let mut random = SplitMix64::new(5);
     let size = f64::from(board.squares[0]) * board.square_mm;
     let mut poses = Vec::new();
     while poses.len() < 12 {
@@ -174,7 +174,7 @@ fn pictures_choose_the_lens_model() {
     // usual corners do not tell the others apart, and the simplest predicts best what was left out;
     // better corners show what it lacks.
     for (noise_px, expected) in [(0.1, LensModel::Eucm), (0.02, LensModel::KannalaBrandt)] {
-        let (studio, mut random) = (Studio::new(fisheye()), Random::new(6));
+        let (studio, mut random) = (Studio::new(fisheye()), SplitMix64::new(6));
         let poses = self::poses(&studio, &board, 12, &mut random);
         let views = observe(&studio, &board, &poses, noise_px, &mut random);
         let found = calibrate(&views, &self::nominal(), &LensModel::ALL).unwrap();
@@ -190,7 +190,7 @@ fn pictures_choose_the_lens_model() {
 #[test]
 fn gross_errors_do_not_pull() {
     let (studio, board) = (Studio::new(fisheye()), board());
-    let mut random = Random::new(7);
+    let mut random = SplitMix64::new(7);
     let poses = poses(&studio, &board, 15, &mut random);
     let mut views = observe(&studio, &board, &poses, 0.1, &mut random);
     // One corner in 40 lies on its neighbour.
@@ -206,7 +206,7 @@ fn gross_errors_do_not_pull() {
 #[test]
 fn views_that_add_nothing_and_views_that_do_not_belong_are_named() {
     let (studio, board) = (Studio::new(fisheye()), board());
-    let mut random = Random::new(8);
+    let mut random = SplitMix64::new(8);
     let mut poses = poses(&studio, &board, 10, &mut random);
     // Far away in the middle: a few pixels that say little.
     let [w, h] = board.squares.map(|n| f64::from(n) * board.square_mm);
@@ -227,13 +227,13 @@ fn views_that_add_nothing_and_views_that_do_not_belong_are_named() {
 #[test]
 fn too_little_is_refused() {
     let (studio, board) = (Studio::new(fisheye()), board());
-    let mut random = Random::new(9);
+    let mut random = SplitMix64::new(9);
     let poses = poses(&studio, &board, 3, &mut random);
     let mut views = observe(&studio, &board, &poses, 0.1, &mut random);
     assert!(calibrate(&views, &nominal(), KB).is_ok());
     views[1].corners.truncate(5);
     let refused = calibrate(&views, &nominal(), KB).unwrap_err();
-    assert_eq!(refused, CalibrateError::TooFewViews { usable: 2 });
+    assert_eq!(refused, LensCalibrationError::TooFewViews { usable: 2 });
     views[0].corners[3].pixel.x = f64::NAN;
     let refused = calibrate(&views, &nominal(), KB).unwrap_err();
     assert!(refused.to_string().contains("view 0: corner 3"), "{refused}");
@@ -241,14 +241,14 @@ fn too_little_is_refused() {
     let pose = poses[0];
     let same = observe(&studio, &board, &[pose; 3], 0.0, &mut random);
     match calibrate(&same, &nominal(), KB) {
-        Err(CalibrateError::NotObservable { .. }) => {}
+        Err(LensCalibrationError::NotObservable { .. }) => {}
         Ok(found) => assert!(found.advice.influence.iter().all(|w| w.growth < 0.3)),
         Err(other) => panic!("{other}"),
     }
 }
 
 /// Returns views of boards far away in the middle of the image: some 17 of 80 degrees to all sides.
-fn central_views(studio: &Studio, board: &Board, random: &mut Random) -> Vec<BoardView> {
+fn central_views(studio: &Studio, board: &Board, random: &mut SplitMix64) -> Vec<BoardView> {
     let mut poses = Vec::new();
     while poses.len() < 12 {
         let pose = somewhere(board, random, [50.0, 80.0], 4.0, 45.0);
@@ -282,7 +282,7 @@ fn rays_apart_rad(views: &[BoardView], a: &Camera, b: &Camera) -> f64 {
 #[test]
 fn central_views_tell_rays_and_no_more() {
     let (studio, board) = (Studio::new(fisheye()), board());
-    let mut random = Random::new(11);
+    let mut random = SplitMix64::new(11);
     let views = central_views(&studio, &board, &mut random);
     let found = calibrate(&views, &nominal(), &LensModel::ALL).unwrap();
     for candidate in &found.candidates {
@@ -306,7 +306,7 @@ fn central_views_tell_rays_and_no_more() {
         let all = found.advice.warnings.join("\n");
         assert!(!all.contains("focal length") && !all.contains("optical axis"), "{all}");
         assert!(all.contains("the lens model extrapolates, and rays are known to"), "{all}");
-        let (seen, beyond) = (found.rays.seen, found.rays.beyond.unwrap());
+        let (seen, beyond) = (found.rays.observed, found.rays.extrapolated.unwrap());
         assert!(
             seen.worst.px < 0.5 && beyond.worst.px > 10.0 * seen.worst.px,
             "{seen:?} {beyond:?}"
@@ -323,10 +323,10 @@ fn rays_are_as_sure_as_they_say() {
     let (studio, board) = (Studio::new(fisheye()), board());
     let (mut squares, mut typical, mut worst) = (0.0, 0.0, 0.0);
     for trial in 0..60 {
-        let mut random = Random::new(2000 + trial);
+        let mut random = SplitMix64::new(2000 + trial);
         let views = central_views(&studio, &board, &mut random);
         let found = calibrate(&views, &nominal(), KB).unwrap();
-        let seen = found.rays.seen;
+        let seen = found.rays.observed;
         squares += rays_apart_rad(&views, found.estimate.camera(), &studio.camera).powi(2) / 60.0;
         typical += seen.typical.angle_rad / 60.0;
         worst += seen.worst.angle_rad / 60.0;
@@ -341,7 +341,7 @@ fn rays_are_as_sure_as_they_say() {
 #[test]
 fn rendered_boards_give_the_true_camera() {
     let (studio, board) = (Studio::new(fisheye()), board());
-    let mut random = Random::new(10);
+    let mut random = SplitMix64::new(10);
     let poses = poses(&studio, &board, 15, &mut random);
     let mut views = Vec::new();
     for (index, pose) in poses.iter().enumerate() {

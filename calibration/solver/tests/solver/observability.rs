@@ -2,12 +2,12 @@
 
 use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{Axis, Contact, FitParameter, Model};
-use fabkit_calibration::observability::{Effort, predict};
-use fabkit_camera::{Camera, Flat, Interface};
+use fabkit_calibration::observability::{PressPlan, predict};
+use fabkit_camera::{Camera, FlatInterface, Interface};
 use fabkit_geometry::{Point3, Pose, Vector3};
 use nalgebra::Vector2;
 
-const EFFORT: Effort = Effort { captures: 30, pins_per_capture: 5, sigma_px: 0.3 };
+const EFFORT: PressPlan = PressPlan { captures: 30, pins_per_capture: 5, sigma_px: 0.3 };
 
 /// Pins of the given reach short of a 15 mm dome about (0, 0, 6), 29 holes on four rings.
 fn pins(reaches_mm: &[(&str, f64)]) -> Vec<PinLandmark> {
@@ -62,7 +62,7 @@ fn one_length_of_pins_does_not_show_its_offset() {
     assert!((ratio + 13.0 / 14.5).abs() < 1e-6, "{ratio}");
     // Exactly singular: nothing but the prior is known, and no number of captures helps.
     assert!(singular.remaining > 1.0 - 1e-9);
-    let many = Effort { captures: 1_000_000, ..EFFORT };
+    let many = PressPlan { captures: 1_000_000, ..EFFORT };
     let prediction = predict(&camera(), &pose(), &pins(&[("a", 0.5)]), many, &with_seating());
     assert!(!prediction.is_observable(FitParameter::SeatingOffset));
 }
@@ -85,7 +85,7 @@ fn pins_of_two_lengths_tell_the_seating_offset() {
 fn more_captures_help_by_their_square_root() {
     let pins = pins(&[("a", 0.5)]);
     let few = predict(&camera(), &pose(), &pins, EFFORT, &FitParameter::POSE);
-    let effort = Effort { captures: 120, ..EFFORT };
+    let effort = PressPlan { captures: 120, ..EFFORT };
     let many = predict(&camera(), &pose(), &pins, effort, &FitParameter::POSE);
     // Up to the prior, which is 1e-4 of the information or less here.
     assert!((few.position_sigma_mm / many.position_sigma_mm - 2.0).abs() < 1e-3);
@@ -96,7 +96,7 @@ fn more_captures_help_by_their_square_root() {
 fn holes_that_the_camera_cannot_see_are_named() {
     let narrow = Camera::equidistant(640, 480, 50f64.to_radians()).unwrap();
     let prediction = predict(&narrow, &pose(), &pins(&[("a", 0.5)]), EFFORT, &FitParameter::POSE);
-    assert!(prediction.unseen_holes.contains(&29) && !prediction.unseen_holes.contains(&1));
+    assert!(prediction.invisible_holes.contains(&29) && !prediction.invisible_holes.contains(&1));
     let nothing = predict(&narrow, &pose(), &[], EFFORT, &FitParameter::POSE);
     assert_eq!(nothing.unobservable.len(), 6);
     assert_eq!(nothing.sigma(FitParameter::Rotation(Axis::X)), Some(0.1));
@@ -106,7 +106,7 @@ fn holes_that_the_camera_cannot_see_are_named() {
 #[test]
 fn derivatives_agree_with_differences() {
     let plain = camera();
-    let interface = Interface::Flat(Flat::in_air(5.0, 1.41));
+    let interface = Interface::Flat(FlatInterface::bare_in_air(5.0, 1.41));
     let camera =
         Camera::new(plain.width_px(), plain.height_px(), *plain.lens(), interface).unwrap();
     let mut model = Model::new(camera, pose());

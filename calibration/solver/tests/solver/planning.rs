@@ -4,11 +4,11 @@ use crate::support::{assembled, camera, pins};
 use fabkit_calibration::extrinsics::{Loss, refine};
 use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{FitParameter, Model};
-use fabkit_calibration::planning::{Looseness, Plan, Setup};
-use fabkit_calibration::synthetic::Bench;
+use fabkit_calibration::planning::{PinTolerances, CapturePlan, PlanInputs};
+use fabkit_calibration::synthetic::SyntheticSensor;
 use fabkit_calibration::uncertainty::surface_sigma;
 use fabkit_camera::{CameraEstimate, DMatrix};
-use fabkit_geometry::sequences::Random;
+use fabkit_geometry::sequences::SplitMix64;
 use fabkit_geometry::{Point3, Vector3};
 
 const NOISE_PX: f64 = 0.3;
@@ -25,18 +25,18 @@ struct Case {
     pins: Vec<PinLandmark>,
     model: Model,
     lens: CameraEstimate,
-    looseness: Looseness,
+    looseness: PinTolerances,
 }
 
 impl Case {
     fn new() -> Self {
         let pins = pins(&[("short", 0.7), ("long", 1.35)]);
         let model = Model::new(camera(), assembled(0.0));
-        Self { pins, model, lens: camera().into(), looseness: Looseness::default() }
+        Self { pins, model, lens: camera().into(), looseness: PinTolerances::default() }
     }
 
-    fn plan(&self) -> Plan {
-        Plan::new(&Setup {
+    fn plan(&self) -> CapturePlan {
+        CapturePlan::new(&PlanInputs {
             model: &self.model,
             parameters: &FitParameter::POSE,
             lens: &self.lens,
@@ -54,10 +54,10 @@ impl Case {
 fn noise_alone_is_what_a_fit_says() {
     let case = Case::new();
     let captures = in_turn(case.pins.len(), 10);
-    let expected = case.plan().expect(&captures).unwrap();
+    let expected = case.plan().predict(&captures).unwrap();
     let pressed: Vec<Vec<&PinLandmark>> =
         captures.iter().map(|c| c.iter().map(|pin| &case.pins[*pin]).collect()).collect();
-    let seen = Bench::new(case.model.clone(), 1).observe(&pressed, NOISE_PX).unwrap();
+    let seen = SyntheticSensor::new(case.model.clone(), 1).observe(&pressed, NOISE_PX).unwrap();
     let fit = refine(&case.model, &FitParameter::POSE, &seen, Loss::Squares).unwrap();
     let of = |(place, normal): &(Point3<f64>, Vector3<f64>)| {
         let sigma =
@@ -75,9 +75,9 @@ fn noise_alone_is_what_a_fit_says() {
 fn all_that_is_loose_makes_it_worse_and_captures_make_it_better() {
     let tight = Case::new();
     let captures = in_turn(tight.pins.len(), 10);
-    let of = |case: &Case| case.plan().expect(&captures).unwrap().surface_mm;
+    let of = |case: &Case| case.plan().predict(&captures).unwrap().surface_mm;
     let least = of(&tight);
-    let loosened: [fn(&mut Looseness); 5] = [
+    let loosened: [fn(&mut PinTolerances); 5] = [
         |l| l.across_mm = 0.1,
         |l| l.along_mm = 0.1,
         |l| l.seating_mm = 0.1,
@@ -97,7 +97,7 @@ fn all_that_is_loose_makes_it_worse_and_captures_make_it_better() {
     let lens = CameraEstimate::new(camera(), Some(covariance)).unwrap();
     assert!(of(&Case { lens, ..Case::new() }) > 1.01 * least);
     // Four times as many: half of it.
-    let [few, many] = [10, 40].map(|n| tight.plan().expect(&in_turn(tight.pins.len(), n)).unwrap());
+    let [few, many] = [10, 40].map(|n| tight.plan().predict(&in_turn(tight.pins.len(), n)).unwrap());
     assert!((few.surface_mm / many.surface_mm - 2.0).abs() < 0.1, "{few:?} {many:?}");
 }
 
@@ -107,32 +107,32 @@ fn seating_is_solved_for_where_that_helps() {
     let mut case = Case::new();
     case.looseness.seating_mm = 2.0;
     let captures = in_turn(case.pins.len(), 40);
-    let two = case.plan().expect(&captures).unwrap();
+    let two = case.plan().predict(&captures).unwrap();
     assert!(two.seating_solved, "{two:?}");
     case.pins.retain(|pin| pin.kind == "long");
-    let one = case.plan().expect(&in_turn(case.pins.len(), 40)).unwrap();
+    let one = case.plan().predict(&in_turn(case.pins.len(), 40)).unwrap();
     assert!(!one.seating_solved && one.surface_mm > 1.5 * two.surface_mm, "{one:?} {two:?}");
 }
 
 #[test]
 fn what_is_pressed_next_is_better_than_anything_at_random() {
     let mut case = Case::new();
-    case.looseness = Looseness { across_mm: 0.05, dome_mm: [0.05; 3], ..Looseness::default() };
+    case.looseness = PinTolerances { across_mm: 0.05, dome_mm: [0.05; 3], ..PinTolerances::default() };
     let plan = case.plan();
     let hole = |pin: usize| case.pins[pin].hole;
     let may = |pin: usize, chosen: &[usize]| chosen.iter().all(|other| hole(*other) != hole(pin));
     let mut chosen = Vec::new();
     for _ in 0..4 {
-        let (next, _) = plan.next(&chosen, 5, may);
+        let (next, _) = plan.choose_next_capture(&chosen, 5, may);
         assert_eq!(next.len(), 5);
         chosen.push(next);
     }
-    let best = plan.expect(&chosen).unwrap().surface_mm;
-    let mut random = Random::new(1);
+    let best = plan.predict(&chosen).unwrap().surface_mm;
+    let mut random = SplitMix64::new(1);
     for _ in 0..100 {
         let captures: Vec<Vec<usize>> =
             (0..4).map(|_| (0..5).map(|_| random.below(case.pins.len())).collect()).collect();
-        if let Some(other) = plan.expect(&captures) {
+        if let Some(other) = plan.predict(&captures) {
             assert!(best < other.surface_mm, "{best} {other:?}");
         }
     }

@@ -3,7 +3,7 @@
 use crate::support::trials::{RANGES, camera, position, trial};
 use fabkit_calibration::extrinsics::{Loss, solve_pose};
 use fabkit_calibration::model::FitParameter;
-use fabkit_geometry::sequences::Random;
+use fabkit_geometry::sequences::SplitMix64;
 use nalgebra::Vector6;
 
 struct Outcome {
@@ -16,7 +16,7 @@ struct Outcome {
 /// 1,000 trials.
 fn outcome(depth_mm: f64) -> Outcome {
     let camera = camera();
-    let mut noise = Random::new(7);
+    let mut noise = SplitMix64::new(7);
     let mut errors_mm = Vec::new();
     let (mut nees, mut covered, mut total) = (0.0, 0, 0);
     let mut elapsed = std::time::Duration::ZERO;

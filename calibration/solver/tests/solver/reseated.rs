@@ -7,7 +7,7 @@
 use crate::support::{assembled, camera, captures, nominal, pins};
 use fabkit_calibration::extrinsics::{CalibrationOptions, Medium, calibrate};
 use fabkit_calibration::model::{Contact, Model, Observation};
-use fabkit_geometry::sequences::Random;
+use fabkit_geometry::sequences::SplitMix64;
 use nalgebra::{DVector, Rotation3, Vector2, Vector3};
 
 /// Standard deviations of the play and of the dome's seat.
@@ -24,10 +24,10 @@ const SEAT: Vector3<f64> = Vector3::new(0.0, 0.0, 6.0);
 /// standard deviations; `None` if the choice changed lens or gel, which is not tested here.
 fn trial(lengths: &[(&str, f64)], mark_px: f64, seed: u64) -> Option<(f64, [f64; 6])> {
     let all = pins(lengths);
-    let mut random = Random::new(seed);
+    let mut random = SplitMix64::new(seed);
     let truth = Model::new(camera(), assembled(0.0));
     let mut observations = Vec::new();
-    let mut of_marks = Random::new(!seed);
+    let mut of_marks = SplitMix64::new(!seed);
     let marks: Vec<Vector2<f64>> =
         all.iter().map(|_| mark_px * Vector2::from_fn(|_, _| of_marks.normal())).collect();
     for (capture, pins) in captures(&all, 30, 5, &mut random).iter().enumerate() {
@@ -53,7 +53,7 @@ fn trial(lengths: &[(&str, f64)], mark_px: f64, seed: u64) -> Option<(f64, [f64;
     let options = CalibrationOptions::default();
     let result =
         calibrate(&camera().into(), &observations, &start, Some(&nominal()), &options).ok()?;
-    let optics = result.chosen().candidate.optics;
+    let optics = result.chosen_trial().candidate.optics;
     if optics.radial_terms > 0 || optics.medium != Medium::Given {
         return None;
     }

@@ -3,10 +3,10 @@
 use crate::support::{assembled, camera, captures, pins, with_interface};
 use fabkit_calibration::extrinsics::{Loss, refine};
 use fabkit_calibration::model::{FitParameter, Model};
-use fabkit_calibration::synthetic::Bench;
+use fabkit_calibration::synthetic::SyntheticSensor;
 use fabkit_calibration::uncertainty::surface_sigma;
-use fabkit_camera::{Flat, Interface};
-use fabkit_geometry::sequences::Random;
+use fabkit_camera::{FlatInterface, Interface};
+use fabkit_geometry::sequences::SplitMix64;
 use fabkit_geometry::{Point3, Vector3};
 
 /// Calibrates the same sensor 400 times, and intersects the true pixel's ray with the dome each time.
@@ -14,9 +14,9 @@ use fabkit_geometry::{Point3, Vector3};
 fn depth_scatters_as_predicted() {
     let pins = pins(&[("a", 0.0)]);
     let truth = Model::new(camera(), assembled(20.0));
-    let captures = captures(&pins, 6, 5, &mut Random::new(1));
+    let captures = captures(&pins, 6, 5, &mut SplitMix64::new(1));
     let parameters = [&FitParameter::POSE[..], &[FitParameter::FocalScale]].concat();
-    let mut bench = Bench::new(truth.clone(), 2);
+    let mut bench = SyntheticSensor::new(truth.clone(), 2);
     let fits: Vec<_> = (0..400)
         .map(|_| {
             let observations = bench.observe(&captures, 0.3).unwrap();
@@ -60,7 +60,7 @@ fn depth_scatters_as_predicted() {
 
 #[test]
 fn a_place_out_of_sight_or_edge_on_has_no_depth() {
-    let gel = with_interface(Interface::Flat(Flat::in_air(4.0, 1.41)));
+    let gel = with_interface(Interface::Flat(FlatInterface::bare_in_air(4.0, 1.41)));
     let model = Model::new(gel, assembled(0.0));
     let covariance = nalgebra::DMatrix::identity(6, 6);
     let sigma =

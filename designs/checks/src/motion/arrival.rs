@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use fabkit_geometry::{Action, Adjustment, Kind, Occasion, Pose, Sensor, Step};
+use fabkit_geometry::{Action, Adjustment, BodyKind, Occasion, Pose, Sensor, Step};
 
-use crate::case::Place;
+use crate::rule_input::Place;
 use crate::scene::{Assemblies, Placed};
 
 /// Largest difference of equal poses, mm and parts of 1.
@@ -38,13 +38,13 @@ pub(crate) fn arrivals<'a>(
     sensor: &'a Sensor,
     scene: &'a Assemblies<'a>,
 ) -> (Vec<Arrival<'a>>, Vec<Work<'a>>) {
-    let mut history = History::new(sensor, scene);
+    let mut history = AssemblyHistory::new(sensor, scene);
     let arrivals = sensor.chain.iter().filter_map(|step| history.step(step)).collect();
     (arrivals, history.work)
 }
 
 /// State of all assemblies while the chain is followed step by step.
-pub(super) struct History<'a> {
+pub(super) struct AssemblyHistory<'a> {
     sensor: &'a Sensor,
     scene: &'a Assemblies<'a>,
     /// Indices of the bodies that stand in each assembly.
@@ -73,7 +73,7 @@ fn needed(step: &Step) -> impl Iterator<Item = &str> {
     step.bodies.iter().chain(more).map(String::as_str).filter(move |name| layer != Some(*name))
 }
 
-impl<'a> History<'a> {
+impl<'a> AssemblyHistory<'a> {
     pub(super) fn new(sensor: &'a Sensor, scene: &'a Assemblies<'a>) -> Self {
         Self { sensor, scene, standing: BTreeMap::new(), work: Vec::new() }
     }
@@ -82,7 +82,7 @@ impl<'a> History<'a> {
     pub(super) fn standing(&mut self, assembly: &'a str) -> Vec<&'a Placed<'a>> {
         let scene = self.scene;
         if !self.standing.contains_key(assembly) {
-            let brought = self.brought_untold(assembly);
+            let brought = self.initial_bodies(assembly);
             self.standing.insert(assembly, brought);
         }
         self.standing[assembly].iter().map(|&i| &scene.bodies(assembly)[i]).collect()
@@ -134,7 +134,7 @@ impl<'a> History<'a> {
         let pieces = self.pieces(assembly);
         let mut coming: Vec<Vec<&Placed>> = Vec::new();
         let mut known = BTreeSet::new();
-        let wait = self.waiting(step, assembly);
+        let wait = self.deferred_bodies(step, assembly);
         for name in needed(step) {
             for i in (0..bodies.len()).filter(|&i| bodies[i].name == name) {
                 if standing.contains(&i) || wait.contains(&i) || !known.insert(i) {
@@ -156,7 +156,7 @@ impl<'a> History<'a> {
 
     /// Finds bodies that the step names but that arrive in a later step, together with the bodies they touch: screws of
     /// one name also hold other bodies, and a later step names them again.
-    fn waiting(&self, step: &Step, assembly: &str) -> BTreeSet<usize> {
+    fn deferred_bodies(&self, step: &Step, assembly: &str) -> BTreeSet<usize> {
         let bodies = self.scene.bodies(assembly);
         let standing = &self.standing[assembly];
         let now: BTreeSet<&str> = needed(step).collect();
@@ -200,7 +200,7 @@ impl<'a> History<'a> {
 
     /// Finds bodies that stand in an assembly although no step brings them there: they arrived as a whole, and later
     /// bodies are added to them.
-    fn brought_untold(&self, assembly: &str) -> BTreeSet<usize> {
+    fn initial_bodies(&self, assembly: &str) -> BTreeSet<usize> {
         let bodies = self.scene.bodies(assembly);
         let here = |step: &&Step| step.assembly.as_ref().is_some_and(|a| a.0 == assembly);
         let told: BTreeSet<&str> = self.sensor.chain.iter().filter(here).flat_map(needed).collect();
@@ -209,7 +209,7 @@ impl<'a> History<'a> {
             (0..bodies.len()).any(|i| pieces[i] == piece && told.contains(bodies[i].name))
         };
         // A cast layer exists only once it has been cast somewhere.
-        let exists = |placed: &Placed| placed.of.kind != Kind::Cast || self.stands(placed.name);
+        let exists = |placed: &Placed| placed.of.kind != BodyKind::Cast || self.stands(placed.name);
         (0..bodies.len()).filter(|&i| !is_told(pieces[i]) && exists(&bodies[i])).collect()
     }
 

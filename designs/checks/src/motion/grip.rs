@@ -3,10 +3,10 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Action, Duty, Occasion, Point3, Process, Pull, Ray, Sensor, Vector3};
+use fabkit_geometry::{Action, MechanicalRole, Occasion, Point3, Process, Pull, Ray, Sensor, Vector3};
 
 use crate::finding::Finding;
-use crate::lines::{Caster, basis};
+use crate::sampling_lines::{Caster, basis};
 use crate::rule::Rule;
 use crate::scene::Placed;
 
@@ -32,7 +32,7 @@ pub(super) fn examine(sensor: &Sensor, work: &Work) -> Vec<Finding> {
     }
     let step = sensor.chain.iter().find(|step| step.name == work.place.step);
     let Some(Action::Demold(pulls)) = step.map(|step| &step.action) else { return Vec::new() };
-    let is_fastener = |one: &Placed| matches!(one.of.duty, Duty::Fastens | Duty::Threads);
+    let is_fastener = |one: &Placed| matches!(one.of.duty, MechanicalRole::Fastener | MechanicalRole::Threaded);
     let mut standing: Vec<&Placed> =
         work.around.iter().copied().filter(|one| !is_fastener(one)).collect();
     let mut findings = Vec::new();
@@ -110,6 +110,6 @@ fn told(work: &Work, body: &str, free_mm: f64) -> Finding {
     Finding::error(Rule::Access, message, fix)
         .in_step(work.place.step)
         .in_assembly(work.place.assembly)
-        .of([body])
-        .measured(free_mm, GRIP_MM, "mm")
+        .about_bodies([body])
+        .with_measurement(free_mm, GRIP_MM, "mm")
 }

@@ -7,10 +7,10 @@
 
 mod arrival;
 mod grip;
-mod order;
+mod disassembly;
 mod path;
 mod stages;
-mod stuck;
+mod obstruction;
 mod tools;
 
 use std::cell::RefMut;
@@ -19,20 +19,20 @@ use std::mem;
 use fabkit_geometry::{Occasion, Sensor};
 use rayon::prelude::*;
 
-use crate::case::Place;
-use crate::case::{Case, Looked, Ways};
+use crate::rule_input::Place;
+use crate::rule_input::{RuleInput, RuleResult, MotionFindings};
 use crate::declaration::rule;
 use crate::finding::Finding;
 use crate::memo::Memo;
 use crate::rule::Rule;
 use crate::scene::Assemblies;
 
-pub use stages::{Came, Stage, Stand, stages};
+pub use stages::{Movement, Stage, PlacedBody, stages};
 
 use arrival::{Arrival, Work, arrivals};
-use order::Order;
-use stuck::Stuck;
-use tools::{count, working};
+use disassembly::Disassembly;
+use obstruction::Obstruction;
+use tools::{count, check_work};
 
 rule! {
     /// Every body gets to its place past the bodies that stand there already.
@@ -46,28 +46,28 @@ rule! {
     look: apply,
 }
 
-fn apply(case: &Case<'_>) -> Looked {
+fn apply(case: &RuleInput<'_>) -> RuleResult {
     let mut ways = ways(case);
     Ok((mem::take(&mut ways.findings), ways.bodies))
 }
 
 /// Returns the findings about motions and tools, computed once for the two rules that report them.
-pub(crate) fn ways<'c>(case: &'c Case<'_>) -> RefMut<'c, Ways> {
-    case.ways(|| examine(case.sensor, case.scene, case.memo))
+pub(crate) fn ways<'c>(case: &'c RuleInput<'_>) -> RefMut<'c, MotionFindings> {
+    case.motion_findings(|| examine(case.sensor, case.scene, case.memo))
 }
 
 /// Finds bodies that cannot reach their places, and tools without room.
-fn examine(sensor: &Sensor, scene: &Assemblies, memo: &Memo) -> Ways {
+fn examine(sensor: &Sensor, scene: &Assemblies, memo: &Memo) -> MotionFindings {
     let (arrivals, works) = arrivals(sensor, scene);
     let found = |arrival: &Arrival| {
-        let order = Order::find(sensor, arrival, memo);
-        order.stuck.iter().map(|stuck| told(&arrival.place, stuck)).collect::<Vec<_>>()
+        let order = Disassembly::find(sensor, arrival, memo);
+        order.stuck.iter().map(|stuck| to_finding(&arrival.place, stuck)).collect::<Vec<_>>()
     };
     let findings: Vec<Vec<Finding>> = arrivals.par_iter().map(found).collect();
     let worked = |work: &Work| {
         // Tools of pours, adjustments and demolding.
-        let (stuck, count) = working(work, memo);
-        (stuck.iter().map(|stuck| told(&work.place, stuck)).collect::<Vec<_>>(), count)
+        let (stuck, count) = check_work(work, memo);
+        (stuck.iter().map(|stuck| to_finding(&work.place, stuck)).collect::<Vec<_>>(), count)
     };
     let worked: Vec<(Vec<Finding>, usize)> = works.par_iter().map(worked).collect();
     let tools: usize = worked.iter().map(|(_, count)| count).sum();
@@ -76,7 +76,7 @@ fn examine(sensor: &Sensor, scene: &Assemblies, memo: &Memo) -> Ways {
     let findings = findings.into_iter().chain(worked.into_iter().map(|(found, _)| found));
     let findings = findings.chain(ungripped);
     let coming = || arrivals.iter().flat_map(|arrival| arrival.coming.iter().flatten());
-    Ways {
+    MotionFindings {
         findings: findings.flatten().collect(),
         bodies: coming().count(),
         tools: tools + coming().map(|placed| count(placed, Occasion::Arrival)).sum::<usize>(),
@@ -84,8 +84,8 @@ fn examine(sensor: &Sensor, scene: &Assemblies, memo: &Memo) -> Ways {
 }
 
 /// Converts an obstruction to a finding.
-fn told(place: &Place, stuck: &Stuck) -> Finding {
-    let Stuck { rule, body, by, tool, along, contact } = stuck;
+fn to_finding(place: &Place, stuck: &Obstruction) -> Finding {
+    let Obstruction { rule, body, obstacle: by, tool, along, contact } = stuck;
     let depth_mm = contact.depth_mm;
     let message = match tool {
         Some(tool) => {
@@ -103,9 +103,9 @@ fn told(place: &Place, stuck: &Stuck) -> Finding {
     Finding::error(*rule, message, fix)
         .in_step(place.step)
         .in_assembly(place.assembly)
-        .of([*body, *by])
-        .at(Some(contact.place))
-        .measured(depth_mm, 0.0, "mm")
+        .about_bodies([*body, *by])
+        .at_position(Some(contact.place))
+        .with_measurement(depth_mm, 0.0, "mm")
 }
 
 /// Formats a direction in a few words.

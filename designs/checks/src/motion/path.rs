@@ -1,11 +1,11 @@
 //! Obstacles in the way of a moving body: exact along straight legs, in small steps along turns.
 
-use fabkit_geometry::proofs::{Shadow, meetings, obstacles};
-use fabkit_geometry::{Aabb, CompiledSolid, Leg, Motion, Point3, Pose, Ray, Vector3};
+use fabkit_geometry::proofs::{ProjectionRaster, find_overlap_boxes, find_obstacle_boxes};
+use fabkit_geometry::{Aabb, CompiledSolid, MotionLeg, Motion, Point3, Pose, Ray, Vector3};
 use rayon::prelude::*;
 
 use crate::interference::deepest;
-use crate::lines::{Bundle, Caster, DIRECTIONS, basis};
+use crate::sampling_lines::{Bundle, Caster, DIRECTIONS, basis};
 use crate::scene::Placed;
 
 /// Number of lines along the longer side of the region that mover and obstacle share, projected along the path.
@@ -46,12 +46,12 @@ struct Lines {
     sides: [f64; 2],
     cell_mm: f64,
     size: [usize; 2],
-    shadow: Option<Shadow>,
+    shadow: Option<ProjectionRaster>,
 }
 
 impl Lines {
     /// Creates the lines; `None` if the bounding boxes show that nothing is in the way.
-    fn of(
+    fn between(
         mover: &CompiledSolid,
         other: &CompiledSolid,
         direction: &Vector3<f64>,
@@ -90,8 +90,8 @@ impl Lines {
     }
 
     /// Drops lines that provably meet nothing; `None` if that holds for all of them.
-    fn that_may_meet(self, mover: &CompiledSolid, other: &CompiledSolid) -> Option<Self> {
-        let boxes = obstacles(mover, &[other], &self.direction);
+    fn without_clear_lines(self, mover: &CompiledSolid, other: &CompiledSolid) -> Option<Self> {
+        let boxes = find_obstacle_boxes(mover, &[other], &self.direction);
         if boxes.as_ref().is_some_and(Vec::is_empty) {
             return None;
         }
@@ -99,7 +99,7 @@ impl Lines {
         let middle = [0, 1].map(|k| self.from[k] + 0.5 * self.sides[k]);
         let centre = Point3::from(middle[0] * u + middle[1] * v);
         let half = self.sides.map(|side| 0.5 * side);
-        let shadow = boxes.map(|boxes| Shadow::of(&boxes, &centre, &self.across, half));
+        let shadow = boxes.map(|boxes| ProjectionRaster::from_boxes(&boxes, &centre, &self.across, half));
         Some(Self { shadow, ..self })
     }
 
@@ -108,7 +108,7 @@ impl Lines {
         let row = |j: usize| {
             let mut casters = [Caster::default(), Caster::default()];
             (stride / 2..self.size[0]).step_by(stride).any(|i| {
-                self.ray(i, j).is_some_and(|ray| met(&ray, mover, other, &mut casters).is_some())
+                self.ray(i, j).is_some_and(|ray| first_blocked_point(&ray, mover, other, &mut casters).is_some())
             })
         };
         (stride / 2..self.size[1]).step_by(stride).any(row)
@@ -120,7 +120,7 @@ impl Lines {
         let [x, y] = [i, j].map(|k| (k as f64 + 0.482) * self.cell_mm);
         let side = |k: usize| self.size[k] as f64 * self.cell_mm;
         let is_open =
-            self.shadow.as_ref().is_none_or(|shadow| shadow.holds([x / side(0), y / side(1)]));
+            self.shadow.as_ref().is_none_or(|shadow| shadow.may_meet_box([x / side(0), y / side(1)]));
         let [u, v] = self.across;
         let origin = Point3::from((self.from[0] + x) * u + (self.from[1] + y) * v);
         is_open.then_some(Ray { origin, direction: self.direction })
@@ -131,7 +131,7 @@ impl Lines {
         let row = |j: usize| {
             let mut casters = [Caster::default(), Caster::default()];
             (0..self.size[0])
-                .map(|i| self.ray(i, j).and_then(|ray| met(&ray, mover, other, &mut casters)))
+                .map(|i| self.ray(i, j).and_then(|ray| first_blocked_point(&ray, mover, other, &mut casters)))
                 .collect::<Vec<_>>()
         };
         (0..self.size[1]).into_par_iter().flat_map_iter(row).collect()
@@ -150,14 +150,14 @@ impl Lines {
 }
 
 /// Returns the point at which a line meets an obstacle ahead of the mover.
-fn met(
+fn first_blocked_point(
     ray: &Ray,
     mover: &CompiledSolid,
     other: &CompiledSolid,
     [first, second]: &mut [Caster; 2],
 ) -> Option<Point3<f64>> {
-    let [_, hindmost_mm] = *first.ends(mover, ray).first()?;
-    let ahead = second.ends(other, ray).iter();
+    let [_, hindmost_mm] = *first.intervals(mover, ray).first()?;
+    let ahead = second.intervals(other, ray).iter();
     let mut ahead = ahead.filter(|[from, to]| to - from.max(hindmost_mm) > CONTACT_MM);
     ahead.next().map(|[from, _]| ray.at(from.max(hindmost_mm)))
 }
@@ -168,11 +168,11 @@ pub(crate) fn is_blocked(
     other: &CompiledSolid,
     direction: &Vector3<f64>,
 ) -> bool {
-    let Some(lines) = Lines::of(mover, other, direction, LINES) else { return false };
+    let Some(lines) = Lines::between(mover, other, direction, LINES) else { return false };
     // A few lines find most blocked paths, and a proof with boxes most free ones.
     lines.is_any_blocked(mover, other, COARSE)
         || lines
-            .that_may_meet(mover, other)
+            .without_clear_lines(mover, other)
             .is_some_and(|lines| lines.is_any_blocked(mover, other, 1))
 }
 
@@ -184,7 +184,7 @@ pub(crate) fn contact(
     direction: &Vector3<f64>,
     allowed_mm: f64,
 ) -> Option<Contact> {
-    let lines = Lines::of(mover, other, direction, LINES)?.that_may_meet(mover, other)?;
+    let lines = Lines::between(mover, other, direction, LINES)?.without_clear_lines(mover, other)?;
     let contact = lines.deepest(mover, other)?;
     let is_meant = allowed_mm > 0.0 && contact.depth_mm <= allowed_mm + lines.cell_mm;
     (!is_meant).then_some(contact)
@@ -197,7 +197,7 @@ pub(crate) fn is_too_deep(
     direction: &Vector3<f64>,
     allowed_mm: f64,
 ) -> bool {
-    let Some(few) = Lines::of(mover, other, direction, FEW) else { return false };
+    let Some(few) = Lines::between(mover, other, direction, FEW) else { return false };
     let deepest = few.deepest(mover, other);
     deepest.is_some_and(|contact| contact.depth_mm > allowed_mm + 3.0 * few.cell_mm)
         || contact(mover, other, direction, allowed_mm).is_some()
@@ -237,7 +237,7 @@ fn depths(blocked: &[Option<Point3<f64>>], [width, height]: [usize; 2]) -> Vec<f
 /// Returns the overlap of two bodies at their poses if it is deeper than allowed and than the sampling of a turn can
 /// resolve.
 pub(crate) fn overlap(a: &CompiledSolid, b: &CompiledSolid, allowed_mm: f64) -> Option<Contact> {
-    let boxes = meetings(a, b)?;
+    let boxes = find_overlap_boxes(a, b)?;
     if boxes.is_empty() {
         return None;
     }
@@ -248,8 +248,8 @@ pub(crate) fn overlap(a: &CompiledSolid, b: &CompiledSolid, allowed_mm: f64) -> 
         let mut lines = bundle.through_boxes(&boxes).map(|index| bundle.line(index));
         lines.any(|ray| {
             let [in_a, in_b] = &mut casters;
-            let in_a = in_a.ends(a, &ray);
-            let in_b = if in_a.is_empty() { &[] } else { in_b.ends(b, &ray) };
+            let in_a = in_a.intervals(a, &ray);
+            let in_b = if in_a.is_empty() { &[] } else { in_b.intervals(b, &ray) };
             let common = |x: &[f64; 2], y: &[f64; 2]| x[1].min(y[1]) - x[0].max(y[0]);
             in_b.iter().any(|y| in_a.iter().any(|x| common(x, y) > TURN_CONTACT_MM))
         })
@@ -284,7 +284,7 @@ pub(crate) fn follow<'a>(
             }
         }
         // A leg without a length comes from infinity; no leg can precede it.
-        if let Leg::Straight { along, length_mm: None } = leg {
+        if let MotionLeg::Straight { along, length_mm: None } = leg {
             return met_outwards(&moved, -along, movers, others, allowed_mm);
         }
     }
@@ -293,10 +293,10 @@ pub(crate) fn follow<'a>(
 
 /// Returns the number of steps in which a leg is sampled, from the longest way of any corner of the movers' bounding
 /// boxes.
-fn steps(leg: &Leg, movers: &[&Placed]) -> usize {
+fn steps(leg: &MotionLeg, movers: &[&Placed]) -> usize {
     let way_mm = match leg {
-        Leg::Straight { length_mm, .. } => length_mm.unwrap_or(0.0),
-        Leg::Turn { point, axis, angle, rise_mm } => {
+        MotionLeg::Straight { length_mm, .. } => length_mm.unwrap_or(0.0),
+        MotionLeg::Turn { point, axis, angle, rise_mm } => {
             let corners = movers.iter().flat_map(|mover| corners(&mover.body.bounds()));
             let radius_mm = corners.map(|corner| (corner - point).cross(axis).norm());
             (radius_mm.fold(0.0, f64::max) * angle.rad()).hypot(*rise_mm)
@@ -306,14 +306,14 @@ fn steps(leg: &Leg, movers: &[&Placed]) -> usize {
 }
 
 /// Returns the transform of one of `steps` equal steps backwards along a leg.
-fn back(leg: &Leg, steps: usize) -> Pose {
+fn back(leg: &MotionLeg, steps: usize) -> Pose {
     let share = -1.0 / steps as f64;
     match leg {
-        Leg::Straight { along, length_mm } => {
+        MotionLeg::Straight { along, length_mm } => {
             let by = share * length_mm.unwrap_or(0.0) * along;
             Pose::translation(by.x, by.y, by.z)
         }
-        Leg::Turn { point, axis, angle, rise_mm } => {
+        MotionLeg::Turn { point, axis, angle, rise_mm } => {
             // Turn about z in a frame on the axis.
             let frame = Pose::z_to(*axis, *point);
             let part = fabkit_geometry::Angle::from_rad(share * angle.rad());
@@ -333,7 +333,7 @@ fn corners(bounds: &Aabb) -> [Point3<f64>; 8] {
 
 /// Compiles a body that has been moved away from its place. `None` only in theory: a solid that has been placed once
 /// can be placed again.
-fn at(moved: &Pose, mover: &Placed) -> Option<CompiledSolid> {
+fn moved_body(moved: &Pose, mover: &Placed) -> Option<CompiledSolid> {
     CompiledSolid::new(&mover.of.solid.clone().placed(moved.then_in(mover.pose))).ok()
 }
 
@@ -345,7 +345,7 @@ fn met_at(
     allowed_mm: &dyn Fn(&Placed, &Placed) -> f64,
 ) -> Option<(Contact, usize)> {
     movers.iter().find_map(|mover| {
-        let body = at(moved, mover)?;
+        let body = moved_body(moved, mover)?;
         others.iter().enumerate().find_map(|(index, other)| {
             overlap(&body, &other.body, allowed_mm(mover, other)).map(|contact| (contact, index))
         })
@@ -361,7 +361,7 @@ fn met_outwards(
     allowed_mm: &dyn Fn(&Placed, &Placed) -> f64,
 ) -> Option<(Contact, usize)> {
     movers.iter().find_map(|mover| {
-        let body = at(moved, mover)?;
+        let body = moved_body(moved, mover)?;
         others.iter().enumerate().find_map(|(index, other)| {
             let allowed_mm = allowed_mm(mover, other);
             contact(&body, &other.body, &direction, allowed_mm).map(|contact| (contact, index))

@@ -1,17 +1,17 @@
 //! Stages of the assembly: which bodies stand, come and go in each step, and in which direction. Images of the steps
 //! show them.
 
-use fabkit_geometry::{Action, Body, Leg, Pose, Sensor, Step, Vector3};
+use fabkit_geometry::{Action, Body, MotionLeg, Pose, Sensor, Step, Vector3};
 use rayon::prelude::*;
 
-use super::arrival::{Arrival, History};
-use super::order::{Left, Order};
+use super::arrival::{Arrival, AssemblyHistory};
+use super::disassembly::{RemovedPiece, Disassembly};
 use crate::memo::Memo;
 use crate::scene::{Assemblies, InvalidBody, Placed};
 
 /// A body at its pose in an assembly.
 #[derive(Clone, Copy, Debug)]
-pub struct Stand<'a> {
+pub struct PlacedBody<'a> {
     /// The body.
     pub body: &'a Body,
     /// Pose of the body.
@@ -20,15 +20,15 @@ pub struct Stand<'a> {
 
 /// Bodies that come or go together.
 #[derive(Clone, Debug)]
-pub struct Came<'a> {
+pub struct Movement<'a> {
     /// The bodies at their final poses.
-    pub bodies: Vec<Stand<'a>>,
+    pub bodies: Vec<PlacedBody<'a>>,
     /// Direction in which they leave their places, a unit vector in the assembly's frame; bodies that come move against
     /// it. `None` if nothing stands there yet, or if the last leg of the stated motion is not straight.
-    pub out: Option<Vector3<f64>>,
+    pub removal_direction: Option<Vector3<f64>>,
     /// Pieces from which they are put together before they come, if this happens in the same step, in the order of
     /// assembly.
-    pub apart: Vec<Came<'a>>,
+    pub parts: Vec<Movement<'a>>,
 }
 
 /// A step of the chain that happens in an assembly.
@@ -37,13 +37,13 @@ pub struct Stage<'a> {
     /// Index of the step in the chain.
     pub step: usize,
     /// Bodies that stand there before the step.
-    pub before: Vec<Stand<'a>>,
+    pub before: Vec<PlacedBody<'a>>,
     /// Bodies that come, in an order in which they can.
-    pub coming: Vec<Came<'a>>,
+    pub coming: Vec<Movement<'a>>,
     /// Bodies that are taken off, as the step states it.
-    pub going: Vec<Came<'a>>,
+    pub going: Vec<Movement<'a>>,
     /// Bodies that stand there after the step.
-    pub after: Vec<Stand<'a>>,
+    pub after: Vec<PlacedBody<'a>>,
 }
 
 /// Computes the stages of all steps that happen in an assembly.
@@ -63,7 +63,7 @@ pub struct Stage<'a> {
 /// [`InvalidBody`] if the solid of a body is not valid.
 pub fn stages(sensor: &Sensor) -> Result<Vec<Stage<'_>>, InvalidBody> {
     let scene = Assemblies::new(sensor)?;
-    let mut history = History::new(sensor, &scene);
+    let mut history = AssemblyHistory::new(sensor, &scene);
     let mut told = Vec::new();
     for (step, of) in sensor.chain.iter().enumerate() {
         let Some(assembly) = &of.assembly else { continue };
@@ -73,7 +73,7 @@ pub fn stages(sensor: &Sensor) -> Result<Vec<Stage<'_>>, InvalidBody> {
     }
     let memo = Memo::default();
     // The scene lives only in this function, so the result borrows the bodies from the sensor instead.
-    let stand = |placed: &&Placed| Stand {
+    let stand = |placed: &&Placed| PlacedBody {
         body: &sensor.bodies[number(sensor, placed.of)],
         assembly_from_body: placed.pose,
     };
@@ -89,7 +89,7 @@ pub fn stages(sensor: &Sensor) -> Result<Vec<Stage<'_>>, InvalidBody> {
 }
 
 /// Function that converts bodies of the scene to those of the sensor.
-type Stands<'f, 's> = &'f dyn Fn(&[&Placed]) -> Vec<Stand<'s>>;
+type ToPlacedBodies<'f, 's> = &'f dyn Fn(&[&Placed]) -> Vec<PlacedBody<'s>>;
 
 /// Returns the index of a body of the scene in the sensor's list.
 fn number(sensor: &Sensor, body: &Body) -> usize {
@@ -102,9 +102,9 @@ fn coming<'s>(
     sensor: &'s Sensor,
     arrival: &Arrival,
     memo: &Memo,
-    stands: Stands<'_, 's>,
-) -> Vec<Came<'s>> {
-    let order = Order::find(sensor, arrival, memo);
+    stands: ToPlacedBodies<'_, 's>,
+) -> Vec<Movement<'s>> {
+    let order = Disassembly::find(sensor, arrival, memo);
     let pieces: Vec<Vec<&Placed>> = arrival.coming.clone();
     let mut came = put_together(arrival.step, &pieces, &order.left, stands);
     fix(arrival.step, &mut came);
@@ -116,9 +116,9 @@ fn coming<'s>(
 fn put_together<'s>(
     step: &Step,
     pieces: &[Vec<&Placed>],
-    left: &[Left],
-    stands: Stands<'_, 's>,
-) -> Vec<Came<'s>> {
+    left: &[RemovedPiece],
+    stands: ToPlacedBodies<'_, 's>,
+) -> Vec<Movement<'s>> {
     let is_known = |placed: &&&Placed| {
         let mut known = left.iter().flat_map(|left| &left.piece);
         known.any(|other| std::ptr::eq(*other, **placed))
@@ -128,9 +128,9 @@ fn put_together<'s>(
         .map(|piece| piece.iter().filter(|placed| !is_known(placed)).copied().collect::<Vec<_>>());
     // Pieces from which nothing is left have been taken out completely.
     let first = first.filter(|rest| !rest.is_empty());
-    let mut came: Vec<Came> =
-        first.map(|rest| Came { bodies: stands(&rest), out: None, apart: Vec::new() }).collect();
-    for Left { piece, way, apart } in left.iter().rev() {
+    let mut came: Vec<Movement> =
+        first.map(|rest| Movement { bodies: stands(&rest), removal_direction: None, parts: Vec::new() }).collect();
+    for RemovedPiece { piece, way, apart } in left.iter().rev() {
         let stated = || {
             let motion = step.motions.iter().find(|motion| {
                 piece.iter().any(|placed| motion.bodies.iter().any(|name| name == placed.name))
@@ -143,20 +143,20 @@ fn put_together<'s>(
             true => Vec::new(),
             false => put_together(step, &alone, apart, stands),
         };
-        came.push(Came { bodies: stands(piece), out: way.or_else(stated), apart });
+        came.push(Movement { bodies: stands(piece), removal_direction: way.or_else(stated), parts: apart });
     }
     came
 }
 
 /// Merges small bodies that are soldered or stuck onto another one with it: they come together.
-fn fix(step: &Step, came: &mut Vec<Came>) {
+fn fix(step: &Step, came: &mut Vec<Movement>) {
     for fixing in &step.fixings {
         // Only single small bodies, not pieces that are assembled outside.
-        let is_small = |one: &Came| {
-            one.apart.is_empty()
+        let is_small = |one: &Movement| {
+            one.parts.is_empty()
                 && one.bodies.iter().all(|stand| fixing.bodies.contains(&stand.body.name))
         };
-        let (small, mut rest): (Vec<Came>, Vec<Came>) =
+        let (small, mut rest): (Vec<Movement>, Vec<Movement>) =
             std::mem::take(came).into_iter().partition(is_small);
         let onto = rest
             .iter()
@@ -169,34 +169,34 @@ fn fix(step: &Step, came: &mut Vec<Came>) {
         };
         let host = &mut rest[onto];
         // The carrier itself is the first piece of the assembly outside.
-        if host.apart.is_empty() {
-            host.apart.push(Came { bodies: host.bodies.clone(), out: None, apart: Vec::new() });
+        if host.parts.is_empty() {
+            host.parts.push(Movement { bodies: host.bodies.clone(), removal_direction: None, parts: Vec::new() });
         }
         for one in small {
             host.bodies.extend(&one.bodies);
             let out = one.bodies.first().map(|stand| stand.assembly_from_body.vector(Vector3::z()));
-            host.apart.push(Came { out, ..one });
+            host.parts.push(Movement { removal_direction: out, ..one });
         }
         *came = rest;
     }
 }
 
 /// Returns the direction backwards along a straight leg; `None` for a turn.
-fn straight(leg: &Leg) -> Option<Vector3<f64>> {
+fn straight(leg: &MotionLeg) -> Option<Vector3<f64>> {
     match leg {
-        Leg::Straight { along, .. } => Some(-along),
-        Leg::Turn { .. } => None,
+        MotionLeg::Straight { along, .. } => Some(-along),
+        MotionLeg::Turn { .. } => None,
     }
 }
 
 /// Returns the bodies that a step takes off, one pull after the other.
-fn going<'s>(action: &Action, before: &[&Placed], stands: Stands<'_, 's>) -> Vec<Came<'s>> {
+fn going<'s>(action: &Action, before: &[&Placed], stands: ToPlacedBodies<'_, 's>) -> Vec<Movement<'s>> {
     let Action::Demold(pulls) = action else { return Vec::new() };
     let gone = pulls.iter().map(|pull| {
         let bodies: Vec<&Placed> =
             before.iter().copied().filter(|placed| placed.name == pull.body).collect();
         let out = pull.direction.try_normalize(0.0);
-        Came { bodies: stands(&bodies), out, apart: Vec::new() }
+        Movement { bodies: stands(&bodies), removal_direction: out, parts: Vec::new() }
     });
     gone.filter(|came| !came.bodies.is_empty()).collect()
 }

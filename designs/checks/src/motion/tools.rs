@@ -2,11 +2,11 @@
 
 use std::collections::HashSet;
 
-use fabkit_geometry::{Occasion, Reach};
+use fabkit_geometry::{Occasion, ToolAccess};
 
 use super::arrival::Work;
 use super::path::{Contact, overlap};
-use super::stuck::Stuck;
+use super::obstruction::Obstruction;
 use crate::memo::{Key, Memo};
 use crate::rule::Rule;
 use crate::scene::{Placed, Tool};
@@ -31,7 +31,7 @@ pub(super) fn has_room(
     arriving.all(|(reach, rooms)| {
         // One free room is enough.
         rooms.iter().any(|room| {
-            let mut others = others.iter().filter(|other| counts(reach, placed, other));
+            let mut others = others.iter().filter(|other| is_obstacle(reach, placed, other));
             let is_known = |other: &&&Placed| blocked.contains(&(room.key, other.key));
             // A known obstacle saves the exact test.
             if others.clone().any(|other| is_known(&other)) {
@@ -45,8 +45,8 @@ pub(super) fn has_room(
 }
 
 /// Returns whether a body can obstruct a tool.
-fn counts(reach: &Reach, placed: &Placed, other: &Placed) -> bool {
-    !(reach.passes_copies && other.name == placed.name)
+fn is_obstacle(reach: &ToolAccess, placed: &Placed, other: &Placed) -> bool {
+    !(reach.ignores_copies && other.name == placed.name)
 }
 
 /// Returns the overlap of a body with a tool's room.
@@ -66,7 +66,7 @@ pub(super) fn without_room<'a>(
     occasion: Occasion,
     others: &[&'a Placed<'a>],
     memo: &Memo,
-) -> Option<Stuck<'a>> {
+) -> Option<Obstruction<'a>> {
     let tools = placed.of.reach.iter().zip(&placed.tools);
     tools
         .filter(|(reach, _)| reach.occasion == occasion)
@@ -76,24 +76,24 @@ pub(super) fn without_room<'a>(
 /// Finds the obstacle in that room of a tool that is obstructed least; `None` if one room is free.
 fn kept_out<'a>(
     placed: &'a Placed<'a>,
-    reach: &'a Reach,
+    reach: &'a ToolAccess,
     rooms: &[Tool],
     others: &[&'a Placed<'a>],
     memo: &Memo,
-) -> Option<Stuck<'a>> {
+) -> Option<Obstruction<'a>> {
     let blocked = |room: &Tool| {
-        others.iter().filter(|other| counts(reach, placed, other)).find_map(|other| {
-            meets(room, other, memo).map(|contact| Stuck {
+        others.iter().filter(|other| is_obstacle(reach, placed, other)).find_map(|other| {
+            meets(room, other, memo).map(|contact| Obstruction {
                 rule: Rule::Access,
                 body: placed.name,
-                by: other.name,
+                obstacle: other.name,
                 tool: Some(reach.tool.as_str()),
                 along: None,
                 contact,
             })
         })
     };
-    let mut least: Option<Stuck> = None;
+    let mut least: Option<Obstruction> = None;
     for room in rooms {
         // The first free room ends the search.
         let stuck = blocked(room)?;
@@ -105,7 +105,7 @@ fn kept_out<'a>(
 }
 
 /// Finds obstacles to the tools of a step that pours, adjusts or demolds. Also returns the number of tools.
-pub(super) fn working<'a>(work: &Work<'a>, memo: &Memo) -> (Vec<Stuck<'a>>, usize) {
+pub(super) fn check_work<'a>(work: &Work<'a>, memo: &Memo) -> (Vec<Obstruction<'a>>, usize) {
     // Screws are drawn before anything is taken off.
     let is_there = |other: &&Placed| work.occasion != Occasion::Removal || !other.is_drawn();
     let around: Vec<&Placed> = work.around.iter().copied().filter(is_there).collect();

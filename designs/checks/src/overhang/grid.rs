@@ -14,7 +14,7 @@ pub(super) struct Column {
     /// Intervals inside the part, mm.
     pub(super) inside: Vec<[f64; 2]>,
     /// Faces that lean too far.
-    pub(super) down: Vec<Down>,
+    pub(super) down: Vec<OverhangFace>,
 }
 
 impl Column {
@@ -26,7 +26,7 @@ impl Column {
 
 /// A downward face at its intersection with a line.
 #[derive(Clone, Copy)]
-pub(super) struct Down {
+pub(super) struct OverhangFace {
     pub(super) z_mm: f64,
     /// Inclination from the vertical, degrees.
     pub(super) lean_deg: f64,
@@ -39,7 +39,7 @@ pub(super) struct Region {
     pub(super) area_mm2: f64,
     pub(super) steepest_deg: f64,
     /// Column and height of a face that is farther from its carrier than can be printed.
-    pub(super) hangs: Option<([usize; 2], f64)>,
+    pub(super) unsupported_at: Option<([usize; 2], f64)>,
     /// Gap between the carriers on either side of that face, if there are two, mm.
     pub(super) span_mm: Option<f64>,
 }
@@ -61,7 +61,7 @@ impl Grid<'_> {
         y * self.counts[0] + x
     }
 
-    fn down(&self, (at, face): Place) -> Down {
+    fn down(&self, (at, face): Place) -> OverhangFace {
         self.columns[self.index(at)].down[face]
     }
 
@@ -81,7 +81,7 @@ impl Grid<'_> {
         let z_mm = self.down(place).z_mm;
         self.around(place.0).filter_map(move |beside| {
             // A face that leans more than 45 degrees rises by less than a cell from line to line.
-            let near = |down: &Down| (down.z_mm - z_mm).abs() < 1.5 * self.cell_mm;
+            let near = |down: &OverhangFace| (down.z_mm - z_mm).abs() < 1.5 * self.cell_mm;
             Some((beside, self.columns[self.index(beside)].down.iter().position(near)?))
         })
     }
@@ -139,7 +139,7 @@ impl Grid<'_> {
         Region {
             area_mm2: members.iter().map(|place| self.down(*place).area_mm2).sum(),
             steepest_deg: members.iter().map(|p| self.down(*p).lean_deg).fold(0.0, f64::max),
-            hangs: hangs.map(|place| (place.0, self.down(place).z_mm)),
+            unsupported_at: hangs.map(|place| (place.0, self.down(place).z_mm)),
             span_mm: hangs.and_then(|place| self.span_mm(place)).map(|[span, step]| span - step),
         }
     }

@@ -2,7 +2,7 @@
 
 use fabkit_checks::{Memo, Rule, check_rules, example};
 use fabkit_geometry::{
-    BoardPlace, BoardSide, Body, Circuit, CircuitKind, CircuitPart, Land, Net, Process, Sensor,
+    BoardPlacement, BoardSide, Body, Circuit, CircuitKind, CircuitPart, Land, Net, Process, Sensor,
     SeriesResistor, Solid,
 };
 
@@ -22,7 +22,7 @@ fn part(name: &str, kind: CircuitKind, pins: [&str; 2], at_mm: [f64; 2]) -> Circ
         package: String::new(),
         lands: pins.into_iter().zip([-1.0, 1.0]).map(land).collect(),
         size_mm: [3.0, 1.0],
-        place: Some(BoardPlace { at_mm, turn_rad: 0.3, side: BoardSide::Top }),
+        place: Some(BoardPlacement { at_mm, turn_rad: 0.3, side: BoardSide::Top }),
         body: None,
     }
 }
@@ -58,7 +58,7 @@ fn sensor() -> Sensor {
             forward_v: 3.0,
             leds: 3,
             led_rated_a: 0.020,
-            wanted_a: None,
+            target_current_a: None,
             ohms: 100.0,
             rated_w: 0.1,
             source: String::new(),
@@ -147,8 +147,8 @@ fn one(sensor: &mut Sensor) -> &mut SeriesResistor {
     &mut sensor.circuits[0].resistors[0]
 }
 
-fn place(at_mm: [f64; 2]) -> Option<BoardPlace> {
-    Some(BoardPlace { at_mm, turn_rad: 0.3, side: BoardSide::Top })
+fn place(at_mm: [f64; 2]) -> Option<BoardPlacement> {
+    Some(BoardPlacement { at_mm, turn_rad: 0.3, side: BoardSide::Top })
 }
 
 fn turn_d2(sensor: &mut Sensor) {

@@ -1,5 +1,5 @@
 //! The crate's tests: one program, which is linked once.
 
 mod circuit;
-mod held;
+mod retention;
 mod rules;

@@ -1,7 +1,7 @@
 //! Each rule passes what is right and finds, by name, what was made wrong on purpose.
 
 use fabkit_checks::example::{GATE_RADIUS_MM, HEIGHT_MM, MOLD, RADIUS_MM, puck};
-use fabkit_checks::{CheckReport, Finding, Memo, Rule, Severity, check, check_rules, motions};
+use fabkit_checks::{CheckReport, Finding, Memo, Rule, Severity, check, check_rules, check_motions};
 use fabkit_geometry::{
     Action, Assembly, Body, CUT_OVERLAP_MM, Opening, Placement, Point3, Pose, Pour, PressFit,
     Sensor, Solid, Vector3,
@@ -14,7 +14,7 @@ fn report(sensor: &Sensor) -> CheckReport {
 /// The one finding of a rule.
 fn only(sensor: &Sensor, rule: Rule) -> Finding {
     let report = report(sensor);
-    let found: Vec<&Finding> = report.of(rule).collect();
+    let found: Vec<&Finding> = report.for_rule(rule).collect();
     assert_eq!(found.len(), 1, "{:#?}", report.findings);
     found[0].clone()
 }
@@ -60,7 +60,7 @@ fn a_sound_sensor_has_no_findings() {
 }
 
 #[test]
-fn what_was_clean_before_changes_no_finding() {
+fn cached_clean_results_change_no_finding() {
     let memo = Memo::default();
     let moved = |body: usize, z_mm: f64| {
         let mut sensor = puck();
@@ -76,10 +76,10 @@ fn what_was_clean_before_changes_no_finding() {
         // One rule alone says what it says among others.
         for rule in Rule::ALL {
             let alone = check_rules(sensor, &[rule], &memo).unwrap().findings;
-            assert!(all.of(rule).all(|finding| alone.contains(finding)), "{rule:?}");
+            assert!(all.for_rule(rule).all(|finding| alone.contains(finding)), "{rule:?}");
         }
         let moved = check_rules(sensor, &[Rule::Motion], &memo).unwrap().findings;
-        assert_eq!(moved, motions(sensor).unwrap());
+        assert_eq!(moved, check_motions(sensor).unwrap());
     }
 }
 
@@ -89,7 +89,7 @@ fn a_dish_that_is_too_low_leaves_a_gap_of_its_volume() {
     sensor.bodies[0].placements[0].assembly_from_body = Pose::translation(0.0, 0.0, -0.1);
     let report = report(&sensor);
     let found = |wall: &str| {
-        let finding = report.of(Rule::Casting).find(|f| f.bodies == ["puck", wall]).unwrap();
+        let finding = report.for_rule(Rule::Casting).find(|f| f.bodies == ["puck", wall]).unwrap();
         (finding, finding.measured.unwrap().value)
     };
     // Below the puck, a tenth of a millimetre in two; and a slit has opened under the lid.
@@ -116,7 +116,7 @@ fn a_dish_that_is_too_high_overlaps_the_layer() {
 fn a_gap_of_a_tenth_of_a_nanometre_is_none() {
     let mut sensor = puck();
     sensor.bodies[0].placements[0].assembly_from_body = Pose::translation(0.0, 0.0, -1e-7);
-    assert_eq!(report(&sensor).of(Rule::Casting).count(), 0);
+    assert_eq!(report(&sensor).for_rule(Rule::Casting).count(), 0);
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn a_hole_that_nobody_declared_is_a_leak() {
     sensor.bodies[0].solid = sensor.bodies[0].solid.clone().minus(drain);
     // Lines that meet the hole's side find a wall that is too far away as well.
     let report = report(&sensor);
-    let finding = report.of(Rule::Casting).find(|f| f.message.contains("is open")).unwrap();
+    let finding = report.for_rule(Rule::Casting).find(|f| f.message.contains("is open")).unwrap();
     assert_eq!(finding.bodies, ["puck"]);
     let area_mm2 = finding.measured.unwrap().value;
     let hole_mm2 = std::f64::consts::PI * 0.25;
@@ -198,7 +198,7 @@ fn a_vent_in_the_pocket_frees_it_and_turned_over_it_needs_none() {
         radius_mm: 0.02,
     };
     pour(&mut vented).openings.push(vent);
-    assert_eq!(report(&vented).of(Rule::TrappedAir).count(), 0);
+    assert_eq!(report(&vented).for_rule(Rule::TrappedAir).count(), 0);
 
     let mut turned = with_boss();
     pour(&mut turned).up = -Vector3::z();
@@ -217,7 +217,7 @@ fn an_undercut_holds_a_rigid_tool_back() {
     };
     sensor.bodies[2].solid = sensor.bodies[2].solid.clone().plus(bead(RADIUS_MM - CUT_OVERLAP_MM));
     sensor.bodies[0].solid = sensor.bodies[0].solid.clone().minus(bead(RADIUS_MM - CUT_OVERLAP_MM));
-    assert_eq!(report(&sensor).of(Rule::Casting).count(), 0);
+    assert_eq!(report(&sensor).for_rule(Rule::Casting).count(), 0);
 
     // Down comes the dish, and its wall above the bead is held by the bead.
     let finding = only(&sensor, Rule::Demolding);
@@ -333,7 +333,7 @@ fn the_chain_is_complete_and_in_order() {
         let mut sensor = puck();
         change(&mut sensor);
         let report = report(&sensor);
-        let found = report.of(Rule::Chain).any(|finding| finding.message.contains(expected));
+        let found = report.for_rule(Rule::Chain).any(|finding| finding.message.contains(expected));
         assert!(found, "{expected}: {:#?}", report.findings);
         assert!(report.errors() > 0);
     }
@@ -347,7 +347,7 @@ fn what_no_step_needs_is_a_warning() {
     }
     pour(&mut sensor).walls.pop();
     let report = report(&sensor);
-    let warning = report.of(Rule::Chain).next().unwrap();
+    let warning = report.for_rule(Rule::Chain).next().unwrap();
     assert_eq!(
         (warning.severity, warning.bodies.as_slice()),
         (Severity::Warning, &["lid".into()][..])
@@ -372,7 +372,7 @@ fn the_table_of_rules_says_what_they_declare() {
     let page = include_str!("../../../../docs/reference/rules.md");
     let said: Vec<&str> = page.lines().filter(|line| line.starts_with("| `")).collect();
     let row = |rule: Rule| {
-        let [finds, limit] = rule.told().unwrap();
+        let [finds, limit] = rule.description_and_limit().unwrap();
         format!("| `{rule}` | {finds} | {limit} |")
     };
     let declared = Rule::ALL.map(row);

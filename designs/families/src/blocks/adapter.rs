@@ -1,20 +1,20 @@
 //! Printed adapter plate between a sensor and a robot: screwed to the sensor's own mounting holes from below, with the
 //! robot's bolt pattern around, below or beside them.
 
-mod fits;
+mod conflicts;
 mod pattern;
 mod plate;
-mod ways;
+mod cable_passages;
 
-use fabkit_geometry::{Angle, Body, Length, Pose, PressFit, Sensor, in_order};
+use fabkit_geometry::{Angle, Body, Length, Pose, PressFit, Sensor, sort_by_kind};
 
 use super::mounting::MountThread;
-use super::{Joint, Rect, hanging, merged};
-use crate::assembling::{AssemblyName, Name, SENSOR, assemble};
+use super::{ScrewJoint, Rect, hanging, merged};
+use crate::chain_builder::{AssemblyName, Name, SENSOR, assemble};
 use crate::hardware::{Head, HeatSetNut, Screw};
-use crate::parameters::Report;
+use crate::parameters::RuleReport;
 use crate::{choices, parameters};
-pub use ways::Exit;
+pub use cable_passages::CableOutlet;
 
 choices! {
     /// Part of a robot that carries the sensor.
@@ -83,16 +83,16 @@ pub struct MountFace {
     pub holder: Name,
     /// Mounting holes of the sensor, whose screws the user provides if there is no adapter; or screws of the sensor
     /// that the adapter's screws replace.
-    pub mounting: Joint,
+    pub mounting: ScrewJoint,
     /// If the adapter's screws replace the sensor's own: the thickness that they pass and the depth that they may
     /// reach, mm.
-    pub borrowed_mm: Option<[f64; 2]>,
+    pub replaced_screw_mm: Option<[f64; 2]>,
     /// Height of the face, mm.
     pub bottom_z_mm: f64,
     /// Outline of the sensor, seen along z.
     pub outline: Rect,
     /// Cables that leave the sensor where a plate could be in the way.
-    pub exits: Vec<Exit>,
+    pub exits: Vec<CableOutlet>,
     /// Screw heads below the face: position, and radius and height, mm.
     pub heads: Vec<([f64; 2], [f64; 2])>,
 }
@@ -119,11 +119,11 @@ const LENGTHS_MM: [f64; 9] = [4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 20.0, 25.0];
 const LEAST_BITE: f64 = 0.8;
 
 /// Geometry of one adapter, from its parameters and the sensor's face.
-struct Plan<'a> {
+struct AdapterPlan<'a> {
     adapter: Adapter,
     face: &'a MountFace,
     /// Screws into the sensor, from below.
-    screws: Joint,
+    screws: ScrewJoint,
     /// Plastic between the sensor and the heads of these screws, mm.
     thickness_mm: f64,
     /// Height of the plate's underside, mm.
@@ -135,7 +135,7 @@ pub(crate) fn apply(
     adapter: &Adapter,
     face: Option<&MountFace>,
     sensor: &mut Sensor,
-    report: &mut Report,
+    report: &mut RuleReport,
 ) {
     // A family without such a face keeps the mount pose that it has set itself.
     sensor.mount = face.map(|face| Pose::translation(0.0, 0.0, face.bottom_z_mm)).or(sensor.mount);
@@ -151,19 +151,19 @@ pub(crate) fn apply(
         );
         return;
     };
-    let Some(plan) = Plan::new(adapter, face, report) else { return };
+    let Some(plan) = AdapterPlan::new(adapter, face, report) else { return };
     plan.check(report);
     if report.is_clean() {
         plan.add_to(sensor);
     }
 }
 
-impl<'a> Plan<'a> {
+impl<'a> AdapterPlan<'a> {
     /// Plans the adapter; returns `None` after reporting why no screw holds it.
-    fn new(adapter: &Adapter, face: &'a MountFace, report: &mut Report) -> Option<Self> {
+    fn new(adapter: &Adapter, face: &'a MountFace, report: &mut RuleReport) -> Option<Self> {
         let thread_mm = face.mounting.screw.thread_mm;
         report.require(
-            face.mounting.holds() || face.borrowed_mm.is_some(),
+            face.mounting.has_thread() || face.replaced_screw_mm.is_some(),
             "adapter.pattern",
             || {
                 "adapter.pattern: screws pass the sensor's mounting holes, and nothing holds them"
@@ -173,7 +173,7 @@ impl<'a> Plan<'a> {
         );
         // Selects the shortest screw that holds; where it would reach the end of the hole, its head is seated deeper.
         let [passed_mm, deep_mm] =
-            face.borrowed_mm.unwrap_or([0.0, face.mounting.holes().depth_mm]);
+            face.replaced_screw_mm.unwrap_or([0.0, face.mounting.holes().depth_mm]);
         let least_mm = adapter.thickness.mm();
         let seat = |length_mm: f64| least_mm.max(length_mm + TIP_MM - deep_mm);
         let bites =
@@ -203,9 +203,9 @@ impl<'a> Plan<'a> {
         };
         let poses: Vec<Pose> = face.mounting.poses.iter().map(at).collect();
         let label = "adapter screw";
-        let screws = match face.mounting.nut_name().is_some() || face.borrowed_mm.is_some() {
-            true => Joint::in_threads(label, screw, poses),
-            false => Joint::self_tapping(label, screw, poses, thickness_mm + deep_mm),
+        let screws = match face.mounting.nut_name().is_some() || face.replaced_screw_mm.is_some() {
+            true => ScrewJoint::in_threads(label, screw, poses),
+            false => ScrewJoint::self_tapping(label, screw, poses, thickness_mm + deep_mm),
         };
         let adapter = Adapter { ..*adapter };
         // The height depends on the screws, so the underside is set in a second step.
@@ -214,7 +214,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Returns the plan with the robot's pattern and the cable slot turned to other angles.
-    fn turned(&self, angle: Angle, cable_angle: Angle) -> Self {
+    fn with_angles(&self, angle: Angle, cable_angle: Angle) -> Self {
         let adapter = match self.is_iso() {
             true => Adapter { flange_angle: angle, cable_angle, ..self.adapter },
             false => Adapter { angle, cable_angle, ..self.adapter },
@@ -268,27 +268,27 @@ impl<'a> Plan<'a> {
         {
             sensor.press_fits.push(PressFit { inner: own.clone(), ..nuts.clone() });
         }
-        if self.face.borrowed_mm.is_some() {
-            self.take_out(sensor);
+        if self.face.replaced_screw_mm.is_some() {
+            self.remove_replaced_screws(sensor);
         }
         let bodies = std::mem::take(&mut sensor.bodies);
         let added = [vec![self.plate()], bought].concat();
-        sensor.bodies = in_order(merged(bodies.into_iter().chain(added)));
+        sensor.bodies = sort_by_kind(merged(bodies.into_iter().chain(added)));
         if !fitted.is_empty() {
             // First step of the chain: these pieces have to be in the plate before the sensor is.
-            let step = assemble("fit-adapter", ALONE, &[ADAPTER]).told(self.fitted()).also(fitted);
+            let step = assemble("fit-adapter", ALONE, &[ADAPTER]).with_instruction(self.preparation_instruction()).also(fitted);
             sensor.chain.insert(0, step.source("chosen: the paper mounts it otherwise"));
         }
         sensor.chain.push(
             assemble("mount-adapter", SENSOR, &[ADAPTER, self.face.holder])
-                .told(self.told())
+                .with_instruction(self.mount_instruction())
                 .also(mounted)
                 .source("chosen: the paper mounts it otherwise"),
         );
     }
 
     /// Removes the sensor's own screws at the positions that the adapter's screws take.
-    fn take_out(&self, sensor: &mut Sensor) {
+    fn remove_replaced_screws(&self, sensor: &mut Sensor) {
         let name = self.face.mounting.name();
         for body in sensor.bodies.iter_mut().filter(|body| body.name == name) {
             let before = body.placements.len();

@@ -6,10 +6,10 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Leg, Length, Motion, Path, Point3, Solid, Vector3};
+use fabkit_geometry::{Angle, CUT_OVERLAP_MM, MotionLeg, Length, Motion, Path, Point3, Solid, Vector3};
 
 use crate::parameters;
-use crate::parameters::{Report, limits};
+use crate::parameters::{RuleReport, limits};
 
 parameters! {
     /// Two bayonet joints: between tip and body, and between body and robot mount.
@@ -50,7 +50,7 @@ const KEY_MM: f64 = 0.5;
 
 impl Bayonet {
     /// Reports lugs and grooves that do not work in `joint`, the narrowest one. The section must be called `bayonet`.
-    pub fn check(&self, joint: &Joint, report: &mut Report) {
+    pub fn check(&self, joint: &BayonetJoint, report: &mut RuleReport) {
         let (bayonet, play) = (self, 2.0 * joint.side_gap);
         let spare = (joint.land_mm() - LEAST_LAND_MM) / joint.bore_radius;
         let widest = self.lug_width.mm().max(self.key_width.mm()) + play;
@@ -68,7 +68,7 @@ impl Bayonet {
 
 /// One bayonet joint, from the parameters that both joints of a sensor share and its bore.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Joint {
+pub struct BayonetJoint {
     /// Bore radius of the female part, mm.
     pub bore_radius: f64,
     /// Outer radius of the spigot, mm.
@@ -95,7 +95,7 @@ pub struct Joint {
     side_gap: f64,
 }
 
-impl Joint {
+impl BayonetJoint {
     /// Creates the joint in a given bore, with play `gap` per side, mm.
     pub fn in_bore(p: &Bayonet, gap: f64, bore_radius: f64) -> Self {
         let lug_radius = bore_radius + p.lug_reach.mm();
@@ -170,8 +170,8 @@ impl Joint {
     fn locking(&self, bodies: impl IntoIterator<Item = String>, sign: f64) -> Motion {
         let lock = Angle::from_rad(sign * self.turn.rad()).expect("a turn is finite");
         let axis = Vector3::z();
-        let turn = Leg::Turn { point: Point3::origin(), axis, angle: lock, rise_mm: 0.0 };
-        Motion::of(bodies, [Leg::from_afar(sign * axis), turn])
+        let turn = MotionLeg::Turn { point: Point3::origin(), axis, angle: lock, rise_mm: 0.0 };
+        Motion::new(bodies, [MotionLeg::from_afar(sign * axis), turn])
     }
 
     /// Returns the lugs, to be united with a spigot of [`Joint::spigot_radius`]. Their upper edge is chamfered, so that

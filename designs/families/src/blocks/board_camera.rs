@@ -2,9 +2,9 @@
 
 use fabkit_geometry::{Body, Length, Order, Solid};
 
-use super::optics::{Module, Pictures, View};
+use super::optics::{Module, ImageFormat, View};
 use super::{CAMERA, CAMERA_GREEN, INTO_MM};
-use crate::hardware::Lens;
+use crate::hardware::ThreadedLens;
 use crate::parameters;
 
 parameters! {
@@ -54,7 +54,7 @@ impl Board {
     /// behind it.
     pub fn bought(
         &self,
-        (module, pictures, view): (&Module, &Pictures, &View),
+        (module, pictures, view): (&Module, &ImageFormat, &View),
         heights: [f64; 2],
         holes: Vec<Solid>,
         plug: Solid,
@@ -65,9 +65,9 @@ impl Board {
         let camera = board_camera!(self);
         CAMERA
             .bought(text, camera.solid(heights, holes, plug), [])
-            .ordered(Order::of(model, ""))
-            .times(1)
-            .reached(camera.lens(heights[1]).turned_from_front())
+            .with_order(Order::new(model, ""))
+            .with_quantity(1)
+            .with_tool_access(camera.lens(heights[1]).front_access())
             .colored(CAMERA_GREEN)
     }
 }
@@ -90,8 +90,8 @@ pub struct BoardCamera {
 
 impl BoardCamera {
     /// Returns the lens of a camera whose board has its upper face at a height, mm.
-    pub fn lens(&self, board_top_z: f64) -> Lens {
-        Lens { barrel_mm: self.barrel.mm(), front_z: board_top_z + self.lens_height.mm() }
+    pub fn lens(&self, board_top_z: f64) -> ThreadedLens {
+        ThreadedLens { barrel_mm: self.barrel.mm(), front_z: board_top_z + self.lens_height.mm() }
     }
 
     /// Returns the solid of the camera, looking along +z, its board between two heights (mm), with `holes` for screws

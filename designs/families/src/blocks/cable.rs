@@ -6,10 +6,10 @@
 use fabkit_geometry::{Length, Order, Point3, Pose, Solid, Vector3};
 
 use super::INTO_MM;
-use crate::parameters::Report;
+use crate::parameters::RuleReport;
 
 /// Distance by which a cable gives way to a body that passes it, mm: it is laid in last and can be pushed aside.
-pub const GIVES_MM: f64 = 3.0;
+pub const GIVE_WAY_MM: f64 = 3.0;
 
 /// Ordered length of a wire from a sensor's LEDs to their supply, mm; chosen: from a gripper to a box beside it, plus
 /// offcuts.
@@ -18,7 +18,7 @@ const WIRE_MM: f64 = 500.0;
 /// Returns the order of a wire for the LEDs, by its diameter over the insulation.
 pub fn wire_order(diameter: Length) -> Order {
     let thick = format!("{} mm over its insulation", diameter.mm());
-    Order::of("stranded wire", thick).cut_to(WIRE_MM)
+    Order::new("stranded wire", thick).cut_to(WIRE_MM)
 }
 
 /// Smallest excess of a bend's radius over that of the straight pieces, mm.
@@ -98,7 +98,7 @@ impl Cable {
 
     /// Reports a bend radius, the value `bend` of the parameter `path`, that is smaller than `times` the cable's
     /// diameter.
-    pub fn check(&self, path: &str, bend: Length, times: f64, report: &mut Report) {
+    pub fn check(&self, path: &str, bend: Length, times: f64, report: &mut RuleReport) {
         let least = times * self.diameter_mm;
         report.at_least(path, bend, least, "what is bent more breaks in the end");
     }

@@ -7,18 +7,18 @@ use fabkit_geometry::{
 };
 
 use super::lighting::RED_GREEN_BLUE;
-use super::posted_camera::{self, Posted};
+use super::posted_camera::{self, PlacedCamera};
 use super::{
-    APART_MM, LED, LED_YELLOW, MASK_GREEN, PRINTED_WALL_MM, Rect, half_chord, marks, turn, upright,
+    APART_MM, LED, LED_YELLOW, MASK_GREEN, PRINTED_WALL_MM, Rect, half_chord, listed_markers, turn, upright,
 };
-use crate::assembling::AssemblyName;
+use crate::chain_builder::AssemblyName;
 use crate::blocks::circuit::{CHIP_0603, Electric};
-use crate::parameters::{Inline, Report, limits};
+use crate::parameters::{Inline, RuleReport, limits};
 use crate::{choices, parameters};
 
 choices! {
     /// Position of the LEDs.
-    pub enum LightFrom {
+    pub enum LedPosition {
         /// LEDs on strips at the chamber's walls, below the plate.
         Sides = "sides",
         /// LEDs on a board around the lens.
@@ -31,7 +31,7 @@ parameters! {
     pub struct Leds {
         /// Position of the LEDs: `sides`, on strips at the chamber's walls below the plate, or `below`, on a board
         /// around the lens.
-        from: LightFrom,
+        from: LedPosition,
         /// For `sides`: number of walls with LEDs. For `below`: number of LEDs in each of the two rows.
         count: u32 = 1..=12,
         /// For `sides`: length of strip for each LED. For `below`: length of an LED's package.
@@ -70,21 +70,21 @@ const PACKAGE_SHARE: f64 = 0.7;
 impl Leds {
     /// Returns the excess of the room below over the chamber, mm; 0 for strips.
     pub fn step_mm(&self) -> f64 {
-        if self.from == LightFrom::Below { self.step.mm() } else { 0.0 }
+        if self.from == LedPosition::Below { self.step.mm() } else { 0.0 }
     }
 
     /// Returns the height of a strip with its packages above the wall, mm; 0 for a board.
     pub fn out_mm(&self) -> f64 {
         match self.from {
-            LightFrom::Sides => self.board_thickness.mm() + self.package_height.mm(),
-            LightFrom::Below => 0.0,
+            LedPosition::Sides => self.board_thickness.mm() + self.package_height.mm(),
+            LedPosition::Below => 0.0,
         }
     }
 }
 
 /// Chamber with its LEDs; heights in the sensor frame, mm.
 #[derive(Clone, Debug)]
-pub struct Light<'a> {
+pub struct ChamberLight<'a> {
     /// Parameters of the LEDs.
     pub leds: &'a Leds,
     /// Outline of the chamber.
@@ -94,18 +94,18 @@ pub struct Light<'a> {
     /// Height of the chamber's ceiling.
     pub ceiling_z: f64,
     /// Camera that looks up from below.
-    pub camera: Posted<'a>,
+    pub camera: PlacedCamera<'a>,
     /// Play of a board in the room, mm.
     pub slide_mm: f64,
 }
 
-impl Light<'_> {
+impl ChamberLight<'_> {
     /// Returns the height at which the chamber widens into the room below it: the top of the LED board.
     pub fn step_z(&self) -> f64 {
         match self.leds.from {
             // The packages end at the height of the pupil, so that the camera does not see their sides.
-            LightFrom::Below => self.camera.pupil_z - self.leds.package_height.mm(),
-            LightFrom::Sides => self.heads_z(),
+            LedPosition::Below => self.camera.pupil_z - self.leds.package_height.mm(),
+            LedPosition::Sides => self.heads_z(),
         }
     }
 
@@ -150,7 +150,7 @@ impl Light<'_> {
         };
         let (leds, chamber) = (self.leds, self.chamber);
         match leds.from {
-            LightFrom::Sides => {
+            LedPosition::Sides => {
                 let inwards =
                     Pose::rotation_z(quarters(-1.0)).then_in(Pose::rotation_x(quarters(1.0)));
                 let z = self.strip_top_z() - leds.width.mm() / 2.0;
@@ -163,7 +163,7 @@ impl Light<'_> {
                 };
                 (0..leds.count.min(4)).flat_map(wall).collect()
             }
-            LightFrom::Below => {
+            LedPosition::Below => {
                 // Rows at the ends of the longer axis.
                 let (long, out) = (chamber.longer(), self.row_out_mm());
                 let turned = Pose::rotation_z(quarters(1.0 - long as f64));
@@ -182,8 +182,8 @@ impl Light<'_> {
     /// fourth wall. A board has a single entry, white.
     pub fn colors(&self) -> Vec<Rgb> {
         match self.leds.from {
-            LightFrom::Below => vec![WHITE],
-            LightFrom::Sides => {
+            LedPosition::Below => vec![WHITE],
+            LedPosition::Sides => {
                 let walls =
                     RED_GREEN_BLUE.into_iter().chain([WHITE]).take(self.leds.count as usize);
                 let of_wall = |(i, color)| vec![color; self.at_wall(i) as usize];
@@ -197,11 +197,11 @@ impl Light<'_> {
         let leds = self.leds;
         let (length, width, height) = (leds.pitch.mm(), leds.width.mm(), leds.package_height.mm());
         let (led, package) = match leds.from {
-            LightFrom::Below => {
+            LedPosition::Below => {
                 let package = Solid::cuboid(length, width, height);
                 (package.clone(), package)
             }
-            LightFrom::Sides => {
+            LedPosition::Sides => {
                 let (thickness, size) =
                     (leds.board_thickness.mm(), PACKAGE_SHARE * length.min(width));
                 let into = thickness / 2.0;
@@ -211,18 +211,18 @@ impl Light<'_> {
             }
         };
         let poses = self.poses();
-        let drawn = poses.iter().map(|pose| assembly.drawn_out(pose, 2.0).lifted(-22.0));
+        let drawn = poses.iter().map(|pose| assembly.at_exploded(pose, 2.0).lifted(-22.0));
         let order = match leds.from {
-            LightFrom::Below => Order::of(&leds.model, ""),
-            LightFrom::Sides => Order::of(&leds.model, "").cut_to(length),
+            LedPosition::Below => Order::new(&leds.model, ""),
+            LedPosition::Sides => Order::new(&leds.model, "").cut_to(length),
         };
         let led = LED
             .bought(&leds.model, led, drawn)
-            .ordered(order)
+            .with_order(order)
             .colored(LED_YELLOW)
-            .shining_from(package)
-            .sticking();
-        let board = (leds.from == LightFrom::Below).then(|| self.board(assembly));
+            .with_light_source(package)
+            .as_attached();
+        let board = (leds.from == LedPosition::Below).then(|| self.board(assembly));
         [led].into_iter().chain(board).collect()
     }
 
@@ -239,9 +239,9 @@ impl Light<'_> {
         let solid = Solid::prism(profile, [top - self.leds.board_thickness.mm(), top]);
         LED_BOARD
             .made(Process::Pcb, solid)
-            .from("FR4")
+            .with_material("FR4")
             .placed([assembly.in_place().lifted(-22.0)])
-            .marked(marks("led", &self.poses()))
+            .with_landmarks(landmarks_at("led", &self.poses()))
             .colored(MASK_GREEN)
             .note("push it up against the shell's step and fix it with four drops of glue")
             .with_handles(1)
@@ -249,15 +249,15 @@ impl Light<'_> {
 
     /// Reports LEDs that do not fit. The sections must be called `leds` and `camera`; `edges` are the paths of the
     /// parameters that set the chamber's edges along x and y, with their values.
-    pub fn check(&self, edges: [(&str, Length); 2], report: &mut Report) {
+    pub fn check(&self, edges: [(&str, Length); 2], report: &mut RuleReport) {
         match self.leds.from {
-            LightFrom::Sides => self.check_strips(report),
-            LightFrom::Below => self.check_board(edges, report),
+            LedPosition::Sides => self.check_strips(report),
+            LedPosition::Below => self.check_board(edges, report),
         }
     }
 
     /// Reports LED strips that do not fit.
-    fn check_strips(&self, report: &mut Report) {
+    fn check_strips(&self, report: &mut RuleReport) {
         let (leds, chamber, camera) = (self.leds, self.chamber, &*self.camera.camera.board);
         let straight = chamber.straight(0).min(chamber.straight(1));
         limits! { report:
@@ -273,7 +273,7 @@ impl Light<'_> {
     }
 
     /// Reports an LED board that does not fit.
-    fn check_board(&self, edges: [(&str, Length); 2], report: &mut Report) {
+    fn check_board(&self, edges: [(&str, Length); 2], report: &mut RuleReport) {
         let (leds, (board, bore)) = (self.leds, self.board_rect());
         let camera = &*self.camera.camera.board;
         leds.electric.check("leds.forward_volts", [1, 2 * leds.count], CHIP_0603, report);

@@ -1,13 +1,13 @@
 //! LED circuits: LEDs with their resistors, wires to them, and the solder pads of their packages.
 
 use fabkit_geometry::{
-    BoardPlace, BoardSide, Circuit, CircuitKind, CircuitPart, Connection, KeepOut, KeepOutRegion,
+    BoardPlacement, BoardSide, Circuit, CircuitKind, CircuitPart, Connection, KeepOut, KeepOutRegion,
     Land, Net, Pose, SeriesResistor, Vector3,
 };
 
-use crate::assembling::Name;
+use crate::chain_builder::Name;
 use crate::parameters;
-use crate::parameters::Report;
+use crate::parameters::RuleReport;
 
 /// Name of the supply net.
 pub const SUPPLY: &str = "V+";
@@ -132,7 +132,7 @@ impl Electric {
     /// Reports LEDs that stay dark on this supply, or currents that overload the LEDs, their resistors or the supply.
     ///
     /// `forward` is the path of the forward voltage, `sharing` the number of LEDs per resistor, `all` the total number.
-    pub fn check(&self, forward: &str, [sharing, all]: [u32; 2], chip: Chip, report: &mut Report) {
+    pub fn check(&self, forward: &str, [sharing, all]: [u32; 2], chip: Chip, report: &mut RuleReport) {
         let supply_v = self.supply_volts;
         let drop_v = supply_v - self.forward_volts;
         report.at_most(
@@ -169,20 +169,20 @@ impl Electric {
 }
 
 /// Builder of a circuit.
-pub struct Builder {
+pub struct CircuitBuilder {
     circuit: Circuit,
     counts: [u32; 5],
 }
 
-impl Builder {
+impl CircuitBuilder {
     /// Starts a circuit on a board.
-    pub fn on(board: Name, electric: &Electric) -> Self {
+    pub fn new_on_board(board: Name, electric: &Electric) -> Self {
         let (supply_v, supply_a) = (electric.supply_volts, electric.supply_a());
         Self::new(board.name, Some(board.name), supply_v, Some(supply_a))
     }
 
     /// Starts a circuit without a board of its own, whose supply is bought for it.
-    pub fn wired(name: &str, supply_v: f64) -> Self {
+    pub fn new_wired(name: &str, supply_v: f64) -> Self {
         Self::new(name, None, supply_v, None)
     }
 
@@ -229,7 +229,7 @@ impl Builder {
     }
 
     /// Adds to the largest current of a net, A.
-    pub fn carries(&mut self, net: &str, current_a: f64) {
+    pub fn add_net_current(&mut self, net: &str, current_a: f64) {
         let mut nets = self.circuit.nets.iter_mut();
         if let Some(net) = nets.find(|known| known.name == net) {
             net.current_a += current_a;
@@ -241,7 +241,7 @@ impl Builder {
         &mut self,
         model: &str,
         package: LedPackage,
-        place: BoardPlace,
+        place: BoardPlacement,
         body: Name,
         from: &str,
     ) -> String {
@@ -266,7 +266,7 @@ impl Builder {
         &mut self,
         ohms: f64,
         chip: Chip,
-        drawn: Option<(BoardPlace, Name)>,
+        drawn: Option<(BoardPlacement, Name)>,
         [from, to]: [&str; 2],
     ) -> String {
         let name = self.next(CircuitKind::Resistor);
@@ -309,7 +309,7 @@ impl Builder {
             leds,
             led_rated_a: electric.rated_ma / 1e3,
             // A given resistor determines the current instead.
-            wanted_a: (ohms == 0.0).then_some(electric.current_a()),
+            target_current_a: (ohms == 0.0).then_some(electric.current_a()),
             ohms,
             rated_w: chip.rated_w,
             source: source.to_owned(),
@@ -321,16 +321,16 @@ impl Builder {
     }
 
     /// Adds the calculation of a resistor to the circuit.
-    pub fn calculated(&mut self, calculation: SeriesResistor) {
+    pub fn add_calculation(&mut self, calculation: SeriesResistor) {
         self.circuit.resistors.push(calculation);
     }
 
     /// Adds LEDs between supply and ground, each with its own resistor.
-    pub fn each_with_resistor(
+    pub fn add_leds_with_resistors(
         &mut self,
         electric: &Electric,
         (model, package, body): (&str, LedPackage, Name),
-        places: Vec<BoardPlace>,
+        places: Vec<BoardPlacement>,
         chip: Chip,
         source: &str,
     ) {
@@ -341,18 +341,18 @@ impl Builder {
             let resistor = self.resistor(calculation.ohms, chip, None, [SUPPLY, &net]);
             calculation.designators.push(resistor);
             self.led(model, package, place, body, &net);
-            self.carries(&net, each);
+            self.add_net_current(&net, each);
         }
         let all = each * calculation.designators.len() as f64;
-        self.carries(SUPPLY, all);
-        self.carries(GROUND, all);
+        self.add_net_current(SUPPLY, all);
+        self.add_net_current(GROUND, all);
         self.circuit.current_a += all;
-        self.calculated(calculation);
+        self.add_calculation(calculation);
     }
 
     /// Adds a pad for a wire, beside a hole that the wire passes or alone. Returns its designator.
-    pub fn wire(&mut self, net: &str, wire: Wire<'_>) -> String {
-        let Wire { place, hole_mm, pad_mm, by, to, length_mm, color } = wire;
+    pub fn wire(&mut self, net: &str, wire: BoardWire<'_>) -> String {
+        let BoardWire { place, hole_mm, pad_mm, by, to, length_mm, color } = wire;
         // The pad stays off the hole's edge, because copper keeps a distance from unplated holes.
         let out = hole_mm.map_or(0.0, |hole| hole / 2.0 + HOLE_TO_PAD_MM + pad_mm[0] / 2.0);
         let name = self.part(CircuitPart {
@@ -406,7 +406,7 @@ impl Builder {
 
     /// Adds a region of the board that other bodies occupy.
     pub fn keep_out(&mut self, side: BoardSide, region: KeepOutRegion, what: &str) {
-        self.circuit.keep_outs.push(KeepOut { side, region, what: what.to_owned() });
+        self.circuit.keep_outs.push(KeepOut { side, region, description: what.to_owned() });
     }
 
     /// Adds a cable or wire that ends at no pad of a board.
@@ -433,12 +433,12 @@ impl Builder {
     }
 
     /// Adds to the total current, A, besides the LEDs that [`Builder::each_with_resistor`] counts.
-    pub fn draws(&mut self, current_a: f64) {
+    pub fn add_current(&mut self, current_a: f64) {
         self.circuit.current_a += current_a;
     }
 
     /// Returns the circuit.
-    pub fn done(self) -> Circuit {
+    pub fn build(self) -> Circuit {
         self.circuit
     }
 }
@@ -449,9 +449,9 @@ const HOLE_TO_PAD_MM: f64 = 0.201;
 
 /// Wire at its board.
 #[derive(Clone, Copy, Debug)]
-pub struct Wire<'a> {
+pub struct BoardWire<'a> {
     /// Position of the hole, or of the pad if there is no hole; the pad lies along the place's x.
-    pub place: BoardPlace,
+    pub place: BoardPlacement,
     /// Diameter of the hole, mm.
     pub hole_mm: Option<f64>,
     /// Size of the pad along and across the wire, mm.
@@ -466,10 +466,10 @@ pub struct Wire<'a> {
     pub color: &'a str,
 }
 
-impl<'a> Wire<'a> {
+impl<'a> BoardWire<'a> {
     /// Creates one of the wires [`TO_SUPPLY`] on a pad alone, without a body.
-    pub fn undrawn(
-        place: BoardPlace,
+    pub fn without_body(
+        place: BoardPlacement,
         pad_mm: [f64; 2],
         (_, color, to): (&str, &'a str, &'a str),
     ) -> Self {
@@ -478,19 +478,19 @@ impl<'a> Wire<'a> {
 }
 
 /// Returns the ring around the board's middle between two radii, mm.
-pub fn all_around([inner_mm, outer_mm]: [f64; 2]) -> KeepOutRegion {
+pub fn ring_region([inner_mm, outer_mm]: [f64; 2]) -> KeepOutRegion {
     KeepOutRegion::Sector { inner_mm, outer_mm, middle_rad: 0.0, half_rad: std::f64::consts::PI }
 }
 
 /// Returns the board places of LEDs whose length lies along x.
-pub fn along_x(poses: &[Pose]) -> Vec<BoardPlace> {
-    let place = |pose: &Pose| BoardPlace::of_body(pose, Vector3::x(), BoardSide::Top);
+pub fn along_x(poses: &[Pose]) -> Vec<BoardPlacement> {
+    let place = |pose: &Pose| BoardPlacement::from_body_pose(pose, Vector3::x(), BoardSide::Top);
     poses.iter().map(place).collect()
 }
 
 /// Returns the board places of LEDs whose length lies along y.
-pub fn along_y(poses: &[Pose]) -> Vec<BoardPlace> {
-    let place = |pose: &Pose| BoardPlace::of_body(pose, Vector3::y(), BoardSide::Top);
+pub fn along_y(poses: &[Pose]) -> Vec<BoardPlacement> {
+    let place = |pose: &Pose| BoardPlacement::from_body_pose(pose, Vector3::y(), BoardSide::Top);
     poses.iter().map(place).collect()
 }
 

@@ -2,17 +2,17 @@
 //! the base for a gripper's screws.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, Color, Grip, Length, Point3, Pose, Process, Profile, Solid, Vector3,
+    Body, CUT_OVERLAP_MM, Color, FixtureGrip, Length, Point3, Pose, Process, Profile, Solid, Vector3,
 };
 
-use super::adapter::Exit;
-use super::cable_way::{Side, wall_way};
+use super::adapter::CableOutlet;
+use super::cable_openings::{HousingSide, wall_opening};
 use super::mounting::{Mount, MountHold, MountRing, Mounting};
 use super::posted_camera::{self, PostedCamera};
-use super::{APART_MM, BLACK, INTO_MM, Joint, PRINTED_WALL_MM, Rect, WHITE, corners, hanging};
-use crate::assembling::Name;
+use super::{APART_MM, BLACK, INTO_MM, ScrewJoint, PRINTED_WALL_MM, Rect, WHITE, corners, hanging};
+use crate::chain_builder::Name;
 use crate::hardware::Screw;
-use crate::parameters::{Report, limits};
+use crate::parameters::{RuleReport, limits};
 use crate::sections;
 
 sections! {
@@ -28,7 +28,7 @@ sections! {
         /// because the sensor stands on it and the screws' heads lie beside it.
         edge_fillet: Length = 0.0..=5.0,
         /// Side by which cable and wires leave the shell: `right` at +x, `left` at -x, `front` at -y, `back` at +y.
-        cable_side: Side,
+        cable_side: HousingSide,
         /// Width of the notch for cable and wires.
         cable_width: Length = 1.0..=30.0,
         /// Height of that notch.
@@ -111,9 +111,9 @@ impl<'a> Clamshell<'a> {
     }
 
     /// Returns the screws from below through the base's corners into the shell.
-    pub fn joint(&self) -> Joint {
+    pub fn joint(&self) -> ScrewJoint {
         let poses = corners(self.screw).map(|at| hanging(at, self.joint_z - SHELF_MM)).to_vec();
-        Joint::self_tapping("screw", SCREW, poses, SCREW.length_mm + PILOT_SPARE_MM)
+        ScrewJoint::self_tapping("screw", SCREW, poses, SCREW.length_mm + PILOT_SPARE_MM)
     }
 
     /// Returns half the edges of the area of the floor that holes must lie in, mm: just inside the lip.
@@ -138,7 +138,7 @@ impl<'a> Clamshell<'a> {
     }
 
     /// Returns the mounting holes as a joint.
-    pub fn mounting(&self) -> Joint {
+    pub fn mounting(&self) -> ScrewJoint {
         self.holes().joint(self.bottom_z)
     }
 
@@ -146,12 +146,12 @@ impl<'a> Clamshell<'a> {
     fn notch(&self, heights: [f64; 2]) -> Solid {
         let side = self.shell.cable_side;
         let reach = [0.0, self.outside.half[side.axis()] + 1.0];
-        wall_way(side, self.shell.cable_width.mm(), reach, heights).named("cable notch")
+        wall_opening(side, self.shell.cable_width.mm(), reach, heights).named("cable notch")
     }
 
     /// Returns the exit of cable and wires, which an adapter plate has to leave free.
-    pub fn exit(&self) -> Exit {
-        Exit::Aside {
+    pub fn exit(&self) -> CableOutlet {
+        CableOutlet::Sideways {
             angle: self.shell.cable_side.angle(),
             width_mm: self.shell.cable_width.mm(),
             above_mm: self.joint_z - self.bottom_z,
@@ -166,12 +166,12 @@ impl<'a> Clamshell<'a> {
         let outside = self.outside.rimmed([self.joint_z, 0.0], self.shell.edge_fillet.mm());
         let solid = outside.minus_all(cut).minus(room).minus(notch);
         name.made(Process::Fdm, solid)
-            .from(&self.shell.material)
+            .with_material(&self.shell.material)
             .colored(color(&self.shell.material))
             .note("standing as in use, no supports: what overhangs inside is at most 2 mm wide")
             .with_supports(false)
             .with_handles(1)
-            .cut(self.joint().held().unmarked())
+            .cut(self.joint().thread_cut().without_landmarks())
     }
 
     /// Returns the base with solids that stand on it.
@@ -185,28 +185,28 @@ impl<'a> Clamshell<'a> {
         let solid = Solid::union([floor, lip.named("lip")].into_iter().chain(on_it));
         let sunk = self.base.thickness.mm() - SHELF_MM;
         name.made(Process::Fdm, solid)
-            .from(&self.base.material)
+            .with_material(&self.base.material)
             .colored(color(&self.base.material))
             .note("floor down, no supports: the screws' seats are short bridges")
             .with_supports(false)
             .note("the gripper's M3 screws cut their threads into the floor")
-            .cut(self.joint().sunk(SHELF_MM, sunk, self.snug_mm).unmarked())
-            .cut(self.mounting().held_through())
+            .cut(self.joint().counterbore_cut(SHELF_MM, sunk, self.snug_mm).without_landmarks())
+            .cut(self.mounting().thread_cut_through())
     }
 
     /// Returns the grip for fixtures: the whole clamshell; the notch defines its orientation.
-    pub fn grip(&self) -> Grip {
+    pub fn grip(&self) -> FixtureGrip {
         let notch_z = self.joint_z + self.shell.cable_height.mm() / 2.0;
         let out = self.shell.cable_side.out();
         let out_mm = self.outside.half[self.shell.cable_side.axis()];
         let notch = Point3::from(out_mm * out + Vector3::new(0.0, 0.0, notch_z));
-        Grip {
+        FixtureGrip {
             outline: self.outside.path(),
             top_z_mm: 0.0,
             bottom_z_mm: self.bottom_z,
             clear_radius_mm: 0.0,
             key: Some(Pose::z_to(out, notch)),
-            threads: self.mounting().held().landmarks,
+            threads: self.mounting().thread_cut().landmarks,
         }
     }
 
@@ -218,7 +218,7 @@ impl<'a> Clamshell<'a> {
         ceiling_z: f64,
         [carried, open]: [Rect; 2],
         camera: &PostedCamera,
-        report: &mut Report,
+        report: &mut RuleReport,
     ) {
         let (shell, base) = (self.shell, self.base);
         let ceiling = ceiling_z - self.joint_z;
@@ -256,7 +256,7 @@ impl<'a> Clamshell<'a> {
                 "the edge must end above the notch",
             ),
         ] {
-            report.at_most_if_any("shell.edge_fillet", shell.edge_fillet, room, because);
+            report.at_most_or_absent("shell.edge_fillet", shell.edge_fillet, room, because);
         }
         let holes = self.holes();
         holes.check_in(self.floor(), PRINTED_WALL_MM, report);

@@ -6,12 +6,12 @@
 
 use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Length, Path, Process, Solid};
 
-use super::{Joint, TOOL_GREY, hanging, holes, ring, turn};
-use crate::assembling::{Name, flipped};
+use super::{ScrewJoint, TOOL_GREY, hanging, holes, ring, turn};
+use crate::chain_builder::{Name, flipped};
 use crate::hardware::Screw;
 use crate::materials::Castable;
 use crate::parameters;
-use crate::parameters::{Report, limits};
+use crate::parameters::{RuleReport, limits};
 
 parameters! {
     /// Cup and bridge with which a silicone mold is cast around a glass tube.
@@ -137,15 +137,15 @@ impl<'a> CupAndBridge<'a> {
     }
 
     /// Returns the screws through the bridge into the cup's wall.
-    pub fn joint(&self) -> Joint {
+    pub fn joint(&self) -> ScrewJoint {
         let first = hanging([(self.silicone_radius + self.cup_radius) / 2.0, 0.0], self.bridge_z);
         let depth = SCREW.length_mm + PILOT_SPARE_MM;
-        Joint::self_tapping("screw", SCREW, ring(self.form.screws, 0.0, first), depth)
+        ScrewJoint::self_tapping("screw", SCREW, ring(self.form.screws, 0.0, first), depth)
     }
 
     /// Returns a printed tool, upside down on the bed.
     fn tool(name: Name, solid: Solid, note: &str) -> Body {
-        name.made(Process::Fdm, solid).colored(TOOL_GREY).lying(flipped()).note(note)
+        name.made(Process::Fdm, solid).colored(TOOL_GREY).with_bed_orientation(flipped()).note(note)
     }
 
     /// Returns the cup.
@@ -157,7 +157,7 @@ impl<'a> CupAndBridge<'a> {
         let note = "tape the hole in the floor before pouring; push the cured mold out through it";
         Self::tool(name, bowl(radii, self.cup_rim_z, [floor_z, floor_z + plate]), note)
             .cut(holes([push_hole.named("push hole")]).with_handles(1))
-            .cut(self.joint().held().unmarked())
+            .cut(self.joint().thread_cut().without_landmarks())
     }
 
     /// Returns the bridge.
@@ -187,11 +187,11 @@ impl<'a> CupAndBridge<'a> {
             .with_supports(false)
             .with_handles(1)
             .cut(holes(windows).with_handles(POUR_WINDOWS as i32))
-            .cut(self.joint().passed(plate, 0.0).unmarked()) // The pan head rests on the bridge.
+            .cut(self.joint().clearance_cut(plate, 0.0).without_landmarks()) // The pan head rests on the bridge.
     }
 
     /// Reports values with which the tools cannot be assembled or poured. The section must be called `form`.
-    pub fn check(&self, report: &mut Report) {
+    pub fn check(&self, report: &mut RuleReport) {
         let (form, slide) = (self.form, self.slide_mm);
         let lead = form.headroom.mm() + form.plate.mm();
         limits! { report:

@@ -40,7 +40,7 @@ fn direction(from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
 
 /// Returns the largest radius of an edge between two perpendicular faces that leaves a point untouched which lies at
 /// the given distances (mm) behind them: the larger one of the two circles through it that touch both faces.
-pub fn sparing_mm(behind_mm: [f64; 2]) -> f64 {
+pub fn max_radius_sparing_mm(behind_mm: [f64; 2]) -> f64 {
     let [a, b] = behind_mm.map(|mm| mm.max(0.0));
     // Larger root of (r - a)^2 + (r - b)^2 = r^2.
     a + b + (2.0 * a * b).sqrt()
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rounded_corner_lacks_what_lies_outside_of_its_circle() {
+    fn rounded_corner_removes_the_expected_area() {
         // At a right angle (1 - pi/4) r^2; of 135 degrees r^2 (tan 22.5 - pi/8).
         let (r, s) = (1.5, 0.8);
         let square = [([0.0; 2], 0.0), ([9.0, 0.0], r), ([9.0, 7.0], 0.0), ([0.0, 7.0], s)];
@@ -69,10 +69,10 @@ mod tests {
     #[test]
     fn the_largest_edge_that_spares_a_point_runs_through_it() {
         for at in [[1.0, 2.0], [0.3, 0.3], [4.0, 0.1]] {
-            let r = sparing_mm(at);
+            let r = max_radius_sparing_mm(at);
             let off = (r - at[0]).hypot(r - at[1]);
             assert!((off - r).abs() < 1e-12 && r > at[0] && r > at[1], "{at:?}");
         }
-        assert_eq!(sparing_mm([2.0, -1.0]), 2.0);
+        assert_eq!(max_radius_sparing_mm([2.0, -1.0]), 2.0);
     }
 }

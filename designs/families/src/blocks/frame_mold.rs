@@ -8,11 +8,11 @@ use fabkit_geometry::{
 };
 
 use super::{DOWEL, MOLD_BLUE, PRINTED_WALL_MM, TOOL_GREY, copies, holes, press_fit, upright};
-use crate::assembling::{AssemblyName, Name};
+use crate::chain_builder::{AssemblyName, Name};
 use crate::hardware::Dowel;
 use crate::hardware::tools::pry;
 use crate::parameters;
-use crate::parameters::{Report, limits};
+use crate::parameters::{RuleReport, limits};
 
 parameters! {
     /// Open molds: frames that slide onto dowels in a floor.
@@ -100,7 +100,7 @@ impl Frames<'_> {
     /// Returns a printed piece of the mold with its notes.
     fn tool(&self, name: Name, solid: Solid) -> Body {
         name.made(Process::Sla, solid)
-            .from(&self.mold.material)
+            .with_material(&self.mold.material)
             .colored(TOOL_GREY)
             .sealed("varnish")
             .for_shrinkage(self.shrinkage)
@@ -125,7 +125,7 @@ impl Frames<'_> {
         let floor = self.tool(FLOOR, plate);
         pried
             .into_iter()
-            .fold(floor, Body::reached)
+            .fold(floor, Body::with_tool_access)
             .placed(assemblies.iter().map(|name| name.in_place().lifted(-12.0)))
             .note("face up; polish it, the foot of the gel is seen through")
             .cut(holes(copies("socket", &self.dowel_poses(), &socket)))
@@ -163,10 +163,10 @@ impl Frames<'_> {
         DOWEL
             .bought(dowel.specification(), dowel.solid(), places)
             // The same pair serves all assemblies.
-            .times(poses.len() as u32)
-            .ordered(dowel.order())
-            .reached(dowel.press())
-            .fastening()
+            .with_quantity(poses.len() as u32)
+            .with_order(dowel.order())
+            .with_tool_access(dowel.press_access())
+            .as_fastener()
     }
 
     /// Returns the press fit that holds the dowels.
@@ -176,7 +176,7 @@ impl Frames<'_> {
 
     /// Reports values with which floor, dowels and slots do not fit each other. The section must be called `mold`;
     /// `thickness` is the path of the parameter that sets the lowest frame's height.
-    pub fn check(&self, thickness: &str, report: &mut Report) {
+    pub fn check(&self, thickness: &str, report: &mut RuleReport) {
         let mold = self.mold;
         limits! { report:
             mold.floor >= self.socket_mm() + PRINTED_WALL_MM,

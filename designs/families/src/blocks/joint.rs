@@ -4,15 +4,15 @@
 //! A joint gives each body that it holds together its holes, landmarks and handles ([`Cut`]), lists the bought pieces,
 //! and declares the overlap of the thread.
 
-use fabkit_geometry::{Body, CUT_OVERLAP_MM, Cut, Path, Placement, Pose, PressFit, Profile, Solid};
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, CutFeature, Path, Placement, Pose, PressFit, Profile, Solid};
 
-use super::{BRASS, copies, marks, press_fit};
-use crate::assembling::{Name, bought};
+use super::{BRASS, copies, listed_markers, press_fit};
+use crate::chain_builder::{Name, bought};
 use crate::hardware::{HeatSetNut, HexNut, Screw};
 
 /// Thread that holds a screw.
 #[derive(Clone, Debug, PartialEq)]
-enum Hold {
+enum ScrewHold {
     /// Thread that the screw cuts into plastic itself.
     Plastic {
         /// Depth of the hole below the screw's head, mm.
@@ -49,7 +49,7 @@ enum Hold {
 
 /// Equal screws that hold bodies together.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Joint {
+pub struct ScrewJoint {
     /// Name of its holes and landmarks: `camera screw` or, if no screw is bought, `mounting hole`.
     pub label: &'static str,
     /// Type of the screws.
@@ -59,7 +59,7 @@ pub struct Joint {
     /// Stem of the screws' name: `screw` or `bolt`.
     word: &'static str,
     /// Thread that holds them.
-    hold: Hold,
+    hold: ScrewHold,
 }
 
 /// Holes of a joint, for constraints.
@@ -73,7 +73,7 @@ pub struct Holes<'a> {
     pub depth_mm: f64,
 }
 
-impl Joint {
+impl ScrewJoint {
     /// Creates a joint of screws that cut their thread into plastic, in holes of a depth below their heads.
     pub fn self_tapping(
         label: &'static str,
@@ -81,7 +81,7 @@ impl Joint {
         poses: Vec<Pose>,
         depth_mm: f64,
     ) -> Self {
-        Self { label, screw, poses, word: "screw", hold: Hold::Plastic { depth_mm } }
+        Self { label, screw, poses, word: "screw", hold: ScrewHold::Plastic { depth_mm } }
     }
 
     /// Creates a joint of screws in nuts that are melted into plastic; `hold` is the nut, its poses and the space
@@ -93,25 +93,25 @@ impl Joint {
         hold: (HeatSetNut, Vec<Pose>, f64),
     ) -> Self {
         let (nut, nuts, spare_mm) = hold;
-        let hold = Hold::HeatSet { nut, poses: nuts, spare_mm };
+        let hold = ScrewHold::HeatSet { nut, poses: nuts, spare_mm };
         Self { label, screw, poses, word: "screw", hold }
     }
 
     /// Creates a joint of screws in hexagon nuts that lie on a face.
-    pub fn nutted(
+    pub fn in_hex_nuts(
         label: &'static str,
         screw: Screw,
         poses: Vec<Pose>,
         (nut, nuts): (HexNut, Vec<Pose>),
     ) -> Self {
-        let hold = Hold::Hex { nut, poses: nuts, gap_mm: 0.0, depth_mm: 0.0 };
+        let hold = ScrewHold::Hex { nut, poses: nuts, gap_mm: 0.0, depth_mm: 0.0 };
         Self { label, screw, poses, word: "screw", hold }
     }
 
     /// Moves the hexagon nuts into pockets with a clearance beside their flats and a depth, mm.
     #[must_use]
     pub fn in_pockets(mut self, gap: f64, depth: f64) -> Self {
-        if let Hold::Hex { gap_mm, depth_mm, .. } = &mut self.hold {
+        if let ScrewHold::Hex { gap_mm, depth_mm, .. } = &mut self.hold {
             (*gap_mm, *depth_mm) = (gap, depth);
         }
         self
@@ -119,17 +119,17 @@ impl Joint {
 
     /// Creates a joint of screws in the threads of a bought piece.
     pub fn in_threads(label: &'static str, screw: Screw, poses: Vec<Pose>) -> Self {
-        Self { label, screw, poses, word: "screw", hold: Hold::Thread }
+        Self { label, screw, poses, word: "screw", hold: ScrewHold::Thread }
     }
 
     /// Creates a joint of screws that pass holes of a depth, into threads that the user provides.
-    pub fn free(label: &'static str, screw: Screw, poses: Vec<Pose>, depth_mm: f64) -> Self {
-        Self { label, screw, poses, word: "screw", hold: Hold::Free { depth_mm } }
+    pub fn through_holes(label: &'static str, screw: Screw, poses: Vec<Pose>, depth_mm: f64) -> Self {
+        Self { label, screw, poses, word: "screw", hold: ScrewHold::Free { depth_mm } }
     }
 
     /// Names the screws `bolt` in texts for the lab.
     #[must_use]
-    pub fn of_bolts(self) -> Self {
+    pub fn named_bolts(self) -> Self {
         Self { word: "bolt", ..self }
     }
 
@@ -140,26 +140,26 @@ impl Joint {
 
     /// Returns the cut for a body that the screws pass over `depth_mm` below their heads: clearance holes with `gap_mm`
     /// around a countersunk head, one handle each.
-    pub fn passed(&self, depth_mm: f64, gap_mm: f64) -> Cut {
+    pub fn clearance_cut(&self, depth_mm: f64, gap_mm: f64) -> CutFeature {
         let tool = self.screw.clearance_tool(depth_mm, gap_mm);
         self.cut(&tool, &self.poses, &self.hole()).with_handles(self.poses.len() as i32)
     }
 
     /// Returns the same cut with holes of another radius than the standard's.
-    pub fn passed_freely(&self, depth_mm: f64, radius_mm: f64) -> Cut {
+    pub fn clearance_cut_with_radius(&self, depth_mm: f64, radius_mm: f64) -> CutFeature {
         let tool = Solid::cylinder(radius_mm, depth_mm + CUT_OVERLAP_MM).at_z(-depth_mm);
         self.cut(&tool, &self.poses, &self.hole()).with_handles(self.poses.len() as i32)
     }
 
     /// Returns the same cut with the heads in counterbores `height_mm` deep with clearance `gap_mm`.
-    pub fn sunk(&self, depth_mm: f64, height_mm: f64, gap_mm: f64) -> Cut {
-        let tool = self.screw.sunk_tool(depth_mm, height_mm, gap_mm);
+    pub fn counterbore_cut(&self, depth_mm: f64, height_mm: f64, gap_mm: f64) -> CutFeature {
+        let tool = self.screw.counterbore_tool(depth_mm, height_mm, gap_mm);
         let passage = format!("{} passage", self.label);
         self.cut(&tool, &self.poses, &passage).with_handles(self.poses.len() as i32)
     }
 
     /// Adds the clearance holes to a sheet's profile.
-    pub fn pierced(&self, profile: Profile) -> Profile {
+    pub fn pierce_profile(&self, profile: Profile) -> Profile {
         let radius = self.screw.clearance_hole_mm() / 2.0;
         self.poses.iter().fold(profile, |profile, pose| {
             let at = pose.translation_mm();
@@ -168,55 +168,55 @@ impl Joint {
     }
 
     /// Returns the cut for the body that holds the screws or their nuts: blind holes.
-    pub fn held(&self) -> Cut {
+    pub fn thread_cut(&self) -> CutFeature {
         match &self.hold {
             // The bought piece comes with its thread.
-            Hold::Thread => Cut::default(),
-            Hold::Free { depth_mm } => {
+            ScrewHold::Thread => CutFeature::default(),
+            ScrewHold::Free { depth_mm } => {
                 let tool = Solid::cylinder(self.free_radius_mm(), *depth_mm + CUT_OVERLAP_MM);
                 self.cut(&tool.at_z(-*depth_mm), &self.poses, &self.hole())
             }
-            Hold::Plastic { depth_mm } => {
+            ScrewHold::Plastic { depth_mm } => {
                 self.cut(&self.screw.pilot_tool(*depth_mm), &self.poses, &self.hole())
             }
-            Hold::HeatSet { nut, poses, spare_mm } => {
-                self.cut(&nut.tool(*spare_mm), poses, "nut hole")
+            ScrewHold::HeatSet { nut, poses, spare_mm } => {
+                self.cut(&nut.hole_tool(*spare_mm), poses, "nut hole")
             }
-            Hold::Hex { nut, poses, gap_mm, depth_mm } => {
-                self.cut(&nut.tool(*gap_mm, *depth_mm), poses, "nut pocket")
+            ScrewHold::Hex { nut, poses, gap_mm, depth_mm } => {
+                self.cut(&nut.pocket_tool(*gap_mm, *depth_mm), poses, "nut pocket")
             }
         }
     }
 
     /// Returns the same cut where the holes go all the way through.
-    pub fn held_through(&self) -> Cut {
-        self.held().with_handles(self.poses.len() as i32)
+    pub fn thread_cut_through(&self) -> CutFeature {
+        self.thread_cut().with_handles(self.poses.len() as i32)
     }
 
     /// Returns the holes that hold the screws or their nuts.
     pub fn holes(&self) -> Holes<'_> {
         match &self.hold {
-            Hold::Thread => Holes { poses: &self.poses, radius_mm: 0.0, depth_mm: 0.0 },
-            Hold::Free { depth_mm } => {
+            ScrewHold::Thread => Holes { poses: &self.poses, radius_mm: 0.0, depth_mm: 0.0 },
+            ScrewHold::Free { depth_mm } => {
                 Holes { poses: &self.poses, radius_mm: self.free_radius_mm(), depth_mm: *depth_mm }
             }
-            Hold::Plastic { depth_mm } => Holes {
+            ScrewHold::Plastic { depth_mm } => Holes {
                 poses: &self.poses,
                 radius_mm: self.screw.pilot_hole_mm() / 2.0,
                 depth_mm: *depth_mm,
             },
-            Hold::HeatSet { nut, poses, spare_mm } => {
+            ScrewHold::HeatSet { nut, poses, spare_mm } => {
                 Holes { poses, radius_mm: nut.hole_mm / 2.0, depth_mm: nut.length_mm + spare_mm }
             }
-            Hold::Hex { nut, poses, gap_mm, depth_mm } => {
+            ScrewHold::Hex { nut, poses, gap_mm, depth_mm } => {
                 Holes { poses, radius_mm: nut.corner_mm(*gap_mm), depth_mm: *depth_mm }
             }
         }
     }
 
     /// Returns whether the screws find a thread in the body that holds them.
-    pub fn holds(&self) -> bool {
-        !matches!(self.hold, Hold::Free { .. } | Hold::Thread)
+    pub fn has_thread(&self) -> bool {
+        !matches!(self.hold, ScrewHold::Free { .. } | ScrewHold::Thread)
     }
 
     fn free_radius_mm(&self) -> f64 {
@@ -231,10 +231,10 @@ impl Joint {
     }
 
     /// Returns the cut of a tool at all poses, with landmarks and without handles.
-    fn cut(&self, tool: &Solid, poses: &[Pose], hole: &str) -> Cut {
+    fn cut(&self, tool: &Solid, poses: &[Pose], hole: &str) -> CutFeature {
         // The landmark of a nut's hole is named after the nut, others after the screw.
         let label = if hole.starts_with("nut") { "nut" } else { self.label };
-        Cut { tools: copies(hole, poses, tool), landmarks: marks(label, poses), handles: 0 }
+        CutFeature { tools: copies(hole, poses, tool), landmarks: landmarks_at(label, poses), handles: 0 }
     }
 
     /// Returns the bought pieces: the screws and, if there are any, the nuts, each at its placements.
@@ -245,27 +245,27 @@ impl Joint {
     ) -> Vec<Body> {
         let screws = self.screw.solid();
         let screws =
-            bought(&self.name(), self.screw.ordered(), screws, self.poses.iter().map(place_screw))
-                .ordered(self.screw.order())
-                .reached(self.screw.driver())
-                .fastening();
+            bought(&self.name(), self.screw.order_text(), screws, self.poses.iter().map(place_screw))
+                .with_order(self.screw.order())
+                .with_tool_access(self.screw.driver())
+                .as_fastener();
         std::iter::once(screws).chain(self.bought_nuts(place_nut)).collect()
     }
 
     /// Returns the nuts alone, for screws that the user provides.
     pub fn bought_nuts(&self, place_nut: impl Fn(&Pose) -> Placement) -> Option<Body> {
         match &self.hold {
-            Hold::Plastic { .. } | Hold::Thread | Hold::Free { .. } => None,
-            Hold::HeatSet { nut, poses, .. } => {
+            ScrewHold::Plastic { .. } | ScrewHold::Thread | ScrewHold::Free { .. } => None,
+            ScrewHold::HeatSet { nut, poses, .. } => {
                 let places = poses.iter().map(place_nut);
-                let body = bought(&nut.name(), nut.ordered(), nut.solid(), places);
-                Some(body.ordered(nut.order()).colored(BRASS).reached(nut.iron()).threaded())
+                let body = bought(&nut.name(), nut.order_text(), nut.solid(), places);
+                Some(body.with_order(nut.order()).colored(BRASS).with_tool_access(nut.iron()).threaded())
             }
-            Hold::Hex { nut, poses, depth_mm, .. } => {
+            ScrewHold::Hex { nut, poses, depth_mm, .. } => {
                 let places = poses.iter().map(place_nut);
                 let tool = if *depth_mm > 0.0 { nut.pusher() } else { nut.socket() };
-                let body = bought(&nut.name(), nut.ordered(), nut.solid(), places);
-                Some(body.ordered(nut.order()).reached(tool).threaded())
+                let body = bought(&nut.name(), nut.order_text(), nut.solid(), places);
+                Some(body.with_order(nut.order()).with_tool_access(tool).threaded())
             }
         }
     }
@@ -274,15 +274,15 @@ impl Joint {
     /// a pocket overlaps with nothing.
     pub fn press_fit(&self, holder: Name) -> Option<PressFit> {
         match &self.hold {
-            Hold::Plastic { .. } => {
+            ScrewHold::Plastic { .. } => {
                 let reason = format!("the {} cuts its thread into plastic", self.word);
                 let overlap_mm = self.screw.thread_overlap_mm();
                 Some(press_fit(self.name(), holder, overlap_mm, &reason))
             }
-            Hold::HeatSet { nut, .. } => {
+            ScrewHold::HeatSet { nut, .. } => {
                 Some(press_fit(nut.name(), holder, nut.overlap_mm(), "the nut is melted in"))
             }
-            Hold::Hex { .. } | Hold::Thread | Hold::Free { .. } => None,
+            ScrewHold::Hex { .. } | ScrewHold::Thread | ScrewHold::Free { .. } => None,
         }
     }
 
@@ -294,9 +294,9 @@ impl Joint {
     /// Returns the nut's name among a sensor's bodies, if there is one.
     pub fn nut_name(&self) -> Option<String> {
         match &self.hold {
-            Hold::Plastic { .. } | Hold::Thread | Hold::Free { .. } => None,
-            Hold::HeatSet { nut, .. } => Some(nut.name()),
-            Hold::Hex { nut, .. } => Some(nut.name()),
+            ScrewHold::Plastic { .. } | ScrewHold::Thread | ScrewHold::Free { .. } => None,
+            ScrewHold::HeatSet { nut, .. } => Some(nut.name()),
+            ScrewHold::Hex { nut, .. } => Some(nut.name()),
         }
     }
 }

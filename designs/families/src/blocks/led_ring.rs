@@ -3,7 +3,7 @@
 use fabkit_geometry::{Body, Length, Order, Placement, Pose, Solid};
 
 use super::{APART_MM, LED, LED_YELLOW, half_chord, ring};
-use crate::parameters::{Report, limits};
+use crate::parameters::{RuleReport, limits};
 
 /// Smallest width of the board beside an LED, mm.
 const BOARD_MM: f64 = 0.2;
@@ -51,14 +51,14 @@ impl LedRing<'_> {
     pub fn body(&self, placements: impl IntoIterator<Item = Placement>) -> Body {
         let solid = Solid::cuboid(self.width.mm(), self.length.mm(), self.height.mm());
         LED.bought(self.model, solid, placements)
-            .ordered(Order::of(self.model, ""))
+            .with_order(Order::new(self.model, ""))
             .colored(LED_YELLOW)
-            .shining()
-            .sticking()
+            .as_light_source()
+            .as_attached()
     }
 
     /// Reports LEDs that do not fit beside the board's bore, within a radius (mm), or beside each other.
-    pub fn check(&self, bore: Length, (within_mm, what): (f64, &str), report: &mut Report) {
+    pub fn check(&self, bore: Length, (within_mm, what): (f64, &str), report: &mut RuleReport) {
         let (leds, half, out) = (self, self.length.mm() / 2.0, self.width.mm() / 2.0);
         limits! { report:
             leds.circle_radius <= half_chord(within_mm - APART_MM, half) - out,

@@ -1,15 +1,15 @@
 //! Dots that are printed on a flat face through a stencil: a grid around the middle, or listed positions.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, Carrier, Length, Mark, Path, Pose, Process, Profile, Shells, Solid,
+    Body, CUT_OVERLAP_MM, MarkerCarrier, Length, Marker, Path, Pose, Process, Profile, Shells, Solid,
 };
 
-use super::marks::{FlatPattern, Listed};
+use super::listed_markers::{FlatPattern, ListedMarkers};
 use super::{Rect, copies, upright};
-use crate::assembling::STEEL;
+use crate::chain_builder::STEEL;
 use crate::materials::Castable;
 use crate::parameters;
-use crate::parameters::{Report, limits};
+use crate::parameters::{RuleReport, limits};
 
 parameters! {
     /// Dots printed on the gel, under the coat: a grid around the middle, or a list.
@@ -50,7 +50,7 @@ const WEB_MM: f64 = 0.2;
 
 impl Markers {
     /// Returns whether there are any dots.
-    pub fn exist(&self) -> bool {
+    pub fn has_dots(&self) -> bool {
         self.pattern == FlatPattern::List || self.columns > 0 && self.rows > 0
     }
 
@@ -65,8 +65,8 @@ impl Markers {
     }
 
     /// Returns the listed dots.
-    fn listed(&self) -> Listed<'_, Length> {
-        Listed::new("dot", ("markers.x", &self.x), ("markers.y", &self.y))
+    fn listed(&self) -> ListedMarkers<'_, Length> {
+        ListedMarkers::new("dot", ("markers.x", &self.x), ("markers.y", &self.y))
     }
 
     /// Returns the dots as discs on the face.
@@ -84,20 +84,20 @@ impl Markers {
     pub fn ink(&self, z: f64) -> Option<Body> {
         let dots = self.dots(z, 0.0);
         let pieces = Shells::pieces(dots.len());
-        self.exist().then(|| {
+        self.has_dots().then(|| {
             MARKERS
                 .cast(Solid::union(dots))
-                .giving_way()
-                .from(&self.material)
+                .as_deformable()
+                .with_material(&self.material)
                 .colored([40, 40, 44])
-                .in_shells(pieces)
+                .with_shells(pieces)
         })
     }
 
     /// Returns the dots as markers that the camera tracks.
-    pub fn marks(&self, z: f64) -> Vec<Mark> {
+    pub fn marks(&self, z: f64) -> Vec<Marker> {
         let radius_mm = self.diameter.mm() / 2.0;
-        Mark::below("dot", &self.poses(z), 0.0, radius_mm, |_| Carrier::Gel)
+        Marker::place_below_poses("dot", &self.poses(z), 0.0, radius_mm, |_| MarkerCarrier::Gel)
     }
 
     /// Returns the stencil that lies on the face edge on edge; `None` without dots.
@@ -108,10 +108,10 @@ impl Markers {
             profile.with_hole(Path::circle([at.x, at.y], self.diameter.mm() / 2.0))
         });
         let film = Solid::prism(profile, [z, z + STENCIL_MM]);
-        self.exist().then(|| {
+        self.has_dots().then(|| {
             STENCIL
                 .made(Process::Laser, film)
-                .from("PET film")
+                .with_material("PET film")
                 .colored(STEEL)
                 .with_handles(poses.len() as i32)
         })
@@ -119,8 +119,8 @@ impl Markers {
 
     /// Reports dots that overlap, or lie where the camera does not see them: `seen` is the visible half width and half
     /// height, `face` the flat area. The section must be called `markers`.
-    pub fn check(&self, face: Rect, seen: [f64; 2], report: &mut Report) {
-        if !self.exist() {
+    pub fn check(&self, face: Rect, seen: [f64; 2], report: &mut RuleReport) {
+        if !self.has_dots() {
             return;
         }
         let markers = self;

@@ -4,7 +4,7 @@ pub mod adapter;
 pub mod bayonet;
 pub mod board_camera;
 pub mod cable;
-pub mod cable_way;
+pub mod cable_openings;
 pub mod chamber_light;
 pub mod circuit;
 pub mod clamshell;
@@ -16,7 +16,7 @@ pub mod label;
 mod led_ring;
 pub mod lighting;
 pub mod marker_grid;
-pub mod marks;
+pub mod listed_markers;
 pub mod mold;
 pub mod mounting;
 mod o_ring_seat;
@@ -29,15 +29,15 @@ mod vented_lid;
 use std::f64::consts::{PI, TAU};
 
 use fabkit_geometry::{
-    Angle, Body, Color, Cut, EllipsoidOffset, Landmark, NominalCamera, NominalLens, Point3, Pose,
+    Angle, Body, Color, CutFeature, EllipsoidOffset, Landmark, NominalCamera, NominalLens, Point3, Pose,
     PressFit, Sensor, Solid, Vector3,
 };
 
 use crate::Header;
-use crate::assembling::Name;
+use crate::chain_builder::Name;
 
 pub(crate) use board_camera::{BoardCamera, board_camera};
-pub use joint::Joint;
+pub use joint::ScrewJoint;
 pub(crate) use led_ring::{LedRing, led_ring};
 pub use o_ring_seat::ORingSeat;
 pub use rect::Rect;
@@ -136,7 +136,7 @@ pub fn hanging([x, y]: [f64; 2], z: f64) -> Pose {
 }
 
 /// Returns landmarks `label 1`, `label 2`, ... at the poses.
-pub fn marks(label: &str, poses: &[Pose]) -> Vec<Landmark> {
+pub fn landmarks_at(label: &str, poses: &[Pose]) -> Vec<Landmark> {
     poses.iter().zip(1..).map(|(pose, i)| Landmark::at(format!("{label} {i}"), pose)).collect()
 }
 
@@ -147,8 +147,8 @@ pub fn copies(label: &str, poses: &[Pose], solid: &Solid) -> Vec<Solid> {
 }
 
 /// Returns a cut of holes without landmarks, none of them counted as a handle.
-pub fn holes(tools: impl IntoIterator<Item = Solid>) -> Cut {
-    Cut { tools: tools.into_iter().collect(), ..Cut::default() }
+pub fn holes(tools: impl IntoIterator<Item = Solid>) -> CutFeature {
+    CutFeature { tools: tools.into_iter().collect(), ..CutFeature::default() }
 }
 
 /// Merges components of the same name: placements and quantities add up.

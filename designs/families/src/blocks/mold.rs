@@ -9,11 +9,11 @@ use fabkit_geometry::{
 };
 
 use super::PRINTED_WALL_MM;
-use crate::assembling::Name;
+use crate::chain_builder::Name;
 use crate::fits::Fit;
 use crate::parameters;
-use crate::parameters::{Report, limits};
-use crate::processes::Making;
+use crate::parameters::{RuleReport, limits};
+use crate::processes::ProcessAssignments;
 
 parameters! {
     /// Two-piece molds for the gel layers.
@@ -78,7 +78,7 @@ impl Half {
 
 /// Returns a half without a cavity: block, sockets for the dowels of the other half and of a lid, pry slots and band
 /// groove.
-pub fn half(mold: &Mold, making: &Making, name: Name, which: Half) -> Solid {
+pub fn half(mold: &Mold, making: &ProcessAssignments, name: Name, which: Half) -> Solid {
     let (w, height) = (mold.width.mm() / 2.0, mold.height.mm());
     // Outline of half A; half B is the same, turned by 180 degrees.
     let outline = Path::from([0.0, w])
@@ -167,7 +167,7 @@ pub fn plate_pry_slots(mold: &Mold) -> [Solid; 2] {
 
 /// Reports a cavity of `radius_mm` and `depth_mm` that does not fit the block, or features of the block that do not fit
 /// each other. The section must be called `mold`; `slide` is the gap of its widest dowel holes, mm.
-pub fn check(mold: &Mold, slide: f64, [radius_mm, depth_mm]: [f64; 2], report: &mut Report) {
+pub fn check(mold: &Mold, slide: f64, [radius_mm, depth_mm]: [f64; 2], report: &mut RuleReport) {
     let (dowel, inset) = (mold.dowel_diameter.mm() / 2.0, mold.dowel_inset.mm());
     let grip = mold.dowel_length.mm() / 2.0;
     limits! { report:

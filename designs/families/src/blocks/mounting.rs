@@ -1,11 +1,11 @@
 //! Mounting of a sensor: by the user's screws in its floor, or by bolts through its plate into the flange of a robot.
 
-use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, Cut, Length, Placement, Pose, Solid};
+use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, CutFeature, Length, Placement, Pose, Solid};
 
-use super::{Joint, around, copies, corners, hanging, marks, ring};
-use crate::assembling::bought;
+use super::{ScrewJoint, around, copies, corners, hanging, listed_markers, ring};
+use crate::chain_builder::bought;
 use crate::hardware::{HeatSetNut, Screw, SocketScrew};
-use crate::parameters::{Report, limits};
+use crate::parameters::{RuleReport, limits};
 use crate::{choices, parameters};
 
 /// Thread engagement in a robot's flange, mm.
@@ -143,18 +143,18 @@ pub struct Mounting<'a> {
 
 impl Mounting<'_> {
     /// Returns the joint in a floor whose underside is at a height, mm.
-    pub fn joint(&self, bottom_z: f64) -> Joint {
+    pub fn joint(&self, bottom_z: f64) -> ScrewJoint {
         let Mount { thread, hold, .. } = *self.mount;
         let (label, screw, poses) = ("mounting hole", thread.screw(), self.poses(bottom_z));
         match hold {
-            MountHold::Tapped => Joint::self_tapping(label, screw, poses, self.depth_mm),
-            MountHold::Through => Joint::free(label, screw, poses, self.depth_mm),
+            MountHold::Tapped => ScrewJoint::self_tapping(label, screw, poses, self.depth_mm),
+            MountHold::Through => ScrewJoint::through_holes(label, screw, poses, self.depth_mm),
             MountHold::Insert | MountHold::ShortInsert => {
                 let nuts = poses.clone();
                 let room_mm = self.depth_mm - self.nut().length_mm;
                 // A through hole has no bottom: the rest of the floor lies behind the nut.
                 let spare_mm = if self.is_through { room_mm } else { INSERT_SPARE_MM.min(room_mm) };
-                Joint::heat_set(label, screw, poses, (self.nut(), nuts, spare_mm))
+                ScrewJoint::heat_set(label, screw, poses, (self.nut(), nuts, spare_mm))
             }
         }
     }
@@ -193,7 +193,7 @@ impl Mounting<'_> {
     }
 
     /// Returns the path of the parameter that moves the holes outwards.
-    pub fn path(&self) -> &'static str {
+    pub fn radius_parameter(&self) -> &'static str {
         match (self.mount.pattern, self.ring) {
             (MountPattern::Ring, MountRing::Circle(..)) => "base.mount_radius",
             // The positions are derived from the room inside, so that only the thread can change them.
@@ -204,7 +204,7 @@ impl Mounting<'_> {
     }
 
     /// Returns that parameter with its value, for messages.
-    pub fn told(&self) -> String {
+    pub fn parameter_text(&self) -> String {
         let value = match (self.mount.pattern, self.ring) {
             (MountPattern::Ring, MountRing::Circle(_, radius, _)) => radius.to_string(),
             (MountPattern::Ring, MountRing::Pair(..)) => self.mount.thread.word().into(),
@@ -214,11 +214,11 @@ impl Mounting<'_> {
                 format!("[{}]", x.join(", "))
             }
         };
-        format!("{} is {value}", self.path())
+        format!("{} is {value}", self.radius_parameter())
     }
 
     /// Returns the path of the parameter that turns the holes or sets their number.
-    pub fn turned_by(&self) -> &'static str {
+    pub fn turn_parameter(&self) -> &'static str {
         match (self.mount.pattern, self.ring) {
             (MountPattern::Ring, MountRing::Circle(..)) => "base.mount_holes",
             _ => "mount.angle",
@@ -260,7 +260,7 @@ impl Mounting<'_> {
 
     /// Reports a way of holding the screws that this floor does not allow, and coordinate lists of different length.
     /// The section must be called `mount`.
-    fn check_hold(&self, report: &mut Report) {
+    fn check_hold(&self, report: &mut RuleReport) {
         let mount = self.mount;
         let words = |holds: &[MountHold]| {
             let words: Vec<String> =
@@ -285,7 +285,7 @@ impl Mounting<'_> {
 
     /// Reports holes beyond a radius (mm), or with walls thinner than `wall_mm` between them. Counts and radii of rings
     /// are in the section `base`.
-    pub fn check(&self, (within_mm, because): (f64, &str), wall_mm: f64, report: &mut Report) {
+    pub fn check(&self, (within_mm, because): (f64, &str), wall_mm: f64, report: &mut RuleReport) {
         self.check_hold(report);
         let (hole, wall_mm) = (self.hole_mm(), self.wall_mm(wall_mm));
         if let (MountPattern::Ring, MountRing::Circle(count, radius, _)) =
@@ -308,7 +308,7 @@ impl Mounting<'_> {
     }
 
     /// Reports holes outside a rectangle of these half edges (mm), or with too thin walls between them.
-    pub fn check_in(&self, within_mm: [f64; 2], wall_mm: f64, report: &mut Report) {
+    pub fn check_in(&self, within_mm: [f64; 2], wall_mm: f64, report: &mut RuleReport) {
         self.check_hold(report);
         if self.is_ring() && self.mount.angle.rad() == 0.0 {
             return; // These positions are derived from the rectangle.
@@ -323,11 +323,11 @@ impl Mounting<'_> {
 
     /// Reports the hole with the smallest `spare`, mm, if that is negative. The message continues `what` with the
     /// missing length.
-    pub fn require_all(&self, spare: impl Fn(&[f64; 2]) -> f64, what: &str, report: &mut Report) {
+    pub fn require_all(&self, spare: impl Fn(&[f64; 2]) -> f64, what: &str, report: &mut RuleReport) {
         let places = self.places();
         let spares = places.iter().map(spare).zip(1..);
         let Some((least, number)) = spares.min_by(|a, b| a.0.total_cmp(&b.0)) else { return };
-        let path = self.path();
+        let path = self.radius_parameter();
         report.require(
             // Rounding must not refuse holes at exactly the limit.
             least >= -1e-9,
@@ -337,10 +337,10 @@ impl Mounting<'_> {
                 let missing = -least;
                 format!(
                     "{}; of mounting hole {number} at {x:.2} mm, {y:.2} mm, {what} {missing:.2} mm",
-                    self.told()
+                    self.parameter_text()
                 )
             },
-            || self.movers(),
+            || self.move_hint(),
         );
     }
 
@@ -351,7 +351,7 @@ impl Mounting<'_> {
         others: &[[f64; 2]],
         (radius_mm, what): (f64, &str),
         wall_mm: f64,
-        report: &mut Report,
+        report: &mut RuleReport,
     ) {
         if self.is_ring() && self.mount.hold == MountHold::Tapped {
             return;
@@ -364,8 +364,8 @@ impl Mounting<'_> {
     }
 
     /// Reports holes with too thin walls between them.
-    fn check_apart(&self, wall_mm: f64, report: &mut Report) {
-        let (places, hole, path) = (self.places(), self.hole_mm(), self.path());
+    fn check_apart(&self, wall_mm: f64, report: &mut RuleReport) {
+        let (places, hole, path) = (self.places(), self.hole_mm(), self.radius_parameter());
         let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) - 2.0 * hole;
         let pairs = (0..places.len()).flat_map(|i| (0..i).map(move |j| (j, i)));
         let apart = pairs.map(|(j, i)| (apart(&places[j], &places[i]), j + 1, i + 1));
@@ -377,15 +377,15 @@ impl Mounting<'_> {
                 format!(
                     "{}; {least:.2} mm stay between mounting holes {first} and {second}, and {wall_mm} \
                      mm are needed",
-                    self.told()
+                    self.parameter_text()
                 )
             },
-            || self.movers(),
+            || self.move_hint(),
         );
     }
 
     /// Returns a hint which parameters move the holes.
-    pub fn movers(&self) -> String {
+    pub fn move_hint(&self) -> String {
         match (self.mount.pattern, self.ring) {
             (MountPattern::Ring, MountRing::Circle(..)) => {
                 "change `base.mount_radius`, `base.mount_holes` or `mount.angle`".into()
@@ -441,12 +441,12 @@ impl Flange {
     }
 
     /// Returns the cut of the plate.
-    pub fn passed(&self) -> Cut {
+    pub fn clearance_cut(&self) -> CutFeature {
         let (poses, depth) = (self.poses(), self.plate_mm + CUT_OVERLAP_MM);
         let hole = Solid::cylinder(self.bolt.clearance_hole_mm / 2.0, depth + CUT_OVERLAP_MM);
-        Cut {
+        CutFeature {
             tools: copies("bolt hole", &poses, &hole.at_z(-depth)),
-            landmarks: marks("bolt", &poses),
+            landmarks: landmarks_at("bolt", &poses),
             handles: poses.len() as i32,
         }
     }
@@ -457,14 +457,14 @@ impl Flange {
         let ordered = format!("socket head screw ISO 4762 M{}x{length}", self.bolt.thread_mm);
         let text = format!("{ordered}, and what the robot's maker demands");
         bought(&self.name(), text, self.bolt.solid(length), self.poses().iter().map(place))
-            .ordered(self.bolt.order(length))
-            .reached(self.bolt.driver())
-            .fastening()
+            .with_order(self.bolt.order(length))
+            .with_tool_access(self.bolt.driver())
+            .as_fastener()
     }
 
     /// Reports heads that collide with each other, or with a wall around them of a radius (mm). The section must be
     /// called `mount`.
-    pub fn check(&self, (within_mm, what): (f64, &str), report: &mut Report) {
+    pub fn check(&self, (within_mm, what): (f64, &str), report: &mut RuleReport) {
         let (mount, head) = (self, self.bolt.head_diameter_mm / 2.0);
         limits! { report:
             mount.bolt_circle <= 2.0 * (within_mm - head - HEAD_IN_WALL_MM),

@@ -3,7 +3,7 @@
 use fabkit_geometry::Length;
 
 use crate::hardware::{ORing, stocked_cords};
-use crate::parameters::Report;
+use crate::parameters::RuleReport;
 
 /// Width of a groove in cord diameters: a squeezed cord gets wider.
 const GROOVE_CORDS: f64 = 1.3;
@@ -41,17 +41,17 @@ impl ORingSeat {
     }
 
     /// Returns the text that the ring is ordered by.
-    pub fn ordered(&self) -> String {
+    pub fn order_text(&self) -> String {
         let ring = self.ring();
         format!("O-ring {} x {} mm, {}", ring.inside_mm, ring.cord_mm, ring.standard)
     }
 
     /// Reports a cord, the parameter `path`, for which no ring of the seat's diameter is stocked. `what` names the
     /// seat, `from` is the parameter that sets its diameter.
-    pub fn check(&self, path: &str, what: &str, from: &str, report: &mut Report) {
+    pub fn check(&self, path: &str, what: &str, from: &str, report: &mut RuleReport) {
         let (cord, diameter) = (self.cord, 2.0 * self.radius_mm);
         let stocked = format!("cords of {} mm are stocked; or change `{from}`", stocked_cords());
-        let holds = ORing::on(cord.mm(), diameter).is_some();
+        let holds = ORing::find_stocked(cord.mm(), diameter).is_some();
         let missing = format!("no O-ring of that cord is stocked for a {what} of {diameter:.2} mm");
         report.require(holds, path, || format!("{path} is {cord}; {missing}"), || stocked);
     }

@@ -13,7 +13,7 @@ use crate::{choices, sections};
 choices! {
     /// Projection of a lens: distance r from the image's centre, for focal length f, of a ray at an angle a to the
     /// axis.
-    pub enum LensLaw {
+    pub enum ProjectionLaw {
         /// Equidistant: r = f a.
         Equidistant = "equidistant",
         /// Equisolid-angle: r = 2 f sin(a / 2).
@@ -34,7 +34,7 @@ sections! {
     }
 
     /// Images that a camera takes.
-    pub struct Pictures {
+    pub struct ImageFormat {
         /// Width of the image in pixels.
         width_px: u32 = 16..=20000,
         /// Height of the image in pixels.
@@ -64,13 +64,13 @@ sections! {
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=220.0,
         /// Projection of the lens: relation between the angle to its axis and the distance from the image's centre.
-        projection: LensLaw,
+        projection: ProjectionLaw,
         /// Optical properties of the lens.
         optics: Inline<Optics>,
     }
 }
 
-impl Pictures {
+impl ImageFormat {
     /// Returns the number of pixels along both edges.
     pub fn size_px(&self) -> [u32; 2] {
         [self.width_px, self.height_px]
@@ -78,13 +78,13 @@ impl Pictures {
 }
 
 /// Formats the image size and frame rate as orders state it.
-impl Display for Pictures {
+impl Display for ImageFormat {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         write!(f, "{} x {} px at {} fps", self.width_px, self.height_px, self.frame_rate)
     }
 }
 
-impl LensLaw {
+impl ProjectionLaw {
     /// Returns the projection of the geometry crate.
     pub fn projection(self) -> Projection {
         match self {
@@ -97,7 +97,7 @@ impl LensLaw {
 
 impl Optics {
     /// Returns the lens of a camera whose images are `width_px` wide.
-    pub fn lens(&self, law: LensLaw, width_px: u32) -> NominalLens {
+    pub fn lens(&self, law: ProjectionLaw, width_px: u32) -> NominalLens {
         let centre_px = self.centre_tolerance * f64::from(width_px);
         NominalLens {
             projection: law.projection(),
@@ -115,7 +115,7 @@ impl Optics {
         &self,
         pupil_z: f64,
         size_px: [u32; 2],
-        (view, law): (Angle, LensLaw),
+        (view, law): (Angle, ProjectionLaw),
     ) -> NominalCamera {
         camera_at(pupil_z, size_px, view, self.lens(law, size_px[0]))
     }

@@ -3,12 +3,12 @@
 use fabkit_geometry::{Body, Length, Process, Solid};
 
 use super::board_camera::Board;
-use super::optics::{Module, Pictures, View};
-use super::{APART_MM, INTO_MM, Joint, PRINTED_WALL_MM, Rect, copies, corners, upright};
+use super::optics::{Module, ImageFormat, View};
+use super::{APART_MM, INTO_MM, ScrewJoint, PRINTED_WALL_MM, Rect, copies, corners, upright};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
 use crate::parameters;
-use crate::parameters::{Inline, Report, limits};
+use crate::parameters::{Inline, RuleReport, limits};
 
 parameters! {
     /// Camera and its board. The camera's distance follows from the pixel pitch.
@@ -16,7 +16,7 @@ parameters! {
         /// Camera module.
         module: Inline<Module>,
         /// Images of the camera.
-        pictures: Inline<Pictures>,
+        pictures: Inline<ImageFormat>,
         /// View of the camera's lens.
         view: Inline<View>,
         /// Distance between neighbouring pixels on the observed surface, in the middle of the image, for straight rays.
@@ -45,7 +45,7 @@ const FLOOR_MM: f64 = 0.4;
 
 /// Camera above its base; heights in the sensor frame, mm.
 #[derive(Clone, Debug)]
-pub struct Posted<'a> {
+pub struct PlacedCamera<'a> {
     /// Parameters of the camera.
     pub camera: &'a PostedCamera,
     /// Height of the optical centre.
@@ -70,13 +70,13 @@ impl PostedCamera {
 
     /// Places the camera in front of a plane at height `seen_z`, so that a pixel covers `pixel_pitch` on it; the base
     /// keeps `play_mm` around the connector.
-    pub fn before(&self, seen_z: f64, play_mm: f64) -> Posted<'_> {
+    pub fn in_front_of(&self, seen_z: f64, play_mm: f64) -> PlacedCamera<'_> {
         let pupil_z = seen_z - self.pixel_pitch.mm() / self.rad_per_px();
         let front_z = pupil_z + self.board.pupil_behind_front.mm();
         let top_z = front_z - self.board.lens_height.mm();
         let bottom_z = top_z - self.board.board_thickness.mm();
         let foot_z = bottom_z - self.back_clearance.mm();
-        Posted { camera: self, pupil_z, front_z, top_z, bottom_z, foot_z, play_mm }
+        PlacedCamera { camera: self, pupil_z, front_z, top_z, bottom_z, foot_z, play_mm }
     }
 
     /// Returns the radius of a hole that the lens's holder passes, mm. The hole is in a circuit board, so that its gap
@@ -103,12 +103,12 @@ fn post_mm() -> f64 {
     SCREW.pilot_hole_mm() / 2.0 + PRINTED_WALL_MM
 }
 
-impl Posted<'_> {
+impl PlacedCamera<'_> {
     /// Returns the screws through the board's corners.
-    pub fn joint(&self) -> Joint {
+    pub fn joint(&self) -> ScrewJoint {
         let half = self.camera.spacing_mm().map(|mm| mm / 2.0);
         let poses = corners(half).map(|at| upright(at, self.top_z)).to_vec();
-        Joint::self_tapping("camera screw", SCREW, poses, SCREW.length_mm + PILOT_SPARE_MM)
+        ScrewJoint::self_tapping("camera screw", SCREW, poses, SCREW.length_mm + PILOT_SPARE_MM)
     }
 
     /// Returns the edges of the connector behind the board, mm: it lies between the posts.
@@ -127,7 +127,7 @@ impl Posted<'_> {
     pub fn body(&self) -> Body {
         let c = self.camera;
         let thickness = c.board.board_thickness.mm();
-        let holes = self.joint().passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
+        let holes = self.joint().clearance_cut(thickness, gap_mm(Process::Pcb, Fit::Snug));
         let ([x, y], bottom) = (self.connector_mm(), self.foot_z + CONNECTOR_ABOVE_MM);
         let connector = Solid::cuboid(x, y / 2.0, self.bottom_z + INTO_MM - bottom)
             .at_z(bottom)
@@ -139,7 +139,7 @@ impl Posted<'_> {
 
     /// Reports a camera that cannot be assembled on a base `base_mm` thick, in a room. The section must be called
     /// `camera`; `from` are the paths of the parameters that set the room's edges.
-    pub fn check(&self, base_mm: f64, room: Rect, from: &[&str], report: &mut Report) {
+    pub fn check(&self, base_mm: f64, room: Rect, from: &[&str], report: &mut RuleReport) {
         let camera = &*self.camera.board;
         let head = SCREW.head_diameter_mm() / 2.0;
         let bite = SCREW.length_mm + PILOT_SPARE_MM - camera.board_thickness.mm();

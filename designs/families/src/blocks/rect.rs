@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_is_held_up_to_the_round_corner() {
+    fn contains_respects_rounded_corners() {
         let rect = Rect { half: [10.0, 8.0], corner: 3.0 };
         let diagonal = 2.0 / 2f64.sqrt();
         assert!(rect.holds([9.0, 0.0], 1.0) && !rect.holds([9.01, 0.0], 1.0));

@@ -29,18 +29,18 @@ pub struct LuerSeat {
 
 impl LuerSeat {
     /// Returns the length of the tip inside the wall, mm.
-    fn held_mm(self) -> f64 {
+    fn seated_mm(self) -> f64 {
         (self.wall_mm - BEFORE_TIP_MM).min(LONGEST_MM)
     }
 
     /// Returns the length of the tip outside the wall, mm.
     pub fn stands_out_mm(self) -> f64 {
-        LONGEST_MM - self.held_mm()
+        LONGEST_MM - self.seated_mm()
     }
 
     /// Returns the radius at a depth below the mouth, mm.
     fn radius_at(self, depth_mm: f64) -> f64 {
-        (TIP_MM + TAPER * (self.held_mm() - depth_mm)) / 2.0
+        (TIP_MM + TAPER * (self.seated_mm() - depth_mm)) / 2.0
     }
 
     /// Returns the radius of the mouth, mm.
@@ -63,12 +63,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_tip_goes_in_as_far_as_its_cone_is_as_wide() {
+    fn luer_tip_depth_matches_cone_diameter() {
         for wall_mm in [LEAST_WALL_MM, 6.0, 9.0, 20.0] {
             let seat = LuerSeat { wall_mm };
             // The cone's end has the radius of the hole where it comes to rest.
             let held = 2.0 * (seat.mouth_mm() - TIP_MM / 2.0) / TAPER;
-            assert!((held - seat.held_mm()).abs() < 1e-9);
+            assert!((held - seat.seated_mm()).abs() < 1e-9);
             assert!(held > LEAST_MM - 1e-9 && held < LONGEST_MM + 1e-9, "{wall_mm}: {held}");
             assert!(wall_mm - held >= BEFORE_TIP_MM - 1e-9);
         }

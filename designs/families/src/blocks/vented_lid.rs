@@ -3,11 +3,11 @@
 //!
 //! The lid lies below z = 0, where it closes the mold.
 
-use fabkit_geometry::{CUT_OVERLAP_MM, Cut, Length, Opening, Path, Pose, Profile, Solid, Vector3};
+use fabkit_geometry::{CUT_OVERLAP_MM, CutFeature, Length, Opening, Path, Pose, Profile, Solid, Vector3};
 
 use super::{PRINTED_WALL_MM, around, copies, holes, ring};
-use crate::assembling::opening;
-use crate::parameters::{Report, limits};
+use crate::chain_builder::opening;
+use crate::parameters::{RuleReport, limits};
 
 /// Depth of the channel that collects the overflow of the vents, mm.
 const OVERFLOW_DEPTH_MM: f64 = 1.2;
@@ -40,13 +40,13 @@ impl VentedLid {
     }
 
     /// Returns the cut of the lid; `through` makes a hole of a radius (mm) on the axis through it.
-    pub fn cut(&self, through: impl Fn(f64) -> Solid) -> Cut {
+    pub fn cut(&self, through: impl Fn(f64) -> Solid) -> CutFeature {
         let vent = through(self.vent_diameter.mm() / 2.0);
         holes(copies("vent", &self.poses(), &vent)).with_handles(self.vents as i32)
     }
 
     /// Returns a channel on the lid's far side, at a height (mm), that joins the vents and collects their overflow.
-    pub fn overflow(&self, far_z: f64) -> Cut {
+    pub fn overflow(&self, far_z: f64) -> CutFeature {
         let half = self.vent_diameter.mm() / 2.0 + OVERFLOW_MARGIN_MM;
         let channel = Profile::new(Path::circle([0.0; 2], self.circle_mm + half))
             .with_hole(Path::circle([0.0; 2], self.circle_mm - half));
@@ -68,7 +68,7 @@ impl VentedLid {
 
     /// Reports vents that are wider than a foot of width `foot_mm`, whose channel collides with whatever is on the lid
     /// within a radius (mm), or that touch each other. The section must be called `mold`.
-    pub fn check(&self, (foot_mm, because): (f64, &str), within_mm: f64, report: &mut Report) {
+    pub fn check(&self, (foot_mm, because): (f64, &str), within_mm: f64, report: &mut RuleReport) {
         let mold = self;
         let beside = 2.0 * (self.circle_mm - OVERFLOW_MARGIN_MM - within_mm);
         limits! { report:

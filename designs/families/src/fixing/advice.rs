@@ -1,12 +1,12 @@
 //! Verified hints: each suggestion has been tried and leads to a design that can be built.
 
-use fabkit_text::{Broken, InvalidDesign, Problem, Suggestion, UNKNOWN_PARAMETER};
+use fabkit_text::{BrokenRule, InvalidDesign, Problem, Suggestion, UNKNOWN_PARAMETER};
 
 use super::bought::is_bought;
-use super::search::{Search, search};
-use super::shrink::{readable, shrink};
-use super::space::{Fares, Outcome, Space, Values};
-use super::{STATES_TO_BLAME, own};
+use super::search::{SearchResult, search};
+use super::shrink::{rounded_candidates, shrink};
+use super::space::{RuleState, RuleOutcome, Space, Values};
+use super::{STATES_TO_BLAME, sensor_overrides};
 use crate::{REGISTRY, SensorText};
 
 /// Maximum number of evaluations for the hints of one design.
@@ -41,13 +41,13 @@ pub fn advise(
     if invalid.problems.iter().any(|problem| !READABLE.contains(&problem.facts.code)) {
         return;
     }
-    let mine = own(overrides, others);
+    let mine = sensor_overrides(overrides, others);
     let Ok(trial) = REGISTRY.trial(text, &mine, others) else { return };
     let Ok(report) = REGISTRY.report(text, &mine, others) else { return };
     let mut space = Space::new(trial, MOST_TRIED);
     let set: Vec<usize> =
         mine.iter().filter_map(|text| space.index(text.split_once('=')?.0.trim())).collect();
-    for Hint { broken, text, suggestion } in hints(&mut space, &report.broken_rules(), &set) {
+    for Hint { broken, text, suggestion } in find_hints(&mut space, &report.broken_rules(), &set) {
         let is_same = |p: &&mut Problem| p.path == broken.path && p.message == broken.message;
         if let Some(problem) = invalid.problems.iter_mut().find(is_same) {
             problem.hint = Some(text);
@@ -58,7 +58,7 @@ pub fn advise(
 
 /// Value tried in place of a parameter's own.
 #[derive(Clone, Copy)]
-struct Tried {
+struct TriedValue {
     number: usize,
     value: f64,
     /// True if larger values work too, as far as is known; otherwise smaller ones do.
@@ -67,7 +67,7 @@ struct Tried {
 
 /// Hint for a broken rule.
 struct Hint {
-    broken: Broken,
+    broken: BrokenRule,
     /// Text for people.
     text: String,
     /// Suggestion for programs; `None` if more than one value has to change.
@@ -75,19 +75,19 @@ struct Hint {
 }
 
 /// Returns a hint for each broken rule for which one was found.
-fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
+fn find_hints(space: &mut Space, broken: &[BrokenRule], set: &[usize]) -> Vec<Hint> {
     let mut values = Values::new();
     let first = space.outcome(&values);
     // Unknown names, units and materials have hints of their own.
-    let told = |b: &&Broken| {
-        matches!(first.fares(&b.rule), Fares::Broken(_))
+    let told = |b: &&BrokenRule| {
+        matches!(first.rule_state(&b.rule), RuleState::Broken(_))
             && (b.limit.is_some() || space.index(&b.path).is_some())
     };
-    let broken: Vec<&Broken> = broken.iter().filter(told).collect();
-    let mut found: Vec<Option<Tried>> = Vec::new();
+    let broken: Vec<&BrokenRule> = broken.iter().filter(told).collect();
+    let mut found: Vec<Option<TriedValue>> = Vec::new();
     for problem in &broken {
-        let tried = match space.outcome(&values).fares(&problem.rule) {
-            Fares::Broken(_) => best(space, &values, problem, set),
+        let tried = match space.outcome(&values).rule_state(&problem.rule) {
+            RuleState::Broken(_) => best(space, &values, problem, set),
             // The values suggested for earlier problems solve this one too.
             _ => None,
         };
@@ -98,7 +98,7 @@ fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
     }
     // Single values are suggested only if all of them together make the design buildable.
     let mut is_solved = space.outcome(&values).is_clean();
-    if !is_solved && let Some(tried) = taken_back(space, set) {
+    if !is_solved && let Some(tried) = nearest_buildable_override(space, set) {
         values = Values::from([(tried.number, tried.value)]);
         found = broken.iter().map(|_| Some(tried)).collect();
         is_solved = true;
@@ -107,14 +107,14 @@ fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
     for tried in found.iter_mut().flatten() {
         tried.value = values[&tried.number];
     }
-    let together = if is_solved { None } else { by_search(space) };
+    let together = if is_solved { None } else { find_joint_change(space) };
     // Shared by the problems that this one value solves as well.
     let first_tried = found.iter().flatten().next().copied();
     let mut hints = Vec::new();
     for (i, (problem, tried)) in broken.into_iter().zip(found).enumerate() {
         let tried = if is_solved { tried.or(first_tried) } else { None };
         let mut said: Vec<String> = match (tried, &together) {
-            (Some(tried), _) => vec![written(space, tried, problem)],
+            (Some(tried), _) => vec![format_hint(space, tried, problem)],
             (None, Some(values)) if i == 0 => {
                 let texts = space.texts(values);
                 let texts = texts.iter().map(|(path, text)| format!("{text} for `{path}`"));
@@ -131,7 +131,7 @@ fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
         let own = (own || said.is_empty()).then_some(&problem.path);
         let change: Vec<String> = own
             .into_iter()
-            .chain(&problem.from)
+            .chain(&problem.inputs)
             .filter(is_other)
             .take(MOST_SUGGESTED - said.len())
             .map(|path| format!("`{path}`"))
@@ -142,7 +142,7 @@ fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
             [most @ .., last] => said.push(format!("change {} or {last}", most.join(", "))),
         }
         // A value at the end of its plain range already has a hint that says so.
-        let is_end = |tried: Tried| {
+        let is_end = |tried: TriedValue| {
             let number = &space.numbers[tried.number];
             number.path == problem.path && number.range.contains(&tried.value)
         };
@@ -151,9 +151,9 @@ fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
             None => together.is_some() || problem.limit.is_some(),
         };
         if knows_better && !said.is_empty() {
-            let suggestion = tried.map(|Tried { number, value, .. }| {
+            let suggestion = tried.map(|TriedValue { number, value, .. }| {
                 let number = &space.numbers[number];
-                Suggestion { path: number.path.clone(), value: number.text(value) }
+                Suggestion { path: number.path.clone(), value: number.format_value(value) }
             });
             hints.push(Hint { broken: problem.clone(), text: said.join(", or "), suggestion });
         }
@@ -162,24 +162,24 @@ fn hints(space: &mut Space, broken: &[Broken], set: &[usize]) -> Vec<Hint> {
 }
 
 /// Formats `write at most 3 mm for ...`.
-fn written(space: &Space, Tried { number, value, up }: Tried, problem: &Broken) -> String {
+fn format_hint(space: &Space, TriedValue { number, value, up }: TriedValue, problem: &BrokenRule) -> String {
     let number = &space.numbers[number];
     let most = if up { "at least" } else { "at most" };
     match number.path == problem.path {
-        true => format!("write {most} {}", number.text(value)),
-        false => format!("write {most} {} for `{}`", number.text(value), number.path),
+        true => format!("write {most} {}", number.format_value(value)),
+        false => format!("write {most} {} for `{}`", number.format_value(value), number.path),
     }
 }
 
 /// Finds the first input of a rule that satisfies the rule when changed alone, and breaks no other.
-fn best(space: &mut Space, values: &Values, problem: &Broken, set: &[usize]) -> Option<Tried> {
+fn best(space: &mut Space, values: &Values, problem: &BrokenRule, set: &[usize]) -> Option<TriedValue> {
     let now = space.outcome(values);
-    let mends = |outcome: &Outcome| {
-        outcome.fares(&problem.rule) == Fares::Kept
+    let mends = |outcome: &RuleOutcome| {
+        outcome.rule_state(&problem.rule) == RuleState::Satisfied
             && outcome.broken.iter().all(|b| now.broken.iter().any(|was| was.rule == b.rule))
     };
     let own = space.index(&problem.path);
-    let inputs: Vec<usize> = problem.from.iter().filter_map(|path| space.index(path)).collect();
+    let inputs: Vec<usize> = problem.inputs.iter().filter_map(|path| space.index(path)).collect();
     // Order: values that the user has just changed and that the problem is about; all others that the user set; the
     // parameter of the problem; then the values that its limit follows from.
     let is_about = |number: &&usize| Some(**number) == own || inputs.contains(number);
@@ -195,12 +195,12 @@ fn best(space: &mut Space, values: &Values, problem: &Broken, set: &[usize]) -> 
         }
     });
     for number in candidates.into_iter().take(MOST_CANDIDATES) {
-        if space.left == 0 {
+        if space.evaluations_left == 0 {
             return None;
         }
         // First try the limit exactly as the message states it.
         if Some(number) == own
-            && let Some(tried) = offered(space, number, problem)
+            && let Some(tried) = parse_limit(space, number, problem)
         {
             let mut values = values.clone();
             values.insert(number, tried.value);
@@ -208,15 +208,15 @@ fn best(space: &mut Space, values: &Values, problem: &Broken, set: &[usize]) -> 
                 return Some(tried);
             }
         }
-        if let Some((value, up)) = either_way(space, values, number, &mends) {
-            return Some(Tried { number, value, up });
+        if let Some((value, up)) = nearest_either_way(space, values, number, &mends) {
+            return Some(TriedValue { number, value, up });
         }
     }
     None
 }
 
 /// Parses the limit in the message as a value.
-fn offered(space: &Space, number: usize, problem: &Broken) -> Option<Tried> {
+fn parse_limit(space: &Space, number: usize, problem: &BrokenRule) -> Option<TriedValue> {
     let limit = problem.limit.as_ref()?;
     let (up, text) = match limit.strip_prefix("at least ") {
         Some(text) => (true, text),
@@ -224,16 +224,16 @@ fn offered(space: &Space, number: usize, problem: &Broken) -> Option<Tried> {
     };
     let value: f64 = text.split(' ').next()?.parse().ok()?;
     let [low, high] = space.numbers[number].range;
-    (low..=high).contains(&value).then_some(Tried { number, value, up })
+    (low..=high).contains(&value).then_some(TriedValue { number, value, up })
 }
 
 /// Finds the nearest good value of a number in either direction, in few digits, and whether values above it count ("at
 /// least").
-pub(super) fn either_way(
+pub(super) fn nearest_either_way(
     space: &mut Space,
     values: &Values,
     number: usize,
-    is_good: &dyn Fn(&Outcome) -> bool,
+    is_good: &dyn Fn(&RuleOutcome) -> bool,
 ) -> Option<(f64, bool)> {
     let begin = space.outcome(values).at[number]?;
     let mut found: Vec<(f64, bool)> = Vec::new();
@@ -243,7 +243,7 @@ pub(super) fn either_way(
     }
     found.sort_by(|a, b| (a.0 - begin).abs().total_cmp(&(b.0 - begin).abs()));
     let (value, up) = *found.first()?;
-    for rounded in readable(space, number, value, up) {
+    for rounded in rounded_candidates(space, number, value, up) {
         let mut values = values.clone();
         values.insert(number, rounded);
         if is_good(&space.outcome(&values)) {
@@ -255,18 +255,18 @@ pub(super) fn either_way(
 
 /// Finds the first override of the user's that alone can be moved to a value with which the design can be built, and
 /// the nearest such value.
-fn taken_back(space: &mut Space, set: &[usize]) -> Option<Tried> {
+fn nearest_buildable_override(space: &mut Space, set: &[usize]) -> Option<TriedValue> {
     set.iter().find_map(|&number| {
-        let (value, up) = either_way(space, &Values::new(), number, &|o| o.is_clean())?;
-        Some(Tried { number, value, up })
+        let (value, up) = nearest_either_way(space, &Values::new(), number, &|o| o.is_clean())?;
+        Some(TriedValue { number, value, up })
     })
 }
 
 /// Finds several values that have to change together, by the search of `--fix`.
-fn by_search(space: &mut Space) -> Option<Values> {
+fn find_joint_change(space: &mut Space) -> Option<Values> {
     let begin = Values::new();
     match search(space, &begin, &[], &|_| true, STATES_TO_BLAME, &mut Vec::new()) {
-        Search::Found(values) => Some(shrink(space, &begin, values)),
-        Search::Nothing | Search::Unknown => None,
+        SearchResult::Found(values) => Some(shrink(space, &begin, values)),
+        SearchResult::Nothing | SearchResult::Unknown => None,
     }
 }

@@ -50,7 +50,7 @@ mod tests {
     use crate::REGISTRY;
 
     #[test]
-    fn whatever_is_called_bought_is_a_parameter_of_some_family() {
+    fn bought_parameters_exist_in_some_family() {
         let families = REGISTRY.families().iter();
         let paths: Vec<String> =
             families.flat_map(|family| REGISTRY.parameter_paths(family.name())).collect();

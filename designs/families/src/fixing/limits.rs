@@ -1,9 +1,9 @@
 //! Feasible ranges of parameters: `fabkit show --limits`.
 
-use fabkit_text::{InvalidDesign, Kind};
+use fabkit_text::{InvalidDesign, ValueKind};
 
-use super::own;
-use super::search::{Search, search};
+use super::sensor_overrides;
+use super::search::{SearchResult, search};
 use super::space::{Space, Values};
 use crate::{REGISTRY, SensorText};
 
@@ -18,7 +18,7 @@ const STEPS: [f64; 9] = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
 
 /// Number with its feasible range.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Feasible {
+pub struct FeasibleRange {
     /// Dotted path of the parameter.
     pub path: String,
     /// Value in the design, in `unit`.
@@ -26,14 +26,14 @@ pub struct Feasible {
     /// Unit: `mm`, `deg` or empty.
     pub unit: &'static str,
     /// Feasible range with all other values held.
-    pub held: Range,
+    pub alone: ValueRange,
     /// Feasible range if chosen values may follow; only if requested.
-    pub followed: Option<Range>,
+    pub following: Option<ValueRange>,
 }
 
 /// Smallest and largest value with which a design can be built.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Range {
+pub struct ValueRange {
     /// Smallest value.
     pub low: f64,
     /// Largest value.
@@ -49,14 +49,14 @@ pub struct Range {
 ///
 /// # Errors
 /// Every problem of the design as it is.
-pub fn limits(
+pub fn find_feasible_ranges(
     text: SensorText,
     overrides: &[String],
     others: &[&str],
     follow: bool,
     progress: &dyn Fn(usize, usize),
-) -> Result<Vec<Feasible>, InvalidDesign> {
-    let mine = own(overrides, others);
+) -> Result<Vec<FeasibleRange>, InvalidDesign> {
+    let mine = sensor_overrides(overrides, others);
     REGISTRY.load_text(text, &mine, others)?;
     let trial = REGISTRY.trial(text, &mine, others)?;
     let count = Space::new(trial.clone(), 1).numbers.len();
@@ -66,39 +66,39 @@ pub fn limits(
         let mut space = Space::new(trial.clone(), MOST_TRIED[0]);
         progress(number, count);
         let Some(value) = space.numbers[number].value else { continue };
-        let held = range(&mut space, number, [value; 2], HALVINGS[0], &mut |space, value| {
-            space.with(&Values::new(), number, value).is_clean()
+        let held = extend_range(&mut space, number, [value; 2], HALVINGS[0], &mut |space, value| {
+            space.outcome_with(&Values::new(), number, value).is_clean()
         });
         let followed = follow.then(|| {
-            space.left = MOST_TRIED[1];
+            space.evaluations_left = MOST_TRIED[1];
             // Values that work with the others held work with the others following, too: continue outward from them.
             let ends = [held.low, held.high];
-            range(&mut space, number, ends, HALVINGS[1], &mut |space, value| {
+            extend_range(&mut space, number, ends, HALVINGS[1], &mut |space, value| {
                 let begin = Values::from([(number, value)]);
                 let met = &mut Vec::new();
                 let found = search(space, &begin, &[number], &|_| true, STATES, met);
-                matches!(found, Search::Found(_))
+                matches!(found, SearchResult::Found(_))
             })
         });
         let known = &space.numbers[number];
         let unit = match known.kind {
-            Kind::Length => "mm",
-            Kind::Angle => "deg",
+            ValueKind::Length => "mm",
+            ValueKind::Angle => "deg",
             _ => "",
         };
-        all.push(Feasible { path: known.path.clone(), value, unit, held, followed });
+        all.push(FeasibleRange { path: known.path.clone(), value, unit, alone: held, following: followed });
     }
     Ok(all)
 }
 
 /// Extends a range outward from two good values.
-fn range(
+fn extend_range(
     space: &mut Space,
     number: usize,
     from: [f64; 2],
     halvings: usize,
     is_good: &mut dyn FnMut(&mut Space, f64) -> bool,
-) -> Range {
+) -> ValueRange {
     let ends = space.numbers[number].range;
     let mut found = from;
     for (i, up) in [(0, false), (1, true)] {
@@ -106,7 +106,7 @@ fn range(
         let steps = steps(space, number, from[i], end, up);
         let mut bad = None;
         for value in steps {
-            if space.left == 0 || !is_good(space, value) {
+            if space.evaluations_left == 0 || !is_good(space, value) {
                 bad = Some(value);
                 break;
             }
@@ -116,13 +116,13 @@ fn range(
         // The limit lies between the last good and the first bad value.
         for _ in 0..halvings {
             let half = rounded(space, number, 0.5 * (found[i] + bad), up);
-            if half == bad || half == found[i] || space.left == 0 {
+            if half == bad || half == found[i] || space.evaluations_left == 0 {
                 break;
             }
             if is_good(space, half) { found[i] = half } else { bad = half }
         }
     }
-    Range { low: found[0], high: found[1], is_end: [found[0] == ends[0], found[1] == ends[1]] }
+    ValueRange { low: found[0], high: found[1], is_end: [found[0] == ends[0], found[1] == ends[1]] }
 }
 
 /// Returns the values to try in one direction, ending with `end`.
@@ -143,8 +143,8 @@ fn steps(space: &Space, number: usize, from: f64, end: f64, up: bool) -> Vec<f64
 /// Rounds counts outward to whole numbers, other values to a thousandth.
 fn rounded(space: &Space, number: usize, value: f64, up: bool) -> f64 {
     match space.numbers[number].kind {
-        Kind::Count if up => value.ceil(),
-        Kind::Count => value.floor(),
+        ValueKind::Count if up => value.ceil(),
+        ValueKind::Count => value.floor(),
         _ => (value * 1e3).round() / 1e3,
     }
 }

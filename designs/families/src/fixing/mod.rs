@@ -10,12 +10,12 @@ mod search;
 mod shrink;
 mod space;
 
-use fabkit_text::{Broken, InvalidDesign, Problem, Rule};
+use fabkit_text::{BrokenRule, InvalidDesign, Problem, RuleId};
 
 pub use advice::advise;
 pub use bought::is_bought;
-pub use limits::{Feasible, Range, limits};
-use search::{Search, search};
+pub use limits::{FeasibleRange, ValueRange, find_feasible_ranges};
+use search::{SearchResult, search};
 use shrink::shrink;
 use space::{Space, Values};
 
@@ -34,7 +34,7 @@ const MOST_BLAMED: usize = 24;
 
 /// Change of one value.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Change {
+pub struct ValueChange {
     /// Dotted path of the parameter.
     pub path: String,
     /// Old value, as it would be written.
@@ -45,14 +45,14 @@ pub struct Change {
     pub because: String,
 }
 
-impl Change {
+impl ValueChange {
     /// Returns the change as an override: `path=value`.
     pub fn as_override(&self) -> String {
         format!("{}={}", self.path, self.to)
     }
 }
 
-impl std::fmt::Display for Change {
+impl std::fmt::Display for ValueChange {
     /// Formats `tube.wall 1 mm -> 1.2 mm: because ...`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} {} -> {}: because {}", self.path, self.from, self.to, self.because)
@@ -72,8 +72,8 @@ pub fn fix(
     text: SensorText,
     overrides: &[String],
     others: &[&str],
-) -> Result<Vec<Change>, InvalidDesign> {
-    let mine = own(overrides, others);
+) -> Result<Vec<ValueChange>, InvalidDesign> {
+    let mine = sensor_overrides(overrides, others);
     let trial = REGISTRY.trial(text, &mine, others)?;
     let mut space = Space::new(trial, MOST_TRIED);
     let begin = Values::new();
@@ -83,7 +83,7 @@ pub fn fix(
     }
     let as_it_is = || REGISTRY.load_text(text, &mine, others).err();
     // Unknown names, units and materials cannot be fixed by changing a number.
-    let is_readable = |broken: &Broken| {
+    let is_readable = |broken: &BrokenRule| {
         !broken.rule.is_range() || space.index(&broken.path).is_some_and(|i| first.at[i].is_some())
     };
     if let (false, Some(invalid)) = (first.broken.iter().all(is_readable), as_it_is()) {
@@ -91,19 +91,19 @@ pub fn fix(
     }
     let mut met = Vec::new();
     match search(&mut space, &begin, &[], &|_| true, STATES, &mut met) {
-        Search::Found(values) => {
+        SearchResult::Found(values) => {
             let values = shrink(&mut space, &begin, values);
             Ok(changes(&mut space, &values))
         }
-        Search::Nothing | Search::Unknown => {
-            let rules = contradiction(&mut space, met);
-            Err(contradicting(&mut space, &rules, &mine, as_it_is()))
+        SearchResult::Nothing | SearchResult::Unknown => {
+            let rules = find_contradiction(&mut space, met);
+            Err(contradiction_problem(&mut space, &rules, &mine, as_it_is()))
         }
     }
 }
 
 /// Returns the overrides of the sensor itself, without those of other crates' sections.
-pub(crate) fn own(overrides: &[String], others: &[&str]) -> Vec<String> {
+pub(crate) fn sensor_overrides(overrides: &[String], others: &[&str]) -> Vec<String> {
     let is_other = |text: &String| {
         others.iter().any(|key| text.strip_prefix(key).is_some_and(|rest| rest.starts_with('.')))
     };
@@ -111,7 +111,7 @@ pub(crate) fn own(overrides: &[String], others: &[&str]) -> Vec<String> {
 }
 
 /// Pairs each change with the rule that is broken without it.
-fn changes(space: &mut Space, values: &Values) -> Vec<Change> {
+fn changes(space: &mut Space, values: &Values) -> Vec<ValueChange> {
     let mut changes = Vec::new();
     for (&number, &value) in values {
         let mut without = values.clone();
@@ -119,10 +119,10 @@ fn changes(space: &mut Space, values: &Values) -> Vec<Change> {
         let outcome = space.outcome(&without);
         let known = &space.numbers[number];
         let because = outcome.broken.first().map(|rule| reason(rule, &known.path));
-        changes.push(Change {
+        changes.push(ValueChange {
             path: known.path.clone(),
-            from: outcome.at[number].map(|from| known.text(tidy(from))).unwrap_or_default(),
-            to: known.text(value),
+            from: outcome.at[number].map(|from| known.format_value(tidy(from))).unwrap_or_default(),
+            to: known.format_value(value),
             because: because.unwrap_or_default(),
         });
     }
@@ -135,7 +135,7 @@ fn tidy(value: f64) -> f64 {
 }
 
 /// Returns the reason of a change, as half a sentence after "because".
-fn reason(broken: &Broken, path: &str) -> String {
+fn reason(broken: &BrokenRule, path: &str) -> String {
     match (&broken.because, &broken.limit) {
         (Some(because), _) if broken.path == path => because.clone(),
         (Some(because), Some(limit)) => {
@@ -146,17 +146,17 @@ fn reason(broken: &Broken, path: &str) -> String {
 }
 
 /// Finds a minimal set of these rules that cannot be satisfied together: without any one of them, the others can.
-fn contradiction(space: &mut Space, met: Vec<Rule>) -> Vec<Rule> {
+fn find_contradiction(space: &mut Space, met: Vec<RuleId>) -> Vec<RuleId> {
     let begin = Values::new();
     let mut met = met;
     met.truncate(MOST_BLAMED);
     // The repair may have used up its budget: the search for the contradiction has its own.
-    space.left = MOST_TRIED_TO_BLAME;
+    space.evaluations_left = MOST_TRIED_TO_BLAME;
     // Most often a single rule cannot be satisfied on its own.
     for rule in &met {
-        let counts = |other: &Rule| other == rule;
+        let counts = |other: &RuleId| other == rule;
         let found = search(space, &begin, &[], &counts, STATES_TO_BLAME, &mut Vec::new());
-        if matches!(found, Search::Nothing) {
+        if matches!(found, SearchResult::Nothing) {
             return vec![rule.clone()];
         }
     }
@@ -170,9 +170,9 @@ fn contradiction(space: &mut Space, met: Vec<Rule>) -> Vec<Rule> {
         if fewer.is_empty() {
             break;
         }
-        let counts = |rule: &Rule| fewer.contains(rule);
+        let counts = |rule: &RuleId| fewer.contains(rule);
         let found = search(space, &begin, &[], &counts, STATES_TO_BLAME, &mut Vec::new());
-        if matches!(found, Search::Nothing) {
+        if matches!(found, SearchResult::Nothing) {
             rules = fewer;
         }
     }
@@ -180,13 +180,13 @@ fn contradiction(space: &mut Space, met: Vec<Rule>) -> Vec<Rule> {
 }
 
 /// Returns one problem that names the rules, with a hint which of the user's values to change.
-fn contradicting(
+fn contradiction_problem(
     space: &mut Space,
-    rules: &[Rule],
+    rules: &[RuleId],
     overrides: &[String],
     as_it_is: Option<InvalidDesign>,
 ) -> InvalidDesign {
-    let said: Vec<String> = rules.iter().filter_map(|rule| space.said(rule)).collect();
+    let said: Vec<String> = rules.iter().filter_map(|rule| space.rule_text(rule)).collect();
     let set: Vec<&str> =
         overrides.iter().filter_map(|text| Some(text.split_once('=')?.0.trim())).collect();
     let begin = Values::new();
@@ -194,10 +194,10 @@ fn contradicting(
     let mut instead = Vec::new();
     for path in &set {
         let Some(number) = space.index(path) else { continue };
-        if let Some((value, up)) = advice::either_way(space, &begin, number, &|o| o.is_clean()) {
+        if let Some((value, up)) = advice::nearest_either_way(space, &begin, number, &|o| o.is_clean()) {
             let most = if up { "at least" } else { "at most" };
             instead
-                .push(format!("write {most} {} for `{path}`", space.numbers[number].text(value)));
+                .push(format!("write {most} {} for `{path}`", space.numbers[number].format_value(value)));
         }
     }
     let kept: Vec<String> = set.iter().map(|path| format!("`{path}`")).collect();
@@ -225,7 +225,7 @@ fn contradicting(
 
 impl Space {
     /// Returns the text of a rule as it was when it was first broken.
-    fn said(&self, rule: &Rule) -> Option<String> {
+    fn rule_text(&self, rule: &RuleId) -> Option<String> {
         let broken = self.first_broken(rule)?;
         Some(match (&broken.limit, &broken.because) {
             (Some(limit), Some(because)) => {

@@ -1,6 +1,6 @@
 //! Minimization of a solution: from values that satisfy all rules to the fewest and smallest changes, in few digits.
 
-use fabkit_text::Kind;
+use fabkit_text::ValueKind;
 
 use super::space::{Space, Values};
 
@@ -31,20 +31,20 @@ pub(super) fn shrink(space: &mut Space, begin: &Values, found: Values) -> Values
     }
     changed.retain(|number| values.contains_key(number));
     for number in changed {
-        values = less(space, values, number);
+        values = reduce_change(space, values, number);
     }
     values
 }
 
 /// Moves one number back towards its original value as far as the rules allow, then rounds it.
-fn less(space: &mut Space, values: Values, number: usize) -> Values {
+fn reduce_change(space: &mut Space, values: Values, number: usize) -> Values {
     let found = values[&number];
     let with = |value: f64| {
         let mut values = values.clone();
         values.insert(number, value);
         values
     };
-    let is_count = space.numbers[number].kind == Kind::Count;
+    let is_count = space.numbers[number].kind == ValueKind::Count;
     let (mut bad, mut good) = (space.numbers[number].value.unwrap_or(found), found);
     for _ in 0..HALVINGS {
         let mut half = 0.5 * (bad + good);
@@ -58,7 +58,7 @@ fn less(space: &mut Space, values: Values, number: usize) -> Values {
         if space.outcome(&with(half)).is_clean() { good = half } else { bad = half }
     }
     // The limiting value has many digits: prefer a rounded one nearby that holds too.
-    for value in readable(space, number, good, good >= bad) {
+    for value in rounded_candidates(space, number, good, good >= bad) {
         if space.outcome(&with(value)).is_clean() {
             return with(value);
         }
@@ -68,12 +68,12 @@ fn less(space: &mut Space, values: Values, number: usize) -> Values {
 
 /// Returns values in few digits near a limiting value, coarsest first; of two equally coarse ones, the smaller change
 /// first. The caller tries them in this order.
-pub(super) fn readable(space: &Space, number: usize, value: f64, up: bool) -> Vec<f64> {
+pub(super) fn rounded_candidates(space: &Space, number: usize, value: f64, up: bool) -> Vec<f64> {
     let [low, high] = space.numbers[number].range;
     let steps: &[f64] = match space.numbers[number].kind {
-        Kind::Count => &[1.0],
-        Kind::Angle => &[1.0, 0.5, 0.1, 0.01],
-        Kind::Number => &[0.05, 0.01, 0.001, 0.0001],
+        ValueKind::Count => &[1.0],
+        ValueKind::Angle => &[1.0, 0.5, 0.1, 0.01],
+        ValueKind::Number => &[0.05, 0.01, 0.001, 0.0001],
         _ => &STEPS,
     };
     let last = steps.len() - 1;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use fabkit_text::{Broken, Kind, Number, Rule, SourceKind};
+use fabkit_text::{BrokenRule, ValueKind, NumericParameter, RuleId, SourceKind};
 
 use super::bought::is_bought;
 use crate::registry::Trial;
@@ -13,38 +13,38 @@ pub(super) type Values = BTreeMap<usize, f64>;
 
 /// Result of evaluating the rules at some values.
 #[derive(Debug)]
-pub(super) struct Outcome {
+pub(super) struct RuleOutcome {
     /// Broken rules, in the order in which they were checked.
-    pub broken: Vec<Broken>,
+    pub broken: Vec<BrokenRule>,
     /// True if every rule could be checked.
-    is_read: bool,
+    is_complete: bool,
     /// Every number, including results of expressions.
     pub at: Vec<Option<f64>>,
 }
 
 /// State of a rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Fares {
+pub(super) enum RuleState {
     /// Satisfied.
-    Kept,
+    Satisfied,
     /// Broken, with the size of the violation where it is known.
     Broken(Option<f64>),
     /// Not checked, because something else is too wrong.
     Unknown,
 }
 
-impl Outcome {
+impl RuleOutcome {
     /// Returns whether no rule is broken.
     pub fn is_clean(&self) -> bool {
         self.broken.is_empty()
     }
 
     /// Returns the state of a rule.
-    pub fn fares(&self, rule: &Rule) -> Fares {
+    pub fn rule_state(&self, rule: &RuleId) -> RuleState {
         match self.broken.iter().find(|broken| broken.rule == *rule) {
-            Some(broken) => Fares::Broken(broken.missing),
-            None if self.is_read || rule.is_range() => Fares::Kept,
-            None => Fares::Unknown,
+            Some(broken) => RuleState::Broken(broken.excess),
+            None if self.is_complete || rule.is_range() => RuleState::Satisfied,
+            None => RuleState::Unknown,
         }
     }
 }
@@ -53,14 +53,14 @@ impl Outcome {
 pub(super) struct Space {
     trial: Trial,
     /// All numbers.
-    pub numbers: Vec<Number>,
+    pub numbers: Vec<NumericParameter>,
     /// Indices of the numbers that may change: chosen by fabkit, and not of bought things.
     pub free: Vec<usize>,
-    known: BTreeMap<Vec<(usize, u64)>, Rc<Outcome>>,
+    known: BTreeMap<Vec<(usize, u64)>, Rc<RuleOutcome>>,
     /// Each rule as it was when it was first broken.
-    first: BTreeMap<Rule, Broken>,
+    first: BTreeMap<RuleId, BrokenRule>,
     /// Number of evaluations left. Counting bounds the time in the same way on every machine.
-    pub left: usize,
+    pub evaluations_left: usize,
 }
 
 impl Space {
@@ -74,34 +74,34 @@ impl Space {
             .filter(|n| n.source == SourceKind::User && is_bought(&n.path))
             .map(|number| section(&number.path))
             .collect();
-        let may_change = |number: &Number| {
+        let may_change = |number: &NumericParameter| {
             let is_given = is_bought(&number.path) && !exchanged.contains(&section(&number.path));
             number.source == SourceKind::Chosen && !is_given
         };
         let free = (0..numbers.len()).filter(|i| may_change(&numbers[*i])).collect();
-        Self { trial, numbers, free, known: BTreeMap::new(), first: BTreeMap::new(), left: most }
+        Self { trial, numbers, free, known: BTreeMap::new(), first: BTreeMap::new(), evaluations_left: most }
     }
 
     /// Evaluates the rules at these values, or returns the cached outcome. Callers that loop check [`Space::left`].
-    pub fn outcome(&mut self, values: &Values) -> Rc<Outcome> {
+    pub fn outcome(&mut self, values: &Values) -> Rc<RuleOutcome> {
         // Bit patterns, because floats have no total order as keys of a map.
         let key: Vec<(usize, u64)> = values.iter().map(|(i, v)| (*i, v.to_bits())).collect();
         if let Some(known) = self.known.get(&key) {
             return Rc::clone(known);
         }
-        self.left = self.left.saturating_sub(1);
-        let (report, at) = self.trial.with(&self.texts(values), &self.numbers);
+        self.evaluations_left = self.evaluations_left.saturating_sub(1);
+        let (report, at) = self.trial.evaluate(&self.texts(values), &self.numbers);
         let broken = report.broken_rules();
         for rule in &broken {
             self.first.entry(rule.rule.clone()).or_insert_with(|| rule.clone());
         }
-        let outcome = Rc::new(Outcome { broken, is_read: report.is_read(), at });
+        let outcome = Rc::new(RuleOutcome { broken, is_complete: report.is_read(), at });
         self.known.insert(key, Rc::clone(&outcome));
         outcome
     }
 
     /// Returns a rule as it was when it was first broken.
-    pub fn first_broken(&self, rule: &Rule) -> Option<&Broken> {
+    pub fn first_broken(&self, rule: &RuleId) -> Option<&BrokenRule> {
         self.first.get(rule)
     }
 
@@ -109,18 +109,18 @@ impl Space {
     pub fn texts(&self, values: &Values) -> BTreeMap<String, String> {
         let text = |(i, value): (&usize, &f64)| {
             let number = &self.numbers[*i];
-            (number.path.clone(), number.text(*value))
+            (number.path.clone(), number.format_value(*value))
         };
         values.iter().map(text).collect()
     }
 
     /// Returns the scale that changes of a number are measured in: its magnitude, with a lower bound for small values.
     pub fn scale(&self, number: usize) -> f64 {
-        let Number { kind, value, .. } = &self.numbers[number];
+        let NumericParameter { kind, value, .. } = &self.numbers[number];
         let least = match kind {
-            Kind::Length => 1.0,
-            Kind::Angle => 10.0,
-            Kind::Count => 1.0,
+            ValueKind::Length => 1.0,
+            ValueKind::Angle => 10.0,
+            ValueKind::Count => 1.0,
             _ => 0.1,
         };
         value.unwrap_or_default().abs().max(least)
@@ -139,21 +139,21 @@ impl Space {
         values: &Values,
         number: usize,
         up: bool,
-        is_good: &dyn Fn(&Outcome) -> bool,
-        is_hopeless: &dyn Fn(&[Rc<Outcome>]) -> bool,
+        is_good: &dyn Fn(&RuleOutcome) -> bool,
+        is_hopeless: &dyn Fn(&[Rc<RuleOutcome>]) -> bool,
     ) -> Option<f64> {
         let (begin, ladder) = self.ladder(values, number, up)?;
         let (near, far) = (*ladder.first()?, *ladder.last()?);
         let middle = ladder[ladder.len() / 2];
         // Three probes first: they end the search early for a number that has no influence.
-        let probes = [near, middle, far].map(|value| self.with(values, number, value));
+        let probes = [near, middle, far].map(|value| self.outcome_with(values, number, value));
         if !probes.iter().any(|outcome| is_good(outcome)) && is_hopeless(&probes) {
             return None;
         }
         let mut before = begin;
         for value in ladder {
-            if is_good(&self.with(values, number, value)) {
-                return Some(self.between(values, number, (before, value), is_good));
+            if is_good(&self.outcome_with(values, number, value)) {
+                return Some(self.bisect(values, number, (before, value), is_good));
             }
             before = value;
         }
@@ -167,13 +167,13 @@ impl Space {
         values: &Values,
         number: usize,
         up: bool,
-        is_good: &dyn Fn(&Outcome) -> bool,
+        is_good: &dyn Fn(&RuleOutcome) -> bool,
     ) -> Option<f64> {
         let (_, ladder) = self.ladder(values, number, up)?;
         let mut last = None;
         for value in ladder {
-            if !is_good(&self.with(values, number, value)) {
-                return last.map(|good| self.between(values, number, (value, good), is_good));
+            if !is_good(&self.outcome_with(values, number, value)) {
+                return last.map(|good| self.bisect(values, number, (value, good), is_good));
             }
             last = Some(value);
         }
@@ -181,28 +181,28 @@ impl Space {
     }
 
     /// Evaluates the rules with one more number changed.
-    pub fn with(&mut self, values: &Values, number: usize, value: f64) -> Rc<Outcome> {
+    pub fn outcome_with(&mut self, values: &Values, number: usize, value: f64) -> Rc<RuleOutcome> {
         let mut values = values.clone();
         values.insert(number, value);
         self.outcome(&values)
     }
 
     /// Bisects between a bad and a good value. Returns the good value nearest to the bad one.
-    fn between(
+    fn bisect(
         &mut self,
         values: &Values,
         number: usize,
         (mut bad, mut good): (f64, f64),
-        is_good: &dyn Fn(&Outcome) -> bool,
+        is_good: &dyn Fn(&RuleOutcome) -> bool,
     ) -> f64 {
-        let is_count = self.numbers[number].kind == Kind::Count;
+        let is_count = self.numbers[number].kind == ValueKind::Count;
         for _ in 0..HALVINGS {
             let half = 0.5 * (bad + good);
             let half = if is_count { half.round() } else { half };
             if half == bad || half == good {
                 break;
             }
-            if is_good(&self.with(values, number, half)) { good = half } else { bad = half }
+            if is_good(&self.outcome_with(values, number, half)) { good = half } else { bad = half }
         }
         good
     }
@@ -215,7 +215,7 @@ impl Space {
         let [low, high] = self.numbers[number].range;
         let scale = self.scale(number);
         let steps: Vec<f64> = match self.numbers[number].kind {
-            Kind::Count => COUNT_STEPS.to_vec(),
+            ValueKind::Count => COUNT_STEPS.to_vec(),
             _ => STEPS.map(|step| step * scale).to_vec(),
         };
         let end = if up { high } else { low };

@@ -42,7 +42,7 @@ impl Dowel {
     /// Returns the order for a shop: a pin of the standard, or steel to be cut where the standard has none.
     pub fn order(&self) -> Order {
         let article = if self.is_stocked() { "dowel pin ISO 2338" } else { "steel pin" };
-        Order::of(article, format!("{} x {} mm", self.diameter_mm, self.length_mm))
+        Order::new(article, format!("{} x {} mm", self.diameter_mm, self.length_mm))
     }
 
     /// Returns the specification as text.

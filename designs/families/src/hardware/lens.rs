@@ -1,6 +1,6 @@
 //! Lenses that focus by turning in their thread, and the space that fingers or tweezers need for it.
 
-use fabkit_geometry::{Occasion, Path, Reach, Solid};
+use fabkit_geometry::{Occasion, Path, ToolAccess, Solid};
 
 /// Gap between fingers or tweezers and the part they hold, mm, so that their solids do not overlap.
 const TOUCH_MM: f64 = 0.05;
@@ -20,27 +20,27 @@ const HAND_MM: [f64; 2] = [25.0, 50.0];
 const TWEEZERS_MM: [f64; 3] = [0.5, 2.0, 50.0];
 
 /// Radius and length of the hand that holds tweezers, mm; chosen.
-const HELD_MM: [f64; 2] = [15.0, 60.0];
+const TWEEZERS_HAND_MM: [f64; 2] = [15.0, 60.0];
 
 /// Finger from the side: width and height of the tip, length of the finger, mm; chosen.
 const TIP_MM: [f64; 3] = [11.0, 12.0, 60.0];
 
 /// Lens that turns in its thread, its axis along z, looking up.
 #[derive(Clone, Copy, Debug)]
-pub struct Lens {
+pub struct ThreadedLens {
     /// Diameter of the barrel, mm.
     pub barrel_mm: f64,
     /// Height of the lens's front, mm.
     pub front_z: f64,
 }
 
-impl Lens {
+impl ThreadedLens {
     /// Returns the space for turning the lens from the front: by fingers around its barrel, or by tweezers at the rim
     /// of a small one.
-    pub fn turned_from_front(&self) -> Reach {
+    pub fn front_access(&self) -> ToolAccess {
         let (name, [grip, thick, reach], hand) = match self.barrel_mm >= FINGERS_FROM_MM {
             true => ("the fingers that turn the lens", FINGERS_MM, HAND_MM),
-            false => ("the tweezers that turn the lens", TWEEZERS_MM, HELD_MM),
+            false => ("the tweezers that turn the lens", TWEEZERS_MM, TWEEZERS_HAND_MM),
         };
         let inner = self.barrel_mm / 2.0 + TOUCH_MM;
         let outer = inner + thick;
@@ -56,12 +56,12 @@ impl Lens {
             [inner, palm + length],
         ];
         let solid = Solid::revolution(Path::polygon(&outline));
-        Reach::room(name, solid).on(Occasion::Adjustment)
+        ToolAccess::new(name, solid).with_occasion(Occasion::Adjustment)
     }
 
     /// Returns the space for turning the lens by two fingers from opposite sides, along x or along y, where the front
     /// is not accessible.
-    pub fn turned_from_sides(&self) -> Reach {
+    pub fn side_access(&self) -> ToolAccess {
         let [width, height, long] = TIP_MM;
         let near = self.barrel_mm / 2.0 + TOUCH_MM;
         let low = self.front_z - FINGERS_MM[0];
@@ -71,8 +71,8 @@ impl Lens {
         let [half, far] = [width / 2.0, near + long];
         let along_x = finger([near, -half], [far, half]).plus(finger([-far, -half], [-near, half]));
         let along_y = finger([-half, near], [half, far]).plus(finger([-half, -far], [half, -near]));
-        Reach::room("the two fingers that turn the lens", along_x)
-            .or(along_y)
-            .on(Occasion::Adjustment)
+        ToolAccess::new("the two fingers that turn the lens", along_x)
+            .with_alternative(along_y)
+            .with_occasion(Occasion::Adjustment)
     }
 }

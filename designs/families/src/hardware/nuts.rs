@@ -65,7 +65,7 @@ impl HeatSetNut {
     }
 
     /// Returns the text that the nut is ordered by.
-    pub fn ordered(&self) -> String {
+    pub fn order_text(&self) -> String {
         format!(
             "heat-set nut M{} as {}, {} mm outside, {} mm long, hole {} mm",
             self.thread_mm, self.maker, self.diameter_mm, self.length_mm, self.hole_mm
@@ -75,7 +75,7 @@ impl HeatSetNut {
     /// Returns the order for a shop.
     pub fn order(&self) -> Order {
         let size = format!("M{}x{}", self.thread_mm, self.length_mm);
-        Order::of(format!("heat-set nut {}", self.maker), size)
+        Order::new(format!("heat-set nut {}", self.maker), size)
             .with_tool(format!("soldering iron with a tip for M{}", self.thread_mm))
     }
 
@@ -92,7 +92,7 @@ impl HeatSetNut {
     }
 
     /// Returns its hole, `spare_mm` deeper than the nut: room for molten plastic and the screw's tip.
-    pub fn tool(&self, spare_mm: f64) -> Solid {
+    pub fn hole_tool(&self, spare_mm: f64) -> Solid {
         let depth = self.length_mm + spare_mm;
         Solid::cylinder(self.hole_mm / 2.0, depth + CUT_OVERLAP_MM).at_z(-depth)
     }
@@ -149,13 +149,13 @@ impl HexNut {
     }
 
     /// Returns the text that the nut is ordered by.
-    pub fn ordered(&self) -> String {
-        self.order().asked_for()
+    pub fn order_text(&self) -> String {
+        self.order().article_and_size()
     }
 
     /// Returns the order for a shop.
     pub fn order(&self) -> Order {
-        Order::of("hexagon nut ISO 4032", format!("M{}", self.thread_mm))
+        Order::new("hexagon nut ISO 4032", format!("M{}", self.thread_mm))
             .with_tool(format!("spanner or pliers {} mm", self.across_flats_mm))
     }
 
@@ -170,7 +170,7 @@ impl HexNut {
     }
 
     /// Returns a pocket that keeps the nut from turning, from its bearing face up to a surface at `depth_mm`.
-    pub fn tool(&self, gap_mm: f64, depth_mm: f64) -> Solid {
+    pub fn pocket_tool(&self, gap_mm: f64, depth_mm: f64) -> Solid {
         hexagon(self.across_flats_mm + 2.0 * gap_mm, depth_mm + CUT_OVERLAP_MM)
     }
 }
@@ -199,7 +199,7 @@ impl HexSpacer {
     /// Returns the order for a shop: to a tenth of a millimetre, as a lathe can shorten it.
     pub fn order(&self, length_mm: f64) -> Order {
         let size = format!("M{} x {} mm", self.thread_mm, (10.0 * length_mm).round() / 10.0);
-        Order::of("hexagonal spacer, female both ends", size)
+        Order::new("hexagonal spacer, female both ends", size)
             .with_tool(format!("spanner or pliers {} mm", self.across_flats_mm))
     }
 

@@ -99,7 +99,7 @@ pub fn stocked_cords() -> String {
 impl ORing {
     /// Finds the stocked ring of a cord diameter for a groove with the given bottom diameter, mm: the widest one that
     /// is stretched, otherwise one that is slightly wider; `None` if none is stocked.
-    pub fn on(cord_mm: f64, bottom_mm: f64) -> Option<Self> {
+    pub fn find_stocked(cord_mm: f64, bottom_mm: f64) -> Option<Self> {
         let series = SERIES.iter().find(|series| (series.cord_mm - cord_mm).abs() < 1e-9)?;
         let fits = |inside_mm: &f64| {
             let stretch = bottom_mm / inside_mm - 1.0;
@@ -121,7 +121,7 @@ impl ORing {
     /// Finds the stocked ring, or returns one that is marked as not stocked; families report such a ring as a problem.
     pub fn or_unstocked(cord_mm: f64, bottom_mm: f64) -> Self {
         let unstocked = Self { inside_mm: bottom_mm, cord_mm, standard: "not stocked" };
-        Self::on(cord_mm, bottom_mm).unwrap_or(unstocked)
+        Self::find_stocked(cord_mm, bottom_mm).unwrap_or(unstocked)
     }
 
     /// Returns the size code in ISO 3601-1, which is the dash number in AS568; `None` for metric sizes.
@@ -136,9 +136,9 @@ impl ORing {
     pub fn order(&self) -> Order {
         let size = format!("{} x {} mm", self.inside_mm, self.cord_mm);
         match self.size_code() {
-            Some(code) => Order::of("O-ring ISO 3601-1", format!("{size} (AS568-{code:03})")),
-            None if self.standard == ISO_3601 => Order::of("O-ring ISO 3601-1", size),
-            None => Order::of("O-ring, metric", size),
+            Some(code) => Order::new("O-ring ISO 3601-1", format!("{size} (AS568-{code:03})")),
+            None if self.standard == ISO_3601 => Order::new("O-ring ISO 3601-1", size),
+            None => Order::new("O-ring, metric", size),
         }
     }
 
@@ -154,7 +154,7 @@ impl ORing {
     }
 
     /// Returns how far the ring may be stretched outwards while it is pulled over a flange, mm of radius.
-    pub fn gives_mm(&self) -> f64 {
+    pub fn max_stretch_mm(&self) -> f64 {
         STRETCH_SHARE * self.inside_mm / 2.0
     }
 

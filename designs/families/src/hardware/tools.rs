@@ -1,6 +1,6 @@
 //! Space that hands and tools need at fasteners, each in the fastener's own frame, z out of the material.
 
-use fabkit_geometry::{Angle, Occasion, Pose, Reach, Solid};
+use fabkit_geometry::{Angle, Occasion, Pose, ToolAccess, Solid};
 
 use super::{Dowel, HeatSetNut, HexNut, Screw, SocketScrew};
 use crate::blocks::{INTO_MM, copies, ring};
@@ -74,24 +74,24 @@ const SYRINGE_MM: [[f64; 2]; 2] = [[7.0, 55.0], [20.0, 60.0]];
 /// Returns the space of a flat screwdriver in a pry slot of the given depth, mm: origin in the middle of the slot's
 /// mouth, x axis out of it, z axis across its narrow side. The screwdriver is twisted about its own axis, which takes
 /// no more room.
-pub fn pry(mouth: Pose, depth_mm: f64) -> Reach {
+pub fn pry(mouth: Pose, depth_mm: f64) -> ToolAccess {
     let ([thickness, width], shaft) = PRY_MM;
     let blade = Solid::cuboid(width, thickness, depth_mm + PRY_BLADE_MM - TIP_GAP_MM);
     let behind = shafted(PRY_BLADE_MM - INTO_MM, shaft, HANDLE_MM);
     let quarter = Angle::from_deg(-90.0).expect("a quarter of a turn is finite");
     let out = Pose::rotation_z(quarter).then_in(Pose::rotation_x(quarter));
     let solid = blade.at_z(TIP_GAP_MM - depth_mm).plus(behind).placed(mouth.then_in(out));
-    Reach::room("the screwdriver that pries", solid).on(Occasion::Removal)
+    ToolAccess::new("the screwdriver that pries", solid).with_occasion(Occasion::Removal)
 }
 
 /// Returns the space of a syringe whose tip ends `stands_out_mm` outside its seat: origin in the seat's mouth, z
 /// towards the hand.
-pub fn syringe(mouth: Pose, stands_out_mm: f64) -> Reach {
+pub fn syringe(mouth: Pose, stands_out_mm: f64) -> ToolAccess {
     let [barrel, hand] = SYRINGE_MM;
     let behind = Solid::cylinder(barrel[0], barrel[1])
         .plus(Solid::cylinder(hand[0], hand[1]).at_z(barrel[1] - INTO_MM));
     let solid = behind.at_z(stands_out_mm + TIP_GAP_MM).placed(mouth);
-    Reach::room("the syringe", solid).on(Occasion::Pour)
+    ToolAccess::new("the syringe", solid).with_occasion(Occasion::Pour)
 }
 
 /// Returns a shaft with a handle behind it, from a height upwards. It ends in a cone with flanks 26.5 degrees from the
@@ -111,18 +111,18 @@ fn shafted(from_z: f64, [radius, length]: [f64; 2], [handle, handle_length]: [f6
 
 impl Screw {
     /// Returns the space of the screwdriver.
-    pub fn driver(&self) -> Reach {
+    pub fn driver(&self) -> ToolAccess {
         let fits = DRIVERS.iter().find(|(thread, ..)| self.thread_mm < *thread);
         let &(_, tool, radius, length) = fits.unwrap_or(&DRIVERS[DRIVERS.len() - 1]);
         let from_z = self.head_height_mm() + TIP_GAP_MM;
-        Reach::driver(tool, shafted(from_z, [radius, length], HANDLE_MM))
+        ToolAccess::driver(tool, shafted(from_z, [radius, length], HANDLE_MM))
     }
 }
 
 impl SocketScrew {
     /// Returns the space of the hexagon key, held by its long arm: upright, or tilted to any of four sides on its ball
     /// end.
-    pub fn driver(&self) -> Reach {
+    pub fn driver(&self) -> ToolAccess {
         let fits = KEYS.iter().find(|(thread, ..)| self.thread_mm < *thread);
         let &(_, tool, radius, [long, short]) = fits.unwrap_or(&KEYS[KEYS.len() - 1]);
         let from_z = self.head_height_mm + TIP_GAP_MM;
@@ -131,23 +131,23 @@ impl SocketScrew {
         let key = Solid::cylinder(radius, long)
             .plus(Solid::cylinder(short, arm).at_z(long - arm))
             .named("key");
-        let upright = Reach::driver(tool, key.clone().at_z(from_z));
+        let upright = ToolAccess::driver(tool, key.clone().at_z(from_z));
         let lean = Pose::rotation_y(Angle::from_deg(BALL_DEG).expect("finite"));
         // The lower edge of a tilted key must clear the head.
         let over = from_z + radius * BALL_DEG.to_radians().sin();
         let sides = ring(4, 0.0, Pose::identity()).into_iter().map(|turn| turn.then_in(lean));
-        sides.fold(upright, |reach, side| reach.or(key.clone().placed(side).at_z(over)))
+        sides.fold(upright, |reach, side| reach.with_alternative(key.clone().placed(side).at_z(over)))
     }
 }
 
 impl Dowel {
     /// Returns the space of a vise jaw or thumb that presses the dowel in, from either end.
-    pub fn press(&self) -> Reach {
+    pub fn press_access(&self) -> ToolAccess {
         let [radius, way] = PRESS_MM;
         let from_z = self.length_mm / 2.0 + TIP_GAP_MM;
         let jaw = Solid::cylinder(radius, way);
         let below = jaw.clone().at_z(-from_z - way);
-        Reach::room("what presses the dowel in", jaw.at_z(from_z)).or(below)
+        ToolAccess::new("what presses the dowel in", jaw.at_z(from_z)).with_alternative(below)
     }
 }
 
@@ -156,7 +156,7 @@ impl Dowel {
 ///
 /// If all holes hold pins, the neighbours are in the way; but a capture needs only a few pins, so copies are passed
 /// through.
-pub fn pinch(radius_mm: f64, top_z: f64) -> Reach {
+pub fn pinch(radius_mm: f64, top_z: f64) -> ToolAccess {
     let [deep, beside, out] = PINCH_MM;
     let [near, far] = [radius_mm + TIP_GAP_MM, radius_mm + beside];
     let (low, half) = (top_z - deep, EDGE_MM / 2.0);
@@ -166,8 +166,8 @@ pub fn pinch(radius_mm: f64, top_z: f64) -> Reach {
     let sides = Solid::union(tips);
     // Half of the eight directions, because two opposite fingertips are symmetric.
     let turns = ring(8, 0.0, Pose::identity()).into_iter().take(4);
-    let anywhere = Reach::room("the fingers that pull it out", around).past_copies();
-    turns.fold(anywhere, |reach, turn| reach.or(sides.clone().placed(turn)))
+    let anywhere = ToolAccess::new("the fingers that pull it out", around).ignoring_copies();
+    turns.fold(anywhere, |reach, turn| reach.with_alternative(sides.clone().placed(turn)))
 }
 
 /// Returns a tube around z, between two radii and two heights, mm.
@@ -178,25 +178,25 @@ fn tube([inner, outer]: [f64; 2], [low, high]: [f64; 2]) -> Solid {
 
 impl HexNut {
     /// Returns the space of a socket wrench around a nut that lies on a face.
-    pub fn socket(&self) -> Reach {
+    pub fn socket(&self) -> ToolAccess {
         let fits = SOCKETS.iter().find(|(flats, _)| self.across_flats_mm <= *flats);
         let &(_, diameter) = fits.unwrap_or(&SOCKETS[SOCKETS.len() - 1]);
         let around = Solid::cylinder(diameter / 2.0, SOCKET_MM).at_z(TIP_GAP_MM);
-        Reach::driver("a socket wrench", around)
+        ToolAccess::driver("a socket wrench", around)
     }
 
     /// Returns the space of a rod that pushes the nut into its pocket.
-    pub fn pusher(&self) -> Reach {
+    pub fn pusher(&self) -> ToolAccess {
         let from_z = self.height_mm + TIP_GAP_MM;
         let rod = Solid::cylinder(self.across_flats_mm / 2.0, PUSH_MM).at_z(from_z);
-        Reach::driver("what pushes the nut in", rod)
+        ToolAccess::driver("what pushes the nut in", rod)
     }
 }
 
 impl HeatSetNut {
     /// Returns the space of the soldering iron that melts the nut in.
-    pub fn iron(&self) -> Reach {
+    pub fn iron(&self) -> ToolAccess {
         let tip = [self.diameter_mm / 2.0, IRON_TIP_MM];
-        Reach::driver("a soldering iron", shafted(TIP_GAP_MM, tip, IRON_SHAFT_MM))
+        ToolAccess::driver("a soldering iron", shafted(TIP_GAP_MM, tip, IRON_SHAFT_MM))
     }
 }

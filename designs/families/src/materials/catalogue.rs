@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
 
 use fabkit_text::{
-    Content, Dialect, Entry, Found, Kind, Node, Place, Reading, Setting, Source, SourceKind,
-    TextLayer, check_format, join, mapping_of, shown,
+    YamlContent, Dialect, YamlEntry, LocatedProblem, ValueKind, YamlNode, TextPlace, NodeReader, Setting, ValueSource, SourceKind,
+    TextLayer, take_format, join, read_mapping, to_printable,
 };
 
-use super::{Bond, Castable, Figures, Hold, Material, Origin};
-use crate::own::named::{Layered, Noun, Raw, given_name, key_of, raws, read, taken};
+use super::{Bond, Castable, Figures, BondMethod, Material, MaterialOrigin};
+use crate::user_catalogue::named_sections::{LayeredSections, SectionKind, RawSection, parse_name, key_of, read_sections, read, take_entry};
 
 /// Materials in files: key and dialect.
-pub(crate) const MATERIALS: Noun = Noun {
+pub(crate) const MATERIALS: SectionKind = SectionKind {
     key: "materials",
     dialect: &Dialect::new("material", 1, ", then `materials:` and names with sections"),
 };
@@ -31,27 +31,27 @@ const SHARES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
 /// Materials of the built-in file.
 static BUILTIN: LazyLock<Catalogue> = LazyLock::new(|| {
-    let place = Place::new(TextLayer::Base, BUILTIN_FILE, MATERIALS.dialect);
+    let place = TextPlace::new(TextLayer::Base, BUILTIN_FILE, MATERIALS.dialect);
     let mut found = Vec::new();
     let mut own = Vec::new();
     for entry in builtin_entries(&place, &mut found) {
-        own.extend(raws(MATERIALS, entry, &place, &mut found));
+        own.extend(read_sections(MATERIALS, entry, &place, &mut found));
     }
-    let catalogue = Catalogue::of(own, &mut found);
+    let catalogue = Catalogue::from_sections(own, &mut found);
     debug_assert!(found.is_empty(), "{found:#?}");
     catalogue
 });
 
-fn builtin_entries(place: &Place, found: &mut Vec<Found>) -> Vec<Entry> {
-    let mut entries = mapping_of(BUILTIN_YAML, place, found).unwrap_or_default();
-    check_format(&mut entries, place, found);
+fn builtin_entries(place: &TextPlace, found: &mut Vec<LocatedProblem>) -> Vec<YamlEntry> {
+    let mut entries = read_mapping(BUILTIN_YAML, place, found).unwrap_or_default();
+    take_format(&mut entries, place, found);
     entries
 }
 
 /// All materials that a sensor's file may name.
 #[derive(Clone, Debug)]
 pub(crate) struct Catalogue {
-    raws: Arc<Vec<Raw>>,
+    raws: Arc<Vec<RawSection>>,
     by_key: Arc<BTreeMap<String, Castable>>,
 }
 
@@ -62,17 +62,17 @@ impl Catalogue {
     }
 
     /// Returns the materials with the entries of files added; later entries override earlier ones.
-    pub fn with(&self, own: Vec<Raw>, found: &mut Vec<Found>) -> Self {
+    pub fn with(&self, own: Vec<RawSection>, found: &mut Vec<LocatedProblem>) -> Self {
         if own.is_empty() {
             return self.clone();
         }
-        Self::of(self.raws.iter().cloned().chain(own).collect(), found)
+        Self::from_sections(self.raws.iter().cloned().chain(own).collect(), found)
     }
 
     /// Creates the catalogue from sections in the order of their layers.
-    fn of(raws: Vec<Raw>, found: &mut Vec<Found>) -> Self {
-        let layered = Layered::new(&raws);
-        let material = |(key, said): (&String, &[&Raw])| {
+    fn from_sections(raws: Vec<RawSection>, found: &mut Vec<LocatedProblem>) -> Self {
+        let layered = LayeredSections::new(&raws);
+        let material = |(key, said): (&String, &[&RawSection])| {
             let material = material(&layered, key, said, found)?;
             Some((key.clone(), Castable(Arc::new(material))))
         };
@@ -87,7 +87,7 @@ impl Catalogue {
 
     /// Returns the components of all mixes and the primers of all bonds.
     pub fn components(&self) -> Vec<&str> {
-        let mut names: Vec<&str> = self.by_key.values().flat_map(asked_for).collect();
+        let mut names: Vec<&str> = self.by_key.values().flat_map(ordered_names).collect();
         names.sort_unstable();
         names.dedup();
         names
@@ -100,34 +100,34 @@ impl Catalogue {
 }
 
 /// Returns the components of a material's mix and the primers of its bonds.
-fn asked_for(castable: &Castable) -> impl Iterator<Item = &str> {
+fn ordered_names(castable: &Castable) -> impl Iterator<Item = &str> {
     let material = castable.material();
     let mixed = material.by_mass.iter().map(|(name, _)| name.as_str());
     let primers = material.bonds.iter().filter_map(|bond| match &bond.hold {
-        Hold::Primer(primer) => Some(primer.as_str()),
+        BondMethod::Primer(primer) => Some(primer.as_str()),
         _ => None,
     });
     mixed.chain(primers)
 }
 
-fn is_builtin(raw: &Raw) -> bool {
+fn is_builtin(raw: &RawSection) -> bool {
     &*raw.place.file == BUILTIN_FILE
 }
 
 /// Reads one material; returns `None` after reporting its problems.
 fn material(
-    layered: &Layered,
+    layered: &LayeredSections,
     key: &str,
-    said: &[&Raw],
-    found: &mut Vec<Found>,
+    said: &[&RawSection],
+    found: &mut Vec<LocatedProblem>,
 ) -> Option<Material> {
     // The name as it was first written, so that built-in materials keep theirs.
     let (first, last) = (said.first()?, said.last()?);
     let name = first.name.clone();
     let origin = match (is_builtin(first), is_builtin(last)) {
-        (true, true) => Origin::BuiltIn,
-        (true, false) => Origin::Changed(last.place.file.to_string()),
-        (false, _) => Origin::Own(last.place.file.to_string()),
+        (true, true) => MaterialOrigin::BuiltIn,
+        (true, false) => MaterialOrigin::Changed(last.place.file.to_string()),
+        (false, _) => MaterialOrigin::UserDefined(last.place.file.to_string()),
     };
     let before = found.len();
     let mut stack = layered.stack(MATERIALS, key, found)?;
@@ -135,10 +135,10 @@ fn material(
     // `mix` and `bonds` are free-form maps: they are taken out before the declared keys are read.
     for (place, entries) in &mut stack {
         with_sources(place, entries);
-        mix = taken(entries, "mix").map(|node| (place.clone(), node)).or(mix);
-        bonds = taken(entries, "bonds").map(|node| (place.clone(), node)).or(bonds);
+        mix = take_entry(entries, "mix").map(|node| (place.clone(), node)).or(mix);
+        bonds = take_entry(entries, "bonds").map(|node| (place.clone(), node)).or(bonds);
     }
-    let path = join(MATERIALS.key, &shown(&name));
+    let path = join(MATERIALS.key, &to_printable(&name));
     let mut own = Vec::new();
     let by_mass = match mix {
         Some((place, node)) => by_mass(&place, &join(&path, "mix"), node, &mut own, found),
@@ -160,7 +160,7 @@ fn material(
 
 /// Copies the source of a section to each of its values that states none, so that the source stays with the value when
 /// other layers override the rest.
-fn with_sources(place: &Place, entries: &mut [Entry]) {
+fn with_sources(place: &TextPlace, entries: &mut [YamlEntry]) {
     let kind = if &*place.file == BUILTIN_FILE { SourceKind::Maker } else { SourceKind::User };
     let text = entries.iter().find(|entry| entry.key == "source").and_then(|e| e.value.text());
     // A text that is too long for a note is reported where `source` itself is read.
@@ -171,7 +171,7 @@ fn with_sources(place: &Place, entries: &mut [Entry]) {
         match (&*entry.key, &mut entry.value.content) {
             ("source" | "note" | "extends", _) => {}
             // The section `cure` passes the source on to its own values.
-            ("cure", Content::Map(inner)) if inner.iter().all(|e| e.key != "value") => {
+            ("cure", YamlContent::Map(inner)) if inner.iter().all(|e| e.key != "value") => {
                 inner.iter_mut().for_each(|entry| wrap(&mut entry.value, kind, &text));
             }
             _ => wrap(&mut entry.value, kind, &text),
@@ -180,51 +180,51 @@ fn with_sources(place: &Place, entries: &mut [Entry]) {
 }
 
 /// Replaces a plain value by a map of the value with its source.
-fn wrap(node: &mut Node, kind: SourceKind, note: &str) {
-    if matches!(node.content, Content::Nothing) || node.get("value").is_some() {
+fn wrap(node: &mut YamlNode, kind: SourceKind, note: &str) {
+    if matches!(node.content, YamlContent::Nothing) || node.get("value").is_some() {
         return;
     }
     let position = node.position;
-    let entry = |key: &str, content| Entry {
+    let entry = |key: &str, content| YamlEntry {
         key: key.to_owned(),
         key_position: position,
-        value: Node { position, content },
+        value: YamlNode { position, content },
     };
-    let plain = std::mem::replace(&mut node.content, Content::Nothing);
-    node.content = Content::Map(vec![
+    let plain = std::mem::replace(&mut node.content, YamlContent::Nothing);
+    node.content = YamlContent::Map(vec![
         entry("value", plain),
-        entry("source", Content::Scalar(kind.word().to_owned())),
-        entry("note", Content::Scalar(note.to_owned())),
+        entry("source", YamlContent::Scalar(kind.word().to_owned())),
+        entry("note", YamlContent::Scalar(note.to_owned())),
     ]);
 }
 
 /// Returns the map behind a key, and its source if it is written with one.
 fn with_source<'n>(
-    reading: &mut Reading,
+    reading: &mut NodeReader,
     path: &str,
-    node: &'n Node,
-) -> Option<(&'n [Entry], Source)> {
-    let mut source = Source::user("");
-    let Some(inner @ Node { content: Content::Map(_), .. }) = node.get("value") else {
-        return Some((reading.map(path, node), source));
+    node: &'n YamlNode,
+) -> Option<(&'n [YamlEntry], ValueSource)> {
+    let mut source = ValueSource::user("");
+    let Some(inner @ YamlNode { content: YamlContent::Map(_), .. }) = node.get("value") else {
+        return Some((reading.read_map(path, node), source));
     };
     for entry in node.entries() {
         let text = entry.value.text().unwrap_or_default().trim();
         match &*entry.key {
             "value" => {}
-            "note" => source.note = shown(text),
+            "note" => source.note = to_printable(text),
             "source" => match SourceKind::ALL.into_iter().find(|kind| kind.word() == text) {
                 Some(kind) => source.kind = kind,
                 None => {
                     let words = SourceKind::ALL.map(SourceKind::word).join(", ");
-                    let message = format!("the source of {path} is `{}`", shown(text));
+                    let message = format!("the source of {path} is `{}`", to_printable(text));
                     let hint = format!("write one of {words}");
-                    reading.problem(entry.value.position, path, text, message, hint);
+                    reading.report_problem(entry.value.position, path, text, message, hint);
                 }
             },
             key => {
-                let message = format!("`{}` is not known beside `value`", shown(key));
-                reading.problem(entry.key_position, path, key, message, "remove the line");
+                let message = format!("`{}` is not known beside `value`", to_printable(key));
+                reading.report_problem(entry.key_position, path, key, message, "remove the line");
             }
         }
     }
@@ -232,11 +232,11 @@ fn with_source<'n>(
 }
 
 /// Returns a textual setting.
-fn setting(path: &str, value: String, summary: &str, limits: &str, source: Source) -> Setting {
+fn setting(path: &str, value: String, summary: &str, limits: &str, source: ValueSource) -> Setting {
     Setting {
         path: path.to_owned(),
         value,
-        kind: Kind::Text,
+        kind: ValueKind::Text,
         source,
         summary: summary.to_owned(),
         limits: limits.to_owned(),
@@ -248,36 +248,36 @@ fn setting(path: &str, value: String, summary: &str, limits: &str, source: Sourc
 }
 
 /// Reports a map with no item or too many; returns whether the number is wrong.
-fn too_many(reading: &mut Reading, path: &str, node: &Node, count: usize) -> bool {
+fn too_many(reading: &mut NodeReader, path: &str, node: &YamlNode, count: usize) -> bool {
     // An empty or unreadable map may already be reported.
     let is_wrong = count == 0 || count > MOST_ITEMS;
     if is_wrong && reading.found.is_empty() {
         let message = format!("{path} has {count} items; it must have between 1 and {MOST_ITEMS}");
-        reading.problem(node.position, path, "", message, "write `{NAME: VALUE, NAME: VALUE}`");
+        reading.report_problem(node.position, path, "", message, "write `{NAME: VALUE, NAME: VALUE}`");
     }
     is_wrong
 }
 
 /// Reads the components of a mix with their shares by mass.
 fn by_mass(
-    place: &Place,
+    place: &TextPlace,
     path: &str,
-    node: Node,
+    node: YamlNode,
     settings: &mut Vec<Setting>,
-    found: &mut Vec<Found>,
+    found: &mut Vec<LocatedProblem>,
 ) -> Vec<(String, f64)> {
-    let mut reading = Reading::new(place.clone());
+    let mut reading = NodeReader::new(place.clone());
     let mut mix = Vec::new();
     if let Some((entries, source)) = with_source(&mut reading, path, &node)
         && !too_many(&mut reading, path, &node, entries.len())
     {
         for entry in entries {
             let at = place.at(entry.key_position);
-            let name = given_name(&entry.key, &at, path, &mut reading.found);
-            let path = join(path, &shown(&entry.key));
-            let share = reading.scalar(&path, &entry.value);
+            let name = parse_name(&entry.key, &at, path, &mut reading.found);
+            let path = join(path, &to_printable(&entry.key));
+            let share = reading.read_scalar(&path, &entry.value);
             let share = share
-                .and_then(|text| reading.value::<f64>(entry.value.position, &path, text, &SHARES));
+                .and_then(|text| reading.read_value::<f64>(entry.value.position, &path, text, &SHARES));
             mix.extend(name.zip(share));
         }
         let shown: Vec<String> =
@@ -292,36 +292,36 @@ fn by_mass(
 
 /// Reads the bonds of a material.
 fn bonds_of(
-    place: &Place,
+    place: &TextPlace,
     path: &str,
-    node: Node,
+    node: YamlNode,
     settings: &mut Vec<Setting>,
-    found: &mut Vec<Found>,
+    found: &mut Vec<LocatedProblem>,
 ) -> Vec<Bond> {
-    let mut reading = Reading::new(place.clone());
+    let mut reading = NodeReader::new(place.clone());
     let mut bonds = Vec::new();
     if let Some((entries, source)) = with_source(&mut reading, path, &node)
         && !too_many(&mut reading, path, &node, entries.len())
     {
         for entry in entries {
             let at = place.at(entry.key_position);
-            let to = given_name(&entry.key, &at, path, &mut reading.found);
-            let path = join(path, &shown(&entry.key));
-            let primer = reading.scalar(&path, &entry.value);
+            let to = parse_name(&entry.key, &at, path, &mut reading.found);
+            let path = join(path, &to_printable(&entry.key));
+            let primer = reading.read_scalar(&path, &entry.value);
             let at = place.at(entry.value.position);
-            let primer = primer.and_then(|text| given_name(text, &at, &path, &mut reading.found));
+            let primer = primer.and_then(|text| parse_name(text, &at, &path, &mut reading.found));
             let (Some(to), Some(primer)) = (to, primer) else { continue };
             let hold = match &*primer {
-                "none" => Hold::Not,
-                "itself" => Hold::Itself,
-                _ => Hold::Primer(primer),
+                "none" => BondMethod::NoBond,
+                "itself" => BondMethod::SelfBonding,
+                _ => BondMethod::Primer(primer),
             };
             bonds.push(Bond { to, hold });
         }
         let shown = |bond: &Bond| match &bond.hold {
-            Hold::Primer(primer) => format!("{} with {primer}", bond.to),
-            Hold::Itself => format!("{} by itself", bond.to),
-            Hold::Not => format!("not to {}", bond.to),
+            BondMethod::Primer(primer) => format!("{} with {primer}", bond.to),
+            BondMethod::SelfBonding => format!("{} by itself", bond.to),
+            BondMethod::NoBond => format!("not to {}", bond.to),
         };
         let shown: Vec<String> = bonds.iter().map(shown).collect();
         let summary = "Materials to which it bonds, with their primers, and to which it does not.";
@@ -343,21 +343,21 @@ mod tests {
 
     #[test]
     fn every_built_in_figure_is_read_and_says_where_it_comes_from() {
-        let place = Place::new(TextLayer::Base, BUILTIN_FILE, MATERIALS.dialect);
+        let place = TextPlace::new(TextLayer::Base, BUILTIN_FILE, MATERIALS.dialect);
         let mut found = Vec::new();
-        let own: Vec<Raw> = builtin_entries(&place, &mut found)
+        let own: Vec<RawSection> = builtin_entries(&place, &mut found)
             .into_iter()
-            .flat_map(|entry| raws(MATERIALS, entry, &place, &mut found))
+            .flat_map(|entry| read_sections(MATERIALS, entry, &place, &mut found))
             .collect();
         let written = own.len();
-        let catalogue = Catalogue::of(own, &mut found);
+        let catalogue = Catalogue::from_sections(own, &mut found);
         assert!(found.is_empty(), "{found:#?}");
         assert_eq!(catalogue.by_key.len(), written);
         for castable in catalogue.by_key.values() {
             let material = castable.material();
             assert!(material.settings.len() >= 4, "{}", material.name);
             for setting in &material.settings {
-                let Source { kind, note, .. } = &setting.source;
+                let ValueSource { kind, note, .. } = &setting.source;
                 assert!(*kind != SourceKind::User && !note.is_empty(), "{setting:?}");
             }
         }

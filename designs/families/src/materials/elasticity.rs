@@ -1,6 +1,6 @@
 //! Elasticity of rubbers and gels: stated figures, or estimates from the hardness.
 
-use fabkit_geometry::{Elasticity, Shore, Sort};
+use fabkit_geometry::{Elasticity, Shore, MaterialClass};
 
 use super::stock::shore;
 use super::{Material, Pressure};
@@ -16,10 +16,10 @@ const SPREAD: f64 = 1.5;
 const SOFTEST_SHORE_A: f64 = 20.0;
 
 /// Returns the elasticity of a material that is cast, sprayed or painted.
-pub(super) fn of_castable(material: &Material, sort: Option<Sort>) -> Option<Elasticity> {
+pub(super) fn elasticity_from_castable(material: &Material, sort: Option<MaterialClass>) -> Option<Elasticity> {
     let figures = &material.figures;
     let mpa = |figure: Option<Pressure>| figure.map(|Pressure(kpa)| kpa / 1e3);
-    let by_hardness = || of_shore(sort?, figures.hardness.map(shore)?);
+    let by_hardness = || elasticity_from_shore(sort?, figures.hardness.map(shore)?);
     let Some(young_mpa) = mpa(figures.youngs_modulus) else {
         let found = by_hardness()?;
         return Some(Elasticity {
@@ -49,9 +49,9 @@ pub(super) fn of_castable(material: &Material, sort: Option<Sort>) -> Option<Ela
 
 /// Estimates the elasticity of a rubber from its Shore A hardness; `None` for other sorts and scales. Formula: A. N.
 /// Gent, On the relation between indentation hardness and Young's modulus, Rubber Chemistry and Technology 31 (1958).
-pub(super) fn of_shore(sort: Sort, shore: Shore) -> Option<Elasticity> {
+pub(super) fn elasticity_from_shore(sort: MaterialClass, shore: Shore) -> Option<Elasticity> {
     let Shore::A(value) = shore else { return None };
-    if !matches!(sort, Sort::Rubber | Sort::Silicone) || value < SOFTEST_SHORE_A {
+    if !matches!(sort, MaterialClass::Rubber | MaterialClass::Silicone) || value < SOFTEST_SHORE_A {
         return None;
     }
     // Gent's formula, with the Shore A hardness as value and the result in MPa.
@@ -70,12 +70,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn hardness_tells_a_modulus_of_rubbers_alone() {
+    fn only_rubber_hardness_gives_a_modulus() {
         // The paper's curve passes 1.15 MPa at 30 and 5.5 MPa at 70, read to a tenth.
-        let young = |value| of_shore(Sort::Rubber, Shore::A(value)).unwrap().young_mpa;
+        let young = |value| elasticity_from_shore(MaterialClass::Rubber, Shore::A(value)).unwrap().young_mpa;
         assert!((young(30.0) - 1.15).abs() < 0.1 && (young(70.0) - 5.5).abs() < 0.6);
-        assert_eq!(of_shore(Sort::Rubber, Shore::OO(30.0)), None);
-        assert_eq!(of_shore(Sort::Silicone, Shore::A(10.0)), None);
-        assert_eq!(of_shore(Sort::Acrylic, Shore::A(90.0)), None);
+        assert_eq!(elasticity_from_shore(MaterialClass::Rubber, Shore::OO(30.0)), None);
+        assert_eq!(elasticity_from_shore(MaterialClass::Silicone, Shore::A(10.0)), None);
+        assert_eq!(elasticity_from_shore(MaterialClass::Acrylic, Shore::A(90.0)), None);
     }
 }

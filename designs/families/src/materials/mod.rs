@@ -3,25 +3,25 @@
 //! The built-in materials are in `materials.yaml`, in the form in which users write their own. A mixing ratio or cure
 //! time that a paper states overrides them, in the sensor's chain.
 
-mod adhering;
+mod adhesion;
 mod catalogue;
 mod elasticity;
-mod holding;
+mod bonds;
 mod stock;
 mod units;
 
 use std::ops::Deref;
 use std::sync::Arc;
 
-use fabkit_geometry::{Clarity as Optics, Cure, Kind, Mix, Sensor};
+use fabkit_geometry::{OpticalClarity as Optics, Cure, BodyKind, Mix, Sensor};
 use fabkit_text::Setting;
 
 use crate::{choices, parameters};
 
-pub(crate) use adhering::{adhere, substances};
+pub(crate) use adhesion::{find_adhesions, assign_substances};
 pub(crate) use catalogue::{Catalogue, MATERIALS};
-pub(crate) use holding::{check_kinds, hold};
-pub(crate) use units::split;
+pub(crate) use bonds::{check_kinds, add_bonds};
+pub(crate) use units::split_number;
 pub use units::{
     Celsius, Current, Density, Euros, Force, Hardness, Hours, Kelvin, Mass, Minutes, Percent,
     Pressure, Scale, Viscosity, Voltage, Wavelength,
@@ -148,23 +148,23 @@ pub struct Bond {
     /// Name or kind of the other material.
     pub to: String,
     /// Means by which it holds.
-    pub hold: Hold,
+    pub hold: BondMethod,
 }
 
 /// Means by which a material holds to another one.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Hold {
+pub enum BondMethod {
     /// Bonds by itself.
-    Itself,
+    SelfBonding,
     /// Bonds with a primer, by name, that is applied first.
     Primer(String),
     /// Does not bond.
-    Not,
+    NoBond,
 }
 
 /// Returns the transparency of a window cut from a sheet or made of resin, from its trade name: clear unless a word of
 /// it says otherwise.
-pub(crate) fn glazing(material: &str) -> Optics {
+pub(crate) fn window_transparency(material: &str) -> Optics {
     const STOP: [&str; 12] = [
         "black",
         "white",
@@ -193,7 +193,7 @@ pub(crate) fn glazing(material: &str) -> Optics {
 
 /// Returns the transparency of a printed part, from the name of its material: translucent even where the material is
 /// called clear, because print layers scatter light. `None` if the name does not suggest that light passes.
-pub(crate) fn shining_through(material: &str) -> Option<Optics> {
+pub(crate) fn print_transparency(material: &str) -> Option<Optics> {
     const THROUGH: [&str; 4] = ["clear", "transparent", "translucent", "natural"];
     let name = material.to_lowercase();
     let mut words = name.split(|letter: char| !letter.is_alphanumeric());
@@ -208,11 +208,11 @@ fn is_dark_or_dense(name: &str) -> bool {
 
 /// Origin of a material's description.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Origin {
+pub enum MaterialOrigin {
     /// Built into fabkit.
     BuiltIn,
     /// Defined by a file.
-    Own(String),
+    UserDefined(String),
     /// Built in, and changed by a file.
     Changed(String),
 }
@@ -223,7 +223,7 @@ pub struct Material {
     /// Maker and product, as sensor files name it.
     pub name: String,
     /// Origin of the description.
-    pub origin: Origin,
+    pub origin: MaterialOrigin,
     /// Measured and stated properties.
     pub figures: Figures,
     /// Components and their shares by mass, on any scale.
@@ -237,7 +237,7 @@ pub struct Material {
 impl Material {
     /// Returns whether the material is as fabkit comes with it.
     pub fn is_builtin(&self) -> bool {
-        self.origin == Origin::BuiltIn
+        self.origin == MaterialOrigin::BuiltIn
     }
 }
 
@@ -268,17 +268,17 @@ impl Castable {
     }
 
     /// Sets the transparency of all layers cast from this material, if it is known.
-    pub(crate) fn light(&self, sensor: &mut Sensor) {
+    pub(crate) fn apply_transparency(&self, sensor: &mut Sensor) {
         let Some(clarity) = self.0.figures.clarity else { return };
         let optics = match clarity {
             Clarity::Clear => Optics::Clear,
             Clarity::Translucent => Optics::Translucent,
             Clarity::Opaque => Optics::Opaque,
         };
-        let cast = sensor.bodies.iter_mut().filter(|body| body.kind == Kind::Cast);
+        let cast = sensor.bodies.iter_mut().filter(|body| body.kind == BodyKind::Cast);
         // The transparency that a family states stays, for example of a layer with pigment.
         cast.filter(|body| body.optics.is_none() && body.material == **self)
-            .for_each(|body| body.let_light(optics));
+            .for_each(|body| body.set_clarity(optics));
     }
 
     /// Returns the linear shrinkage on curing, as a fraction; 0 where it is not stated.

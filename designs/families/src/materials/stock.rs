@@ -2,18 +2,18 @@
 
 use std::sync::LazyLock;
 
-use fabkit_geometry::{Body, Curing, Shore, Softens, Sort, Substance};
-use fabkit_text::{Dialect, Place, Section, TextLayer, check_format, mapping_of};
+use fabkit_geometry::{Body, CureMechanism, Shore, SofteningPoint, MaterialClass, MaterialProperties};
+use fabkit_text::{Dialect, TextPlace, Section, TextLayer, take_format, read_mapping};
 
 use super::{
     Castable, Celsius, CuresBy, Hardness, MaterialKind, Pressure, Scale, Viscosity, elasticity,
 };
-use crate::own::named::{Noun, raws, read};
+use crate::user_catalogue::named_sections::{SectionKind, read_sections, read};
 use crate::sections;
 
 sections! {
     /// Properties of materials whose trade name contains one of a few words.
-    pub struct Stuff {
+    pub struct StockMaterial {
         /// Words of trade names, in lower case.
         words: Vec<String> = (1..=32, 1..=40),
         /// Class of material, as in the tables: `rubber`, `resin`, `metal` and so on.
@@ -40,47 +40,47 @@ sections! {
 }
 
 /// Built-in tables of stock; the first row with a matching word counts.
-struct Known {
-    stock: Vec<(Stuff, Sort)>,
+struct StockTables {
+    stock: Vec<(StockMaterial, MaterialClass)>,
     softenings: Vec<Softening>,
 }
 
 /// Tables of the built-in file.
-static KNOWN: LazyLock<Known> = LazyLock::new(|| {
-    let stock: Vec<Stuff> = rows("stock");
-    let sorted = |stuff: Stuff| {
+static STOCK_TABLES: LazyLock<StockTables> = LazyLock::new(|| {
+    let stock: Vec<StockMaterial> = rows("stock");
+    let sorted = |stuff: StockMaterial| {
         let sort = SORTS.into_iter().find(|sort| sort.word() == stuff.sort);
         sort.map(|sort| (stuff, sort))
     };
-    Known { stock: stock.into_iter().filter_map(sorted).collect(), softenings: rows("softening") }
+    StockTables { stock: stock.into_iter().filter_map(sorted).collect(), softenings: rows("softening") }
 });
 
 /// All sorts that a row may name.
-const SORTS: [Sort; 10] = [
-    Sort::Silicone,
-    Sort::Rubber,
-    Sort::Liquid,
-    Sort::Plastic,
-    Sort::Resin,
-    Sort::Acrylic,
-    Sort::Glass,
-    Sort::Wood,
-    Sort::Metal,
-    Sort::Laminate,
+const SORTS: [MaterialClass; 10] = [
+    MaterialClass::Silicone,
+    MaterialClass::Rubber,
+    MaterialClass::Liquid,
+    MaterialClass::Plastic,
+    MaterialClass::Resin,
+    MaterialClass::Acrylic,
+    MaterialClass::Glass,
+    MaterialClass::Wood,
+    MaterialClass::Metal,
+    MaterialClass::Laminate,
 ];
 
 /// Reads the rows below a key of the built-in file, in order.
 fn rows<S: Section>(key: &'static str) -> Vec<S> {
     static FILE: Dialect = Dialect::new("file of stock", 1, "");
-    let noun = Noun { key, dialect: &FILE };
-    let place = Place::new(TextLayer::Base, "stock.yaml (built-in)", &FILE);
+    let noun = SectionKind { key, dialect: &FILE };
+    let place = TextPlace::new(TextLayer::Base, "stock.yaml (built-in)", &FILE);
     let mut found = Vec::new();
     let mut entries =
-        mapping_of(include_str!("../../stock.yaml"), &place, &mut found).unwrap_or_default();
-    check_format(&mut entries, &place, &mut found);
+        read_mapping(include_str!("../../stock.yaml"), &place, &mut found).unwrap_or_default();
+    take_format(&mut entries, &place, &mut found);
     let mut rows = Vec::new();
     for entry in entries.into_iter().filter(|entry| entry.key == key) {
-        for raw in raws(noun, entry, &place, &mut found) {
+        for raw in read_sections(noun, entry, &place, &mut found) {
             let stack = vec![(raw.place.clone(), raw.entries)];
             rows.extend(read::<S>(noun, &raw.name, &raw.place, stack, &mut found));
         }
@@ -90,10 +90,10 @@ fn rows<S: Section>(key: &'static str) -> Vec<S> {
 }
 
 /// Returns the softening temperature of a material by the words of its name.
-fn softens(words: &[String]) -> Option<Softens> {
+fn softens(words: &[String]) -> Option<SofteningPoint> {
     let says = |row: &&Softening| words.iter().any(|word| row.words.contains(word));
-    let found = KNOWN.softenings.iter().find(says);
-    found.map(|row| Softens { celsius: row.softens.0, source: &row.by })
+    let found = STOCK_TABLES.softenings.iter().find(says);
+    found.map(|row| SofteningPoint { celsius: row.softens.0, source: &row.by })
 }
 
 /// Words for an untreated surface.
@@ -122,28 +122,28 @@ fn is_dark(words: &[String]) -> Option<bool> {
 }
 
 /// Returns the properties of a body that is not cast from a material of the catalogue.
-pub(super) fn substance(body: &Body) -> Substance {
+pub(super) fn substance_from_name(body: &Body) -> MaterialProperties {
     let text = if body.material.is_empty() { &body.summary } else { &body.material };
     let words = words(text);
     let says = |known: &[&str]| words.iter().any(|word| known.contains(&&**word));
-    let fits = |(stuff, _): &&(Stuff, Sort)| words.iter().any(|word| stuff.words.contains(word));
-    let Some((stuff, sort)) = KNOWN.stock.iter().find(fits) else {
-        return Substance { is_dark: is_dark(&words), ..Substance::default() };
+    let fits = |(stuff, _): &&(StockMaterial, MaterialClass)| words.iter().any(|word| stuff.words.contains(word));
+    let Some((stuff, sort)) = STOCK_TABLES.stock.iter().find(fits) else {
+        return MaterialProperties { is_dark: is_dark(&words), ..MaterialProperties::default() };
     };
     // Words such as `uncoated` outweigh a sealing word in the same name.
     let is_sealed = says(&SEALED) && !says(&BARE);
     let inhibits = stuff.inhibits_platinum == Some(true) && !is_sealed;
     let shore = shore(stuff.hardness);
-    Substance {
-        sort: Some(*sort),
-        inhibits: if inhibits { vec![Curing::Platinum] } else { Vec::new() },
+    MaterialProperties {
+        class: Some(*sort),
+        inhibited_cures: if inhibits { vec![CureMechanism::Platinum] } else { Vec::new() },
         shore: Some(shore),
-        tears_mpa: Some(stuff.strength.0 / 1e3),
+        tear_strength_mpa: Some(stuff.strength.0 / 1e3),
         is_dark: is_dark(&words),
         refractive_index: stuff.refractive_index,
-        softens: softens(&words),
-        elasticity: elasticity::of_shore(*sort, shore),
-        ..Substance::default()
+        softening_point: softens(&words),
+        elasticity: elasticity::elasticity_from_shore(*sort, shore),
+        ..MaterialProperties::default()
     }
 }
 
@@ -153,29 +153,29 @@ pub(super) fn is_bare(material: &str) -> bool {
 }
 
 /// Returns the properties of a layer that is cast from a material of the catalogue.
-pub(super) fn of_castable(castable: &Castable) -> Substance {
+pub(super) fn substance_from_castable(castable: &Castable) -> MaterialProperties {
     let figures = &castable.material().figures;
     let cures = figures.cures.map(curing);
     let sort = match figures.kind {
-        Some(MaterialKind::Silicone | MaterialKind::Gel) => Some(Sort::Silicone),
-        Some(MaterialKind::Polyurethane) => Some(Sort::Rubber),
+        Some(MaterialKind::Silicone | MaterialKind::Gel) => Some(MaterialClass::Silicone),
+        Some(MaterialKind::Polyurethane) => Some(MaterialClass::Rubber),
         // Without a kind, these mechanisms still identify a silicone.
-        _ => matches!(cures, Some(Curing::Platinum | Curing::Tin | Curing::Moisture))
-            .then_some(Sort::Silicone),
+        _ => matches!(cures, Some(CureMechanism::Platinum | CureMechanism::Tin | CureMechanism::Moisture))
+            .then_some(MaterialClass::Silicone),
     };
     // Traces of a tin catalyst, amines, and residues of light-cured resins poison platinum catalysts.
-    let poisons = matches!(cures, Some(Curing::Tin | Curing::Epoxy | Curing::Light));
-    Substance {
-        sort,
-        cures,
-        inhibits: if poisons { vec![Curing::Platinum] } else { Vec::new() },
+    let poisons = matches!(cures, Some(CureMechanism::Tin | CureMechanism::Epoxy | CureMechanism::Light));
+    MaterialProperties {
+        class: sort,
+        cure_mechanism: cures,
+        inhibited_cures: if poisons { vec![CureMechanism::Platinum] } else { Vec::new() },
         shore: figures.hardness.map(shore),
-        tears_mpa: figures.strength.map(|Pressure(kpa)| kpa / 1e3),
+        tear_strength_mpa: figures.strength.map(|Pressure(kpa)| kpa / 1e3),
         viscosity_pa_s: figures.viscosity.map(|Viscosity(pa_s)| pa_s),
         is_dark: is_dark(&words(castable)),
         refractive_index: figures.refractive_index,
-        softens: None,
-        elasticity: elasticity::of_castable(castable.material(), sort),
+        softening_point: None,
+        elasticity: elasticity::elasticity_from_castable(castable.material(), sort),
     }
 }
 
@@ -189,15 +189,15 @@ pub(super) fn shore(Hardness { scale, value }: Hardness) -> Shore {
 }
 
 /// Converts a curing mechanism to the type of the geometry crate.
-fn curing(by: CuresBy) -> Curing {
+fn curing(by: CuresBy) -> CureMechanism {
     match by {
-        CuresBy::Platinum => Curing::Platinum,
-        CuresBy::Tin => Curing::Tin,
-        CuresBy::Moisture => Curing::Moisture,
-        CuresBy::Polyurethane => Curing::Polyurethane,
-        CuresBy::Epoxy => Curing::Epoxy,
-        CuresBy::Light => Curing::Light,
-        CuresBy::Drying => Curing::Drying,
+        CuresBy::Platinum => CureMechanism::Platinum,
+        CuresBy::Tin => CureMechanism::Tin,
+        CuresBy::Moisture => CureMechanism::Moisture,
+        CuresBy::Polyurethane => CureMechanism::Polyurethane,
+        CuresBy::Epoxy => CureMechanism::Epoxy,
+        CuresBy::Light => CureMechanism::Light,
+        CuresBy::Drying => CureMechanism::Drying,
     }
 }
 
@@ -208,16 +208,16 @@ mod tests {
     #[test]
     fn every_row_is_read_and_a_first_word_counts() {
         let rows = include_str!("../../stock.yaml").matches(" {words: [").count();
-        assert_eq!(KNOWN.stock.len() + KNOWN.softenings.len(), rows);
+        assert_eq!(STOCK_TABLES.stock.len() + STOCK_TABLES.softenings.len(), rows);
         let of = |material: &str| {
             let solid = fabkit_geometry::Solid::cuboid(1.0, 1.0, 1.0);
             let process = fabkit_geometry::Process::Fdm;
-            substance(&Body::made("part", "", process, solid).from(material))
+            substance_from_name(&Body::made("part", "", process, solid).with_material(material))
         };
         let petg = of("black PETG");
-        assert_eq!((petg.sort, petg.tears_mpa), (Some(Sort::Plastic), Some(15.0)));
-        assert_eq!(petg.softens.map(|softens| softens.celsius), Some(68.0));
-        assert_eq!(of("varnished plywood").inhibits, []);
-        assert_eq!(of("plywood").inhibits, [Curing::Platinum]);
+        assert_eq!((petg.class, petg.tear_strength_mpa), (Some(MaterialClass::Plastic), Some(15.0)));
+        assert_eq!(petg.softening_point.map(|softens| softens.celsius), Some(68.0));
+        assert_eq!(of("varnished plywood").inhibited_cures, []);
+        assert_eq!(of("plywood").inhibited_cures, [CureMechanism::Platinum]);
     }
 }

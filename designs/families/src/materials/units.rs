@@ -3,10 +3,10 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use fabkit_text::{Json, Kind, Refusal, Scalar, shown};
+use fabkit_text::{Json, ValueKind, Refusal, Scalar, to_printable};
 
 /// Splits a text into a number and its unit.
-pub(crate) fn split(text: &str) -> Option<(f64, &str)> {
+pub(crate) fn split_number(text: &str) -> Option<(f64, &str)> {
     let text = text.trim();
     let is_number = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | '_');
     let mut end = text.find(|c| !is_number(c)).unwrap_or(text.len());
@@ -31,15 +31,15 @@ fn parse(text: &str, units: &[(&str, f64)], example: &str) -> Result<f64, Refusa
     if lower.trim_start_matches(['+', '-', '.']).starts_with("nan") || lower.contains("inf") {
         return refuse("is not finite", write());
     }
-    let Some((number, unit)) = split(text) else {
+    let Some((number, unit)) = split_number(text) else {
         return refuse("is not a number with a unit", write());
     };
     if unit.is_empty() {
-        let hint = format!("write `{} {}`", shown(text.trim()), known[0]);
+        let hint = format!("write `{} {}`", to_printable(text.trim()), known[0]);
         return refuse("has no unit", hint);
     }
     let Some((_, size)) = units.iter().find(|(known, _)| *known == unit) else {
-        return refuse(&format!("is in `{}`, which does not fit", shown(unit)), write());
+        return refuse(&format!("is in `{}`, which does not fit", to_printable(unit)), write());
     };
     match number * size {
         value if value.is_finite() => Ok(value),
@@ -175,7 +175,7 @@ pub struct Hardness {
 }
 
 impl Scale {
-    fn of(word: &str) -> Option<Self> {
+    fn from_word(word: &str) -> Option<Self> {
         match word {
             "00" | "OO" | "oo" => Some(Self::Shore00),
             "A" | "a" => Some(Self::ShoreA),
@@ -202,7 +202,7 @@ impl fmt::Display for Hardness {
 }
 
 impl Scalar for Hardness {
-    const KIND: Kind = Kind::Text;
+    const KIND: ValueKind = ValueKind::Text;
     type Limits = ();
 
     /// Parses `Shore 00-30`, `00-30`, `Shore A 43` or `43A`.
@@ -216,11 +216,11 @@ impl Scalar for Hardness {
             _ => plain.split_whitespace().collect(),
         };
         let found = match &words[..] {
-            [scale, value] if Scale::of(scale).is_some() => Some((Scale::of(scale), *value)),
-            [value, scale] => Some((Scale::of(scale), *value)),
+            [scale, value] if Scale::from_word(scale).is_some() => Some((Scale::from_word(scale), *value)),
+            [value, scale] => Some((Scale::from_word(scale), *value)),
             // Value and scale in one word, such as `43A`.
             [one] => {
-                one.strip_suffix(['A', 'D']).map(|value| (Scale::of(&one[value.len()..]), value))
+                one.strip_suffix(['A', 'D']).map(|value| (Scale::from_word(&one[value.len()..]), value))
             }
             _ => None,
         };
@@ -263,7 +263,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn units_are_read_and_what_has_none_is_refused() {
+    fn units_parse_and_missing_units_are_rejected() {
         let density = |text| <Density as Scalar>::parse(text).map(|d| d.0).map_err(|e| e.says);
         assert_eq!(density("1.07 g/cm3"), Ok(1.07));
         assert_eq!(density("1070kg/m3"), Ok(1.07));

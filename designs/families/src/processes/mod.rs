@@ -3,18 +3,18 @@
 //! A family states how each of its parts is usually made. Statements of files on processes change that for the parts
 //! they name: fits, checks and instructions follow.
 
-mod applying;
-mod assigning;
-mod making;
+mod workshop;
+mod assignments;
+mod part_processes;
 
 use fabkit_geometry::{Angle, Length, Machine, Process, SliceAdvice};
 
 use crate::{Fit, choices, parameters};
 
-pub use applying::Workshop;
-pub(crate) use applying::{assign, names, report_unnamed};
-pub(crate) use assigning::{PARTS, PROCESSES, Processes};
-pub use making::{FixtureMaking, Made, Making};
+pub use workshop::Workshop;
+pub(crate) use workshop::{assign, names, report_unmatched};
+pub(crate) use assignments::{PARTS, PROCESSES, Processes};
+pub use part_processes::{FixtureProcesses, PartManufacture, ProcessAssignments};
 
 choices! {
     /// Kind of process by which a part can be made.
@@ -122,7 +122,7 @@ parameters! {
 
 /// Process that a file can assign to a part.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Recipe {
+pub(crate) struct NamedProcess {
     /// Name of the process.
     pub name: String,
     /// Kind of the process.
@@ -133,7 +133,7 @@ pub(crate) struct Recipe {
     pub materials: Vec<String>,
 }
 
-impl Recipe {
+impl NamedProcess {
     /// Returns the gap per side of a fit, mm, if a file states one.
     fn clearance_mm(&self, fit: Fit) -> Option<f64> {
         let clearance = &self.figures.as_ref()?.clearance;

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use fabkit_geometry::Length;
 use fabkit_text::{
-    Content, Dialect, Entry, InvalidDesign, Name, Node, Place, Position, Reading, Scalar,
-    TextLayer, check_format, mapping_of, shown, suggestion, take_word,
+    YamlContent, Dialect, YamlEntry, InvalidDesign, FileSafeName, YamlNode, TextPlace, Position, NodeReader, Scalar,
+    TextLayer, take_format, read_mapping, to_printable, suggestion, take_word,
 };
 
 use super::{DiameterFit, LinearFit, PrintProcess, ProcessProfile, Shrinkage};
@@ -83,7 +83,7 @@ impl CouponGroup {
     }
 
     /// Returns the number of measured sizes that a profile needs.
-    fn needed(self) -> usize {
+    fn min_count(self) -> usize {
         match self {
             Self::Holes | Self::Pins | Self::LengthsX | Self::LengthsY | Self::LengthsZ => 3,
             Self::FootX | Self::FootY | Self::Slots | Self::Walls | Self::Dimples => 0,
@@ -156,8 +156,8 @@ impl MeasuredProfile {
     /// # Errors
     /// Every problem: sizes without a unit or far from the designed ones, too few of them, one that lies off the line
     /// through the others.
-    pub fn read(file: &str, yaml: &str, name: &Name) -> Result<Self, InvalidDesign> {
-        let text = Reading::new(Place::new(TextLayer::File, file, &COUPON));
+    pub fn read(file: &str, yaml: &str, name: &FileSafeName) -> Result<Self, InvalidDesign> {
+        let text = NodeReader::new(TextPlace::new(TextLayer::File, file, &COUPON));
         let mut sizes = Sizes { text, groups: Vec::new() };
         let measured = sizes.read(yaml, name);
         sizes.text.finish(measured)
@@ -185,32 +185,32 @@ struct Row {
 
 /// Reader of measured sizes.
 struct Sizes {
-    text: Reading,
-    groups: Vec<(CouponGroup, Place, Vec<Row>)>,
+    text: NodeReader,
+    groups: Vec<(CouponGroup, TextPlace, Vec<Row>)>,
 }
 
 impl Sizes {
     /// Reads the file and fits the profile.
-    fn read(&mut self, yaml: &str, name: &Name) -> Option<MeasuredProfile> {
-        let Reading { place, found } = &mut self.text;
-        let mut entries = mapping_of(yaml, place, found)?;
-        check_format(&mut entries, place, found);
+    fn read(&mut self, yaml: &str, name: &FileSafeName) -> Option<MeasuredProfile> {
+        let NodeReader { place, found } = &mut self.text;
+        let mut entries = read_mapping(yaml, place, found)?;
+        take_format(&mut entries, place, found);
         let process = self.word(&mut entries, "process", &PrintProcess::must_be(&()));
         let process = process
-            .and_then(|(word, at)| self.text.value::<PrintProcess>(at, "process", &word, &()));
+            .and_then(|(word, at)| self.text.read_value::<PrintProcess>(at, "process", &word, &()));
         let material = self.word(&mut entries, "material", "a name");
         for entry in entries {
             self.group(entry);
         }
         for group in CouponGroup::ALL {
-            self.enough(group);
+            self.check_count(group);
         }
         // A line through wrong readings would blame the right ones.
         if !self.text.found.is_empty() {
             return None;
         }
         let measured = self.profile(name, process?, material?.0);
-        let Reading { place, found } = &mut self.text;
+        let NodeReader { place, found } = &mut self.text;
         if measured.is_none() && found.is_empty() {
             found.push(place.problem("", "", "the sizes give no profile".into()));
         }
@@ -220,11 +220,11 @@ impl Sizes {
     /// Takes a required word from the top level of the file.
     fn word(
         &mut self,
-        entries: &mut Vec<Entry>,
+        entries: &mut Vec<YamlEntry>,
         key: &str,
         must_be: &str,
     ) -> Option<(String, Position)> {
-        let Reading { place, found } = &mut self.text;
+        let NodeReader { place, found } = &mut self.text;
         let before = found.len();
         let word = take_word(entries, key, place, found);
         if word.is_none() && found.len() == before {
@@ -235,23 +235,23 @@ impl Sizes {
     }
 
     /// Reads the rows of a group.
-    fn group(&mut self, entry: Entry) {
-        let Entry { key, key_position, value } = entry;
+    fn group(&mut self, entry: YamlEntry) {
+        let YamlEntry { key, key_position, value } = entry;
         let Some(group) = CouponGroup::ALL.into_iter().find(|group| group.key() == key) else {
             let keys = CouponGroup::ALL.map(CouponGroup::key);
-            let message = format!("`{}` is not a key of a coupon", shown(&key));
+            let message = format!("`{}` is not a key of a coupon", to_printable(&key));
             let hint = suggestion(&key, keys, "the keys are");
-            self.text.problem(key_position, &key, "", message, hint);
+            self.text.report_problem(key_position, &key, "", message, hint);
             return;
         };
         let items = match value.content {
-            Content::List(items) => items,
-            Content::Nothing => Vec::new(),
+            YamlContent::List(items) => items,
+            YamlContent::Nothing => Vec::new(),
             _ => {
                 let message = format!("{key} is not a list");
                 let hint =
                     "write one line `- {id: ..., nominal: ..., measured: ...}` for each size";
-                self.text.problem(key_position, &key, "", message, hint);
+                self.text.report_problem(key_position, &key, "", message, hint);
                 return;
             }
         };
@@ -264,22 +264,22 @@ impl Sizes {
     }
 
     /// Reads a measured row; `None` for an empty row and after reporting a problem.
-    fn row(&mut self, path: &str, item: Node) -> Option<Row> {
-        let Content::Map(entries) = item.content else {
+    fn row(&mut self, path: &str, item: YamlNode) -> Option<Row> {
+        let YamlContent::Map(entries) = item.content else {
             let hint = "write `{id: ..., nominal: ..., measured: ...}`";
-            self.text.problem(item.position, path, "", format!("{path} is not a size"), hint);
+            self.text.report_problem(item.position, path, "", format!("{path} is not a size"), hint);
             return None;
         };
         let (mut nominal, mut measured) = (None, None);
         let mut is_broken = false;
-        for Entry { key, key_position, value } in entries {
+        for YamlEntry { key, key_position, value } in entries {
             let at = value.position;
-            let path = format!("{path}.{}", shown(&key));
+            let path = format!("{path}.{}", to_printable(&key));
             match (key.as_str(), value.content) {
                 // `id` is for people; null means not measured.
-                ("id", _) | ("measured", Content::Nothing) => {}
-                ("nominal" | "measured", Content::Scalar(text)) => {
-                    match self.text.value::<Length>(at, &path, &text, &SIZE_LIMITS_MM) {
+                ("id", _) | ("measured", YamlContent::Nothing) => {}
+                ("nominal" | "measured", YamlContent::Scalar(text)) => {
+                    match self.text.read_value::<Length>(at, &path, &text, &SIZE_LIMITS_MM) {
                         Some(size) if key == "nominal" => nominal = Some(size.mm()),
                         Some(size) => measured = Some((size.mm(), at, path)),
                         None => is_broken = true,
@@ -288,12 +288,12 @@ impl Sizes {
                 ("nominal" | "measured", _) => {
                     is_broken = true;
                     let message = format!("{path} is not a single value");
-                    self.text.problem(at, &path, "", message, "write a size with its unit");
+                    self.text.report_problem(at, &path, "", message, "write a size with its unit");
                 }
                 _ => {
                     let hint = suggestion(&key, ["id", "nominal", "measured"], "a size has");
-                    let message = format!("`{}` is not known", shown(&key));
-                    self.text.problem(key_position, &path, "", message, hint);
+                    let message = format!("`{}` is not known", to_printable(&key));
+                    self.text.report_problem(key_position, &path, "", message, hint);
                 }
             }
         }
@@ -301,7 +301,7 @@ impl Sizes {
             if !is_broken {
                 let message = format!("{path} has no nominal size");
                 let hint = "write `nominal:` as in the file that came with the coupon";
-                self.text.problem(item.position, path, "", message, hint);
+                self.text.report_problem(item.position, path, "", message, hint);
             }
             return None;
         };
@@ -317,15 +317,15 @@ impl Sizes {
                 low_mm, high_mm
             );
             let hint = "measure again, or write null if it did not come out";
-            self.text.problem(at, &path, &format!("{measured_mm} mm"), message, hint);
+            self.text.report_problem(at, &path, &format!("{measured_mm} mm"), message, hint);
             return None;
         }
         Some(Row { path, at, nominal_mm, measured_mm })
     }
 
     /// Reports a group with too few different sizes.
-    fn enough(&mut self, group: CouponGroup) {
-        let (key, needed) = (group.key(), group.needed());
+    fn check_count(&mut self, group: CouponGroup) {
+        let (key, needed) = (group.key(), group.min_count());
         let rows = self.groups.iter().find(|(found, ..)| *found == group);
         let mut sizes: Vec<f64> =
             rows.iter().flat_map(|(_, _, rows)| rows).map(|row| row.nominal_mm).collect();
@@ -353,7 +353,7 @@ impl Sizes {
 
     /// Fits the line of a group and reports the worst outlier.
     fn fit(&mut self, group: CouponGroup) -> Option<LinearFit> {
-        let fit = LinearFit::through(&self.points(group))?;
+        let fit = LinearFit::fit(&self.points(group))?;
         let rows = self.groups.iter().filter(|(found, ..)| *found == group);
         let off = |row: &&Row| fit.residual_mm((row.nominal_mm, row.measured_mm)).abs();
         // A single wrong reading pulls the line away from all others, so only the worst one is named.
@@ -370,7 +370,7 @@ impl Sizes {
             let value = format!("{} mm", worst.measured_mm);
             let hint = "measure again, or write null to leave it out";
             let (at, path) = (worst.at, worst.path.clone());
-            self.text.problem(at, &path, &value, message, hint);
+            self.text.report_problem(at, &path, &value, message, hint);
         }
         Some(fit)
     }
@@ -378,7 +378,7 @@ impl Sizes {
     /// Computes the profile from all groups.
     fn profile(
         &mut self,
-        name: &Name,
+        name: &FileSafeName,
         process: PrintProcess,
         material: String,
     ) -> Option<MeasuredProfile> {

@@ -5,21 +5,21 @@
 //! copies: the nominal geometry, and all that is derived from it, stays as designed.
 
 mod coupon;
-mod fit;
-mod gel;
-mod holes;
-mod reading;
-mod suits;
+mod linear_fit;
+mod gel_coupon;
+mod hole_compensation;
+mod profile_file;
+mod profile_match;
 
 pub use coupon::{Coupon, CouponGroup, CouponRow, MeasuredProfile};
-pub use fit::LinearFit;
-pub use gel::{GelCoupon, GelReading};
-pub use holes::HoleCount;
-pub use suits::Suits;
+pub use linear_fit::LinearFit;
+pub use gel_coupon::{GelCoupon, GelReading};
+pub use hole_compensation::HoleCount;
+pub use profile_match::ProfileMatch;
 
 use fabkit_geometry::{Length, Process};
 
-use crate::parameters::Name;
+use crate::parameters::FileSafeName;
 use crate::{choices, parameters};
 
 choices! {
@@ -36,7 +36,7 @@ choices! {
 
 impl PrintProcess {
     /// Returns the printing process that corresponds to a process; `None` for parts that are not printed.
-    pub fn of(process: Process) -> Option<Self> {
+    pub fn from_process(process: Process) -> Option<Self> {
         [Self::Fdm, Self::Sla, Self::PolyJet].into_iter().find(|known| known.process() == process)
     }
 
@@ -80,7 +80,7 @@ parameters! {
     /// Dimensional errors of one printer.
     pub struct ProcessProfile {
         /// Name of the printer.
-        name: Name,
+        name: FileSafeName,
         /// Process by which the coupon was printed; the profile applies to parts printed in the same way.
         process: PrintProcess,
         /// Material of the coupon; the profile applies to parts of the same material.

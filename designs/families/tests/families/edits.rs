@@ -5,7 +5,7 @@
 use std::{env, fs};
 
 use fabkit_designs::fixing::fix;
-use fabkit_designs::parameters::{Kind, Problem, Setting};
+use fabkit_designs::parameters::{ValueKind, Problem, Setting};
 use fabkit_designs::{SensorText, load};
 
 /// Shares by which parameters are changed.
@@ -53,7 +53,7 @@ fn is_full() -> bool {
 
 /// The changes that a fix makes, which must work; or what contradicts each other.
 fn fixed(sensor: &str, yaml: &str, overrides: &[String]) -> Result<Vec<String>, String> {
-    match fix(SensorText::alone(sensor, yaml), overrides, &["fixtures"]) {
+    match fix(SensorText::without_bases(sensor, yaml), overrides, &["fixtures"]) {
         Ok(changes) => {
             let set = changes.iter().map(|change| change.as_override());
             let all: Vec<String> = overrides.iter().cloned().chain(set).collect();
@@ -62,7 +62,7 @@ fn fixed(sensor: &str, yaml: &str, overrides: &[String]) -> Result<Vec<String>, 
                 return Err(format!("not fixed by {all:?}: {:?}", refused.problems[0].message));
             }
             assert_eq!(
-                fix(SensorText::alone(sensor, yaml), &all, &["fixtures"]).unwrap(),
+                fix(SensorText::without_bases(sensor, yaml), &all, &["fixtures"]).unwrap(),
                 [],
                 "{all:?}"
             );
@@ -79,12 +79,12 @@ fn changed(setting: &Setting, by: f64) -> Option<String> {
         None => (setting.value.as_str(), String::new()),
     };
     let number: f64 = match setting.kind {
-        Kind::Length | Kind::Angle | Kind::Count | Kind::Number => number.parse().ok()?,
-        Kind::Switch | Kind::Text | Kind::List => return None,
+        ValueKind::Length | ValueKind::Angle | ValueKind::Count | ValueKind::Number => number.parse().ok()?,
+        ValueKind::Switch | ValueKind::Text | ValueKind::List => return None,
     };
     let other = match setting.kind {
         _ if number == 0.0 => return None,
-        Kind::Count => (number * (1.0 + by)).round(),
+        ValueKind::Count => (number * (1.0 + by)).round(),
         // To a nanometre: nobody writes more.
         _ => (number * (1.0 + by) * 1e6).round() / 1e6,
     };

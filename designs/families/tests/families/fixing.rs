@@ -85,7 +85,7 @@ enum Followed {
 fn problems(sensor: &str, overrides: &[String]) -> Vec<Problem> {
     let yaml = builtin_yaml(sensor).unwrap();
     let Err(mut invalid) = load(sensor, yaml, overrides, &OTHERS) else { return Vec::new() };
-    advise(SensorText::alone(sensor, yaml), overrides, &OTHERS, &mut invalid);
+    advise(SensorText::without_bases(sensor, yaml), overrides, &OTHERS, &mut invalid);
     invalid.problems
 }
 
@@ -157,7 +157,7 @@ fn who_follows_the_hints_arrives() {
 fn fixed(sensor: &str, overrides: &[&str]) -> Result<Vec<String>, String> {
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
     let changes =
-        fix(SensorText::alone(sensor, builtin_yaml(sensor).unwrap()), &overrides, &OTHERS);
+        fix(SensorText::without_bases(sensor, builtin_yaml(sensor).unwrap()), &overrides, &OTHERS);
     match changes {
         Ok(changes) => Ok(changes.iter().map(ToString::to_string).collect()),
         Err(invalid) => {

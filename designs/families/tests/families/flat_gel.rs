@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use fabkit_designs::parameters::InvalidDesign;
 use fabkit_designs::{Design, builtin_names, builtin_yaml, load};
 use fabkit_geometry::measure::ray_volume;
-use fabkit_geometry::{Assembly, CompiledSolid, Kind, Point3, Ray, Sensor, Vector3};
+use fabkit_geometry::{Assembly, CompiledSolid, BodyKind, Point3, Ray, Sensor, Vector3};
 
 /// Every built-in sensor of the family.
 fn sensors() -> impl Iterator<Item = &'static str> {
@@ -214,7 +214,7 @@ fn pads_of_other_proportions_are_built_or_refused() {
             let pad = [format!("pad.length={length}mm"), format!("pad.width={width}mm")];
             match try_load(name, &[&pad[0], &pad[1]]) {
                 Ok(design) => {
-                    for body in design.sensor.bodies.iter().filter(|b| b.kind != Kind::Bought) {
+                    for body in design.sensor.bodies.iter().filter(|b| b.kind != BodyKind::Bought) {
                         body.solid.validate().unwrap_or_else(|e| panic!("{name} {pad:?}: {e}"));
                     }
                     counts[0] += 1;

@@ -255,12 +255,12 @@ fn a_ring_is_found_for_every_groove_that_is_wide_enough() {
     // Whole millimetres, stretched by 5 % or slack by 1 %, leave no gap from 17 mm.
     for step in 0..4000 {
         let bottom_mm = 17.0 + 0.01 * f64::from(step);
-        let ring = ORing::on(2.0, bottom_mm).unwrap_or_else(|| panic!("{bottom_mm}"));
+        let ring = ORing::find_stocked(2.0, bottom_mm).unwrap_or_else(|| panic!("{bottom_mm}"));
         let stretch = bottom_mm / ring.inside_mm - 1.0;
         // 17.85 mm stretch a ring of 17 mm by 5 %, but for the last digit.
         assert!((-0.01..=0.05 + 1e-9).contains(&stretch), "{bottom_mm}: {ring:?}");
     }
-    assert_eq!(ORing::on(2.0, 3.5), None);
-    assert_eq!(ORing::on(2.2, 18.0), None);
-    assert_eq!(ORing::on(1.78, 19.15).map(|ring| ring.inside_mm), Some(18.77));
+    assert_eq!(ORing::find_stocked(2.0, 3.5), None);
+    assert_eq!(ORing::find_stocked(2.2, 18.0), None);
+    assert_eq!(ORing::find_stocked(1.78, 19.15).map(|ring| ring.inside_mm), Some(18.77));
 }

@@ -1,6 +1,6 @@
 //! Profiles and coupons from files, and all the ways in which they are refused.
 
-use fabkit_designs::parameters::{Name, Problem, Scalar};
+use fabkit_designs::parameters::{FileSafeName, Problem, Scalar};
 use fabkit_designs::profile::{MeasuredProfile, ProcessProfile};
 use fabkit_geometry::{Path, Pose, Profile, Solid};
 
@@ -32,7 +32,7 @@ pins:
 ";
 
 fn read(yaml: &str) -> Result<MeasuredProfile, Vec<Problem>> {
-    let name = Name::parse("my-printer").unwrap();
+    let name = FileSafeName::parse("my-printer").unwrap();
     MeasuredProfile::read("coupon.yaml", yaml, &name).map_err(|invalid| invalid.problems)
 }
 
@@ -136,7 +136,7 @@ fn only_round_upright_holes_are_fitted() {
         .with_hole(Path::circle([3.0, 4.0], 2.5))
         .with_hole(Path::slot([-8.0, 0.0], [-4.0, 0.0], 1.5));
     let (copy, found) = profile.fit_holes(&Solid::extrusion(plate, 3.0), &Pose::identity(), 1.0);
-    assert_eq!((found.fitted, found.left), (1, 0));
+    assert_eq!((found.fitted, found.unchanged), (1, 0));
     let Solid::Extrusion(extrusion) = copy else { panic!("{copy:?}") };
     let [min, max] = Profile::new(extrusion.profile.holes[0].clone()).bounds_mm();
     assert!((max[0] - min[0] - 2.0 * fitted(2.5)).abs() < 1e-9);
@@ -144,8 +144,8 @@ fn only_round_upright_holes_are_fitted() {
 
     // 20 mm is far beyond the 6 mm that were measured; a hole across is not upright.
     let wide = block.clone().minus(Solid::cylinder(10.0, 20.0));
-    assert_eq!((count(&wide).fitted, count(&wide).left), (0, 1));
+    assert_eq!((count(&wide).fitted, count(&wide).unchanged), (0, 1));
     let quarter = fabkit_geometry::Angle::from_deg(90.0).unwrap();
     let across = block.minus(Solid::cylinder(1.0, 90.0).turned_x(quarter));
-    assert_eq!((count(&across).fitted, count(&across).left), (0, 1));
+    assert_eq!((count(&across).fitted, count(&across).unchanged), (0, 1));
 }

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use fabkit_report::escape;
 
 use super::{name, of, steps, table, word};
-use crate::{Costs, Guide, Purchase, Use};
+use crate::{Costs, Guide, Purchase, SupplyKind};
 
 impl Guide {
     /// Appends the tables of pieces, mixes, stock, consumables and tools.
@@ -22,7 +22,7 @@ impl Guide {
             body,
             "<p>{}. Packs are whole. Prices, where nothing else is said, are {}; those that you know better go into \
              the sensor's file, below <code>buy:</code>.</p>",
-            escape(&self.costs.told()),
+            escape(&self.costs.to_sentence()),
             escape(usual),
         );
         if !self.bought.is_empty() {
@@ -70,8 +70,8 @@ impl Guide {
             *body += &table(&heads("material", &["amount", "EUR"]), 5, rows);
         }
         for (used, head, note) in [
-            (Use::Supply, "What the work uses up", "A pack of each is enough for several units."),
-            (Use::Tool, "Tools", "Not in the sum: a lab has them, or buys them once."),
+            (SupplyKind::Supply, "What the work uses up", "A pack of each is enough for several units."),
+            (SupplyKind::Tool, "Tools", "Not in the sum: a lab has them, or buys them once."),
         ] {
             let mut rows = self.supplies.iter().filter(|supply| supply.used == used).peekable();
             if rows.peek().is_none() {
@@ -103,7 +103,7 @@ impl Guide {
 
 impl Costs {
     /// Returns the costs as a sentence without its full stop.
-    pub(super) fn told(&self) -> String {
+    pub(super) fn to_sentence(&self) -> String {
         let mut told = format!("About {:.0} EUR, without {}", self.total_eur, self.leaves_out);
         if !self.unknown.is_empty() {
             let _ =
@@ -133,7 +133,7 @@ fn linked(numbers: &[usize]) -> String {
 
 /// Formats the relevant properties of an article, one per line.
 fn figures(order: &Purchase) -> String {
-    let line = |figure: &crate::Figure| match &*figure.name {
+    let line = |figure: &crate::ArticleProperty| match &*figure.name {
         // This figure is a sentence and needs no name.
         "what matters" => escape(&figure.value),
         name => format!("{}: {}", escape(name), escape(&figure.value)),
@@ -154,7 +154,7 @@ fn ordered(order: &Purchase, usual: &str) -> [String; 4] {
     };
     let by = format!(
         "{}<span class=\"known\">source: {}</span>",
-        escape(&order.ordered_by()),
+        escape(&order.order_text()),
         escape(&format!("{}{priced}", order.source))
     );
     let packs = match (order.packs, &order.kit) {
@@ -205,7 +205,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_that_count_up_are_one_stretch() {
+    fn consecutive_names_become_a_range() {
         let said =
             |names: &[&str]| in_series(&names.iter().map(ToString::to_string).collect::<Vec<_>>());
         assert_eq!(

@@ -4,15 +4,15 @@ use std::fmt::Write;
 
 use fabkit_report::escape;
 
-use super::{Pictures, image};
-use crate::{Guide, Outer};
+use super::{PageImages, image};
+use crate::{Guide, OverallSize};
 
 /// Number of characters of the design's hash that are shown.
 const HASH_SHOWN: usize = 12;
 
 impl Guide {
     /// Returns the cover, with links to the sections that the page has.
-    pub(super) fn cover(&self, page: &str, pictures: &Pictures) -> String {
+    pub(super) fn cover(&self, page: &str, pictures: &PageImages) -> String {
         let mut body = "<nav aria-label=\"contents\">".to_owned();
         for jump in ["Buy", "Make", "Print", "Wire", "Mix", "Mind", "Time", "Steps", "Calibrate"] {
             let id = jump.to_lowercase();
@@ -43,7 +43,7 @@ impl Guide {
                 "Pieces to buy",
                 self.bought.iter().map(|piece| piece.quantity).sum::<u32>().to_string(),
             ),
-            ("Costs", self.costs.told()),
+            ("Costs", self.costs.to_sentence()),
             ("Steps", self.steps.len().to_string()),
             ("From parts to a cured unit", self.working_time()),
             ("Hands", self.hands()),
@@ -93,12 +93,12 @@ fn days(hours: f64) -> String {
     }
 }
 
-fn size(outer: &Outer) -> String {
+fn size(outer: &OverallSize) -> String {
     let [x, y, z] = outer.size_mm;
     format!("{x:.1} × {y:.1} × {z:.1} mm (x, y, z of the assembly `{}`)", outer.assembly)
 }
 
-fn mass(outer: &Outer) -> String {
+fn mass(outer: &OverallSize) -> String {
     let known = format!("{:.1} g of solid parts and layers", outer.mass_g);
     match outer.unweighed.len() {
         0 => known,

@@ -6,20 +6,20 @@ use std::fmt::Write;
 use fabkit_report::{escape, page_with_style};
 
 use super::{STYLE, image, name, table, word};
-use crate::{BodyChange, Change, Difference};
+use crate::{BodyChange, ChangeKind, DesignDifference};
 
 /// Images of parts in both designs, PNG, by name.
 #[derive(Clone, Debug, Default)]
-pub struct Pairs {
+pub struct PartImagePairs {
     /// Parts of the existing design.
     pub from: BTreeMap<String, Vec<u8>>,
     /// Parts of the wanted design.
     pub to: BTreeMap<String, Vec<u8>>,
 }
 
-impl Difference {
+impl DesignDifference {
     /// Returns the page.
-    pub fn to_html(&self, pictures: &Pairs) -> String {
+    pub fn to_html(&self, pictures: &PartImagePairs) -> String {
         let mut body = format!(
             "<dl><dt>There is</dt><dd>{}</dd><dt>Wanted</dt><dd>{}</dd></dl>\n",
             [&self.from.title, &self.from.name, &self.from.design_hash]
@@ -29,10 +29,10 @@ impl Difference {
         );
         self.besides(&mut body);
         self.pictured(&mut body, pictures);
-        let same: Vec<&BodyChange> = self.of(Change::Same).collect();
+        let same: Vec<&BodyChange> = self.with_change(ChangeKind::Same).collect();
         body += "<h2>What can be used again</h2>\n";
         body += &list(&same, "Nothing.");
-        let gone: Vec<&BodyChange> = self.of(Change::Removed).collect();
+        let gone: Vec<&BodyChange> = self.with_change(ChangeKind::Removed).collect();
         if !gone.is_empty() {
             body += "<h2>What is not needed any more</h2>\n";
             body += &list(&gone, "");
@@ -80,7 +80,7 @@ impl Difference {
     }
 
     /// Appends the images of parts whose shape differs.
-    fn pictured(&self, body: &mut String, pictures: &Pairs) {
+    fn pictured(&self, body: &mut String, pictures: &PartImagePairs) {
         let changed = self.bodies.iter().filter(|one| one.differs.contains(&"shape"));
         let mut shown = String::new();
         for one in changed {
@@ -110,10 +110,10 @@ impl Difference {
 /// Returns the reason why a body has to be made or bought.
 fn why(one: &BodyChange) -> String {
     match one.change {
-        Change::Added => "new".to_owned(),
-        Change::Changed => format!("another {}", one.differs.join(", ")),
+        ChangeKind::Added => "new".to_owned(),
+        ChangeKind::Changed => format!("another {}", one.differs.join(", ")),
         // An unchanged body appears in this table only if more pieces are needed.
-        Change::Same | Change::Removed => {
+        ChangeKind::Same | ChangeKind::Removed => {
             format!("{} instead of {}", one.quantity[1], one.quantity[0])
         }
     }

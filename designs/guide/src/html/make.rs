@@ -2,14 +2,14 @@
 
 use fabkit_report::escape;
 
-use super::{Pictures, image, name, of, table, word};
-use crate::{Guide, Made};
+use super::{PageImages, image, name, of, table, word};
+use crate::{Guide, MadePart};
 
 impl Guide {
     /// Appends the table of the parts to make.
-    pub(super) fn parts(&self, body: &mut String, pictures: &Pictures) {
+    pub(super) fn parts(&self, body: &mut String, pictures: &PageImages) {
         *body += "<h2 id=\"make\">What to make</h2>\n";
-        let row = |part: &Made| {
+        let row = |part: &MadePart| {
             let picture = pictures.parts.get(&part.name);
             let picture = picture.map_or(String::new(), |png| {
                 image(png, &format!("{} as it lies on the bed", part.name))

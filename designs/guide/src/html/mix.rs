@@ -5,7 +5,7 @@ use std::fmt::Write;
 use fabkit_report::escape;
 
 use super::{steps, table};
-use crate::{Guide, Mixed, Warning};
+use crate::{Guide, StepMix, Warning};
 
 impl Guide {
     /// Appends the table of mixes and the warnings.
@@ -48,14 +48,14 @@ impl Guide {
                 continue;
             }
             let _ = write!(body, "<h3>{title}</h3>\n<ul class=\"{class}\">\n");
-            list.into_iter().for_each(|warning| told(body, warning));
+            list.into_iter().for_each(|warning| write_warning(body, warning));
             *body += "</ul>\n";
         }
     }
 }
 
 /// Formats the row of a mix.
-fn row(mix: &Mixed) -> String {
+fn row(mix: &StepMix) -> String {
     let components = mix.components.iter();
     let weighed = components.map(|c| format!("{:.2} g {}", c.mass_g, escape(&c.name)));
     let air = match (mix.degas, mix.air_h) {
@@ -89,7 +89,7 @@ pub(super) fn minutes(hours: f64) -> String {
 }
 
 /// Appends a warning as a list item.
-fn told(body: &mut String, warning: &Warning) {
+fn write_warning(body: &mut String, warning: &Warning) {
     let _ = writeln!(
         body,
         "<li><strong>{}</strong>{}: {}. <em>{}.</em> <small>{}</small></li>",

@@ -19,32 +19,32 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use fabkit_report::{escape, page_with_style};
 
-pub use viewer::{Model, Pressed, Rays, SeenRay};
+pub use viewer::{ViewerModel, PressedSurface, CameraRays, CameraRay};
 
-use crate::{Guide, Tool};
+use crate::{Guide, BodyUse};
 
-pub use diff::Pairs;
+pub use diff::PartImagePairs;
 
 /// Images for the page, and the 3D model.
 #[derive(Clone, Debug, Default)]
-pub struct Pictures {
+pub struct PageImages {
     /// Image of the finished sensor or fixture, PNG.
     pub cover: Option<Vec<u8>>,
     /// Images of each step that happens in an assembly, by its number.
-    pub steps: BTreeMap<usize, StepPictures>,
+    pub steps: BTreeMap<usize, StepImages>,
     /// Image of each part as it lies on the bed, PNG, by its name.
     pub parts: BTreeMap<String, Vec<u8>>,
     /// Drawing of each stock sheet as it is cut, SVG, by its title.
     pub sheets: BTreeMap<String, Vec<u8>>,
     /// Interactive 3D model.
-    pub model: Option<Model>,
+    pub model: Option<ViewerModel>,
     /// Artwork of each circuit board, by its part's name.
     pub boards: BTreeMap<String, BoardArt>,
 }
 
 /// Images of a step, PNG.
 #[derive(Clone, Debug, Default)]
-pub struct StepPictures {
+pub struct StepImages {
     /// Image of the bodies that are moving in or out, with arrows.
     pub before: Option<Vec<u8>>,
     /// Image of the assembly afterwards.
@@ -79,7 +79,7 @@ img { background: #fff; border-radius: 4px; } nav a { margin-right: 1rem; } a { 
 
 impl Guide {
     /// Returns the page.
-    pub fn to_html(&self, pictures: &Pictures) -> String {
+    pub fn to_html(&self, pictures: &PageImages) -> String {
         let mut body = String::new();
         self.purchases(&mut body);
         self.parts(&mut body, pictures);
@@ -98,8 +98,8 @@ impl Guide {
         self.calibrating(&mut body);
         // The cover is built last, because it links to the sections that exist.
         let cover = self.cover(&body, pictures);
-        let section = pictures.model.as_ref().map_or(String::new(), Model::section);
-        let script = pictures.model.as_ref().map_or(String::new(), |_| Model::script());
+        let section = pictures.model.as_ref().map_or(String::new(), ViewerModel::section);
+        let script = pictures.model.as_ref().map_or(String::new(), |_| ViewerModel::script());
         let style = STYLE.to_owned() + viewer::STYLE;
         let page = cover + &section + &body + &script;
         page_with_style(&format!("Building {}", self.title), &style, &page)
@@ -130,10 +130,10 @@ fn word(text: &str) -> String {
 }
 
 /// Formats the cell that tells whether a piece is needed for each unit or once.
-fn of(tool: Tool) -> &'static str {
+fn of(tool: BodyUse) -> &'static str {
     match tool {
-        Tool::Sensor => "<td class=\"word as-one\">each unit</td>",
-        Tool::Tool => "<td class=\"word as-one\">all units</td>",
+        BodyUse::Sensor => "<td class=\"word as-one\">each unit</td>",
+        BodyUse::Tool => "<td class=\"word as-one\">all units</td>",
     }
 }
 

@@ -3,18 +3,18 @@
 use fabkit_report::escape;
 
 use super::{name, table, word};
-use crate::{Guide, Made, Printing};
+use crate::{Guide, MadePart, PrintPlan};
 
 impl Guide {
     /// Appends a row for each filament part; nothing if there is none.
     pub(super) fn prints(&self, body: &mut String) {
-        let printed: Vec<(&Made, &Printing)> =
+        let printed: Vec<(&MadePart, &PrintPlan)> =
             self.made.iter().filter_map(|part| Some((part, part.print.as_ref()?))).collect();
         if printed.is_empty() {
             return;
         }
         *body += "<h2 id=\"print\">How to print</h2>\n";
-        let row = |(part, print): &(&Made, &Printing)| {
+        let row = |(part, print): &(&MadePart, &PrintPlan)| {
             let brim = match print.brim_mm {
                 0.0 => "none".to_owned(),
                 mm => format!("{mm} mm"),
@@ -49,7 +49,7 @@ impl Guide {
         ];
         *body += &table(&heads, 3, printed.iter().map(row));
         *body += &because(&printed);
-        let sum = |of: &dyn Fn(&Printing) -> f64| -> f64 {
+        let sum = |of: &dyn Fn(&PrintPlan) -> f64| -> f64 {
             printed.iter().map(|(part, print)| f64::from(part.quantity) * of(print)).sum()
         };
         *body += &format!(
@@ -63,7 +63,7 @@ impl Guide {
 }
 
 /// Formats the reasons for each setting, with the parts they apply to.
-fn because(printed: &[(&Made, &Printing)]) -> String {
+fn because(printed: &[(&MadePart, &PrintPlan)]) -> String {
     let names = ["layers", "perimeters", "solid layers", "infill", "supports", "brim"];
     let mut text = String::from("<dl>\n");
     for (i, setting) in names.into_iter().enumerate() {

@@ -4,14 +4,14 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use fabkit_report::escape;
 
-use super::{Pictures, name, table, word};
+use super::{PageImages, name, table, word};
 use crate::{Guide, SheetPlan};
 
 const MM_PER_M: f64 = 1e3;
 
 impl Guide {
     /// Appends a row for each stock and a drawing of each sheet; nothing if no sheet is cut.
-    pub(super) fn sheets_to_cut(&self, pictures: &Pictures, body: &mut String) {
+    pub(super) fn sheets_to_cut(&self, pictures: &PageImages, body: &mut String) {
         if self.sheets.is_empty() {
             return;
         }

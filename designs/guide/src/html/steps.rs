@@ -5,8 +5,8 @@ use std::fmt::Write;
 use fabkit_report::escape;
 
 use super::mix::{minutes, title};
-use super::{Pictures, StepPictures, image, name, table};
-use crate::{Guide, GuideStep, Need};
+use super::{PageImages, StepImages, image, name, table};
+use crate::{Guide, GuideStep, NeededBody};
 
 impl Guide {
     /// Appends the table of the steps in which each piece is needed.
@@ -31,7 +31,7 @@ impl Guide {
     }
 
     /// Appends the section of a step.
-    pub(super) fn step(&self, body: &mut String, step: &GuideStep, pictures: &Pictures) {
+    pub(super) fn step(&self, body: &mut String, step: &GuideStep, pictures: &PageImages) {
         let _ = write!(
             body,
             "<section class=\"step\" id=\"step-{0}\"><h3><label><input type=\"checkbox\">{0}. {1}</label></h3>\n<p>{2}</p>\n",
@@ -105,7 +105,7 @@ impl Guide {
     }
 
     /// Appends the images before and after a step.
-    fn shots(&self, body: &mut String, step: &GuideStep, shots: &StepPictures) {
+    fn shots(&self, body: &mut String, step: &GuideStep, shots: &StepImages) {
         let place = step.assembly.as_deref().unwrap_or_default();
         let come = |is_coming: bool| {
             let ways = step.ways.iter().filter(|way| way.is_coming == is_coming);
@@ -137,7 +137,7 @@ impl Guide {
     }
 }
 
-fn needed(need: &Need) -> String {
+fn needed(need: &NeededBody) -> String {
     match need.count {
         1 => need.name.clone(),
         count => format!("{count} × {}", need.name),

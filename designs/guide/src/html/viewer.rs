@@ -13,27 +13,27 @@ pub(super) const STYLE: &str = include_str!("../viewer/viewer.css");
 
 /// Content of the viewer.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Model {
+pub struct ViewerModel {
     /// Title of the model.
     pub title: String,
     /// GLB file as fabkit writes it; the viewer opens with its first scene.
     pub glb: Vec<u8>,
     /// Camera rays over the first scene.
-    pub rays: Option<Rays>,
+    pub rays: Option<CameraRays>,
     /// Surface under load, in the first scene.
-    pub pressed: Option<Pressed>,
+    pub pressed: Option<PressedSurface>,
 }
 
 /// Rays of a camera.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rays {
+pub struct CameraRays {
     /// Rays in any order.
-    pub rays: Vec<SeenRay>,
+    pub rays: Vec<CameraRay>,
 }
 
 /// Ray from the camera to the point it sees.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SeenRay {
+pub struct CameraRay {
     /// Colour of the point it sees, sRGB.
     pub color: [u8; 3],
     /// Corners of the ray in the frame of the first scene's bodies, mm.
@@ -42,11 +42,11 @@ pub struct SeenRay {
 
 /// Surface that a ball is pressed into.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pressed {
+pub struct PressedSurface {
     /// Diameter of the ball, mm.
     pub ball_mm: f64,
     /// Indentation, mm.
-    pub deep_mm: f64,
+    pub indentation_mm: f64,
     /// Vertices in the frame of the first scene's bodies, mm.
     pub positions_mm: Vec<[f32; 3]>,
     /// Unit normals, one per vertex.
@@ -56,10 +56,10 @@ pub struct Pressed {
     /// Triangles, by indices of their vertices.
     pub triangles: Vec<[u32; 3]>,
     /// Names of bodies that are hidden meanwhile, because the ball would penetrate them.
-    pub instead_of: Vec<String>,
+    pub hidden_bodies: Vec<String>,
 }
 
-impl Model {
+impl ViewerModel {
     /// Returns the section of the page. It is hidden until the script shows it.
     pub(super) fn section(&self) -> String {
         // Escaped, so that no text in the data can end the element.
@@ -92,8 +92,8 @@ impl Model {
     /// Returns the data that the script reads: binary arrays are encoded as base64.
     fn to_json(&self) -> Value {
         let mut json = json!({ "title": self.title, "glb": STANDARD.encode(&self.glb) });
-        if let Some(Rays { rays }) = &self.rays {
-            let ray = |ray: &SeenRay| {
+        if let Some(CameraRays { rays }) = &self.rays {
+            let ray = |ray: &CameraRay| {
                 let path = ray.path_mm.iter().map(|point| point.map(micrometres));
                 json!({ "color": ray.color, "path_mm": path.collect::<Vec<_>>() })
             };
@@ -107,10 +107,10 @@ impl Model {
             };
             let corners = pressed.triangles.as_flattened().iter();
             let corners: Vec<u8> = corners.flat_map(|corner| corner.to_le_bytes()).collect();
-            let Pressed { ball_mm, deep_mm, .. } = pressed;
+            let PressedSurface { ball_mm, indentation_mm: deep_mm, .. } = pressed;
             json["pressed"] = json!({
                 "title": format!("Pressed: a ball of {ball_mm} mm, {deep_mm:.2} mm deep, dark is 0"),
-                "instead_of": pressed.instead_of,
+                "instead_of": pressed.hidden_bodies,
                 "positions": floats(&pressed.positions_mm),
                 "normals": floats(&pressed.normals),
                 "colors": STANDARD.encode(pressed.colors.as_flattened()),
@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn no_text_ends_the_element_and_the_licence_stays() {
         let title = "</script><b>".to_owned();
-        let model = Model { title, glb: vec![0; 4], rays: None, pressed: None };
+        let model = ViewerModel { title, glb: vec![0; 4], rays: None, pressed: None };
         let section = model.section();
         assert_eq!(section.matches("</script").count(), 1, "{section}");
         assert!(SCRIPT.contains("Permission is hereby granted") && !SCRIPT.contains("</script"));

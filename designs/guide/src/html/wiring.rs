@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use fabkit_report::{Svg, escape};
 
-use super::{BoardArt, Pictures, name, table, word};
+use super::{BoardArt, PageImages, name, table, word};
 use crate::Guide;
 use crate::wiring::{WiredPart, Wiring};
 
@@ -13,7 +13,7 @@ const MOST_BRANCHES: usize = 8;
 
 impl Guide {
     /// Appends the section of each circuit.
-    pub(super) fn wires(&self, body: &mut String, pictures: &Pictures) {
+    pub(super) fn wires(&self, body: &mut String, pictures: &PageImages) {
         if self.wiring.is_empty() {
             return;
         }
@@ -46,7 +46,7 @@ impl Guide {
 }
 
 /// Appends the artwork of a board, or the reason why there is none.
-fn artwork(body: &mut String, design: &str, wiring: &Wiring, pictures: &Pictures) {
+fn artwork(body: &mut String, design: &str, wiring: &Wiring, pictures: &PageImages) {
     let art = wiring.board.as_ref().and_then(|board| pictures.boards.get(board));
     let _ = match art {
         Some(BoardArt::Drawn([top, bottom])) => writeln!(

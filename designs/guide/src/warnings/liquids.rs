@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use fabkit_checks::{Harm, hazards};
-use fabkit_geometry::{Action, Body, Curing, Sensor, Step};
+use fabkit_geometry::{Action, Body, CureMechanism, Sensor, Step};
 
 use super::Warning;
 use crate::timeline::hands_on_h;
-use crate::{Mixed, Timeline};
+use crate::{StepMix, Timeline};
 
 const SMOOTH_ON: &str = "Smooth-On, technical bulletins of Ecoflex, Solaris and Mold Star: sulfur, tin, amines and some \
      printed resins keep platinum silicone from curing; Formlabs' guide to silicone molds asks for a coat";
@@ -26,22 +26,22 @@ fn liquid(step: &Step) -> Option<(&str, &[String])> {
 }
 
 /// Returns the name of a body's material, or its specification.
-fn stuff(body: &Body) -> &str {
+fn material_name(body: &Body) -> &str {
     if body.material.is_empty() { &body.summary } else { &body.material }
 }
 
 /// Returns warnings about walls that inhibit a liquid's cure or that it bonds to.
-pub(super) fn on_walls(sensor: &Sensor) -> Vec<Warning> {
+pub(super) fn wall_warnings(sensor: &Sensor) -> Vec<Warning> {
     let told = hazards(sensor).into_iter().map(|hazard| {
         let (layer, wall) = (hazard.layer, hazard.wall);
-        let kept_off = hazard.kept_off_in.map(|step| step + 1);
+        let kept_off = hazard.prevented_in.map(|step| step + 1);
         let (rule, why, left, source) = match hazard.harm {
             Harm::Inhibits(curing) => (
                 "inhibition",
                 format!(
                     "{} ({}) keeps {} ({}) from curing where they touch: it stays sticky",
                     wall.name,
-                    stuff(wall),
+                    material_name(wall),
                     layer.name,
                     curing.word()
                 ),
@@ -52,7 +52,7 @@ pub(super) fn on_walls(sensor: &Sensor) -> Vec<Warning> {
                 ),
                 SMOOTH_ON,
             ),
-            Harm::GrowsTogether => (
+            Harm::BondsToWall => (
                 "release",
                 format!("{} grows together with {}: silicone on silicone", layer.name, wall.name),
                 format!("spray {} with release agent for silicone, and let it dry", wall.name),
@@ -65,15 +65,15 @@ pub(super) fn on_walls(sensor: &Sensor) -> Vec<Warning> {
             (Some(number), Harm::Inhibits(_)) => {
                 format!("step {number} seals it ({sealed}): do not leave that out")
             }
-            (Some(number), Harm::GrowsTogether) => {
+            (Some(number), Harm::BondsToWall) => {
                 format!("step {number} puts release agent between: do not leave that out")
             }
         };
         Warning::new(rule, why, does)
             .in_steps([hazard.step + 1])
-            .of([layer.name.as_str(), wall.name.as_str()])
-            .from(source)
-            .dealt_with(kept_off)
+            .with_bodies([layer.name.as_str(), wall.name.as_str()])
+            .with_source(source)
+            .with_solution(kept_off)
     });
     told.collect()
 }
@@ -87,13 +87,13 @@ pub(super) fn primers(sensor: &Sensor) -> Vec<Warning> {
     let mut told = Vec::new();
     for loose in &sensor.loose {
         let step = sensor.chain.iter().position(|step| step.name == loose.step);
-        let why = format!("{} does not stick to {}, on which it is cast", loose.layer, loose.on);
-        let does = format!("prime {}, or hold the two together by their shapes", loose.on);
+        let why = format!("{} does not stick to {}, on which it is cast", loose.layer, loose.substrate);
+        let does = format!("prime {}, or hold the two together by their shapes", loose.substrate);
         told.push(
             Warning::new("loose", why, does)
                 .in_steps(step.map(|step| step + 1))
-                .of([loose.layer.as_str(), loose.on.as_str()])
-                .from("the materials' own `bonds`"),
+                .with_bodies([loose.layer.as_str(), loose.substrate.as_str()])
+                .with_source("the materials' own `bonds`"),
         );
     }
     // The agent of such joints is called `cast on primer`.
@@ -116,9 +116,9 @@ pub(super) fn primers(sensor: &Sensor) -> Vec<Warning> {
         told.push(
             Warning::new("primer", why, does)
                 .in_steps([step + 1])
-                .of([layer.as_str(), on.as_str()])
-                .from(DOW)
-                .dealt_with(in_step.map(|index| index + 1)),
+                .with_bodies([layer.as_str(), on.as_str()])
+                .with_source(DOW)
+                .with_solution(in_step.map(|index| index + 1)),
         );
     }
     told
@@ -130,14 +130,14 @@ pub(super) fn heat(sensor: &Sensor) -> Vec<Warning> {
     for (index, step) in sensor.chain.iter().enumerate() {
         let (Some((layer, walls)), Some(cure)) = (liquid(step), step.cure()) else { continue };
         for wall in walls.iter().filter_map(|name| sensor.body(name)) {
-            let Some(softens) = wall.substance.softens.filter(|s| s.celsius <= cure.celsius) else {
+            let Some(softens) = wall.substance.softening_point.filter(|s| s.celsius <= cure.celsius) else {
                 continue;
             };
             let why = format!(
                 "{layer} cures at {} °C, and {} of {} gives way at {} °C",
                 cure.celsius,
                 wall.name,
-                stuff(wall),
+                material_name(wall),
                 softens.celsius
             );
             let does = format!(
@@ -148,8 +148,8 @@ pub(super) fn heat(sensor: &Sensor) -> Vec<Warning> {
             told.push(
                 Warning::new("heat", why, does)
                     .in_steps([index + 1])
-                    .of([layer, wall.name.as_str()])
-                    .from(softens.source),
+                    .with_bodies([layer, wall.name.as_str()])
+                    .with_source(softens.source),
             );
         }
     }
@@ -157,7 +157,7 @@ pub(super) fn heat(sensor: &Sensor) -> Vec<Warning> {
 }
 
 /// Returns warnings about mixes that set before their handling is finished.
-pub(super) fn pot_lives(mixes: &[Mixed], timeline: &Timeline) -> Vec<Warning> {
+pub(super) fn pot_lives(mixes: &[StepMix], timeline: &Timeline) -> Vec<Warning> {
     let late = mixes.iter().filter_map(|mix| {
         let pot_life_h = mix.pot_life_h.filter(|pot_life_h| *pot_life_h < mix.in_hand_h)?;
         let why = format!(
@@ -169,7 +169,7 @@ pub(super) fn pot_lives(mixes: &[Mixed], timeline: &Timeline) -> Vec<Warning> {
         let does = "lay everything out before you mix, degas no longer than bubbles rise, or mix and \
                     pour in two halves; a cold mix lasts longer";
         let warning = Warning::new("pot-life", why, does).in_steps([mix.step]);
-        Some(warning.of([mix.layer.as_str()]).from(format!(
+        Some(warning.with_bodies([mix.layer.as_str()]).with_source(format!(
             "the maker's data sheet for the pot life; hands-on times are {}",
             timeline.hands_on
         )))
@@ -182,7 +182,7 @@ pub(super) fn gloves(sensor: &Sensor) -> Vec<Warning> {
     let mut of: BTreeMap<usize, &str> = BTreeMap::new();
     for (index, step) in sensor.chain.iter().enumerate() {
         let layer = liquid(step).and_then(|(layer, _)| sensor.body(layer));
-        if let Some(layer) = layer.filter(|l| l.substance.cures == Some(Curing::Platinum)) {
+        if let Some(layer) = layer.filter(|l| l.substance.cure_mechanism == Some(CureMechanism::Platinum)) {
             of.insert(index + 1, &layer.name);
         }
     }
@@ -195,14 +195,14 @@ pub(super) fn gloves(sensor: &Sensor) -> Vec<Warning> {
     vec![
         Warning::new("gloves", why, does)
             .in_steps(of.keys().copied())
-            .of(of.values().copied())
-            .from(SMOOTH_ON),
+            .with_bodies(of.values().copied())
+            .with_source(SMOOTH_ON),
     ]
 }
 
 /// Returns the time for which a mix is handled, h: until the hands-on work of its own step ends or, if it cures
 /// together with later layers, that of the step in which it cures.
-pub(crate) fn in_hand_h(chain: &[Step], step: usize) -> f64 {
+pub(crate) fn handling_time_h(chain: &[Step], step: usize) -> f64 {
     // A cure of 0 h means that the layer cures together with a later one.
     let cures = |step: &Step| step.cure().is_none_or(|cure| cure.hours > 0.0);
     let mut hours = 0.0;

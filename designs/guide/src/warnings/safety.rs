@@ -1,6 +1,6 @@
 //! Warnings about the safety of the people who build the sensor.
 
-use fabkit_geometry::{Action, Curing, Sensor, Step};
+use fabkit_geometry::{Action, CureMechanism, Sensor, Step};
 
 use super::Warning;
 
@@ -53,7 +53,7 @@ pub(super) fn handling(sensor: &Sensor) -> Vec<Warning> {
             Action::Spray(spray) => sensor.body(&spray.layer),
             _ => None,
         };
-        layer.is_some_and(|layer| layer.substance.cures == Some(Curing::Polyurethane))
+        layer.is_some_and(|layer| layer.substance.cure_mechanism == Some(CureMechanism::Polyurethane))
     });
     told.push((
         polyurethane,
@@ -71,7 +71,7 @@ pub(super) fn handling(sensor: &Sensor) -> Vec<Warning> {
     let happens = told.into_iter().filter(|(steps, ..)| !steps.is_empty());
     happens
         .map(|(steps, why, does, source)| {
-            Warning::new("safety", why, does).in_steps(steps).from(source)
+            Warning::new("safety", why, does).in_steps(steps).with_source(source)
         })
         .collect()
 }

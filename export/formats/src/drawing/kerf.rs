@@ -40,10 +40,10 @@ pub fn widen_for_kerf(profile: &Profile, kerf_mm: f64) -> Result<Profile, Export
         return Ok(profile.clone());
     }
     let failed = |outline: String| ExportError::KerfTooWide { outline, kerf_mm };
-    let outer = parallel(&profile.outer, kerf_mm / 2.0)?;
+    let outer = offset_path(&profile.outer, kerf_mm / 2.0)?;
     let mut widened = Profile::new(outer.ok_or_else(|| failed("the outer boundary".into()))?);
     for (i, hole) in profile.holes.iter().enumerate() {
-        let shrunk = parallel(hole, -kerf_mm / 2.0)?.ok_or_else(|| {
+        let shrunk = offset_path(hole, -kerf_mm / 2.0)?.ok_or_else(|| {
             let [min, max] = Profile::new(hole.clone()).bounds_mm();
             let [x, y] = [0, 1].map(|axis| (min[axis] + max[axis]) / 2.0);
             failed(format!("hole {} around ({x:.2}, {y:.2}) mm", i + 1))
@@ -54,7 +54,7 @@ pub fn widen_for_kerf(profile: &Profile, kerf_mm: f64) -> Result<Profile, Export
 }
 
 /// Offsets a path outwards, or inwards by a negative distance; `None` if the result is not a single path.
-fn parallel(path: &Path, outwards_mm: f64) -> Result<Option<Path>, ExportError> {
+fn offset_path(path: &Path, outwards_mm: f64) -> Result<Option<Path>, ExportError> {
     let line = polyline(path)?;
     let options = PlineOffsetOptions {
         pos_equal_eps: SAME_POINT_MM,
@@ -65,7 +65,7 @@ fn parallel(path: &Path, outwards_mm: f64) -> Result<Option<Path>, ExportError> 
     let left_mm = if path.signed_area_mm2() > 0.0 { -outwards_mm } else { outwards_mm };
     let moved = line.parallel_offset_opt(left_mm, &options);
     Ok(match moved.as_slice() {
-        [one] => Some(path_of(one)),
+        [one] => Some(to_path(one)),
         _ => None,
     })
 }
@@ -94,7 +94,7 @@ fn polyline(path: &Path) -> Result<Polyline, ExportError> {
 }
 
 /// Converts a polyline with bulges back to a path.
-fn path_of(line: &Polyline) -> Path {
+fn to_path(line: &Polyline) -> Path {
     let start = line.at(0);
     let path = Path::from([start.x, start.y]);
     line.iter_segments().fold(path, |path, (from, to)| {

@@ -74,7 +74,7 @@ pub struct Drawing {
 
 impl Drawing {
     /// Creates a drawing of one piece in its lower left corner, without a label.
-    pub fn of_piece(profile: &Profile) -> Self {
+    pub fn from_piece(profile: &Profile) -> Self {
         let [min, max] = profile.bounds_mm();
         let mut drawing = Self { size_mm: [max[0] - min[0], max[1] - min[1]], ..Self::default() };
         drawing.add(&profile.shifted([-min[0], -min[1]]));

@@ -26,7 +26,7 @@ pub struct NestedSheet {
     pub drawing: Drawing,
     /// Size of the stock's corner that holds everything with the spacing around it, mm; a remnant of this size
     /// suffices.
-    pub needs_mm: [f64; 2],
+    pub used_size_mm: [f64; 2],
     /// Names of the pieces in the order of cutting, repeated for each copy.
     pub pieces: Vec<String>,
 }
@@ -69,13 +69,13 @@ pub fn nest(pieces: &[Piece], stock: Bed) -> Result<Vec<NestedSheet>, ExportErro
     let count = spots.iter().map(|spot| spot.plate + 1).max().unwrap_or(0);
     let empty = Drawing { size_mm: stock.size_mm, ..Drawing::default() };
     let mut sheets =
-        vec![NestedSheet { drawing: empty, needs_mm: [0.0; 2], pieces: Vec::new() }; count];
+        vec![NestedSheet { drawing: empty, used_size_mm: [0.0; 2], pieces: Vec::new() }; count];
     for ((cell, (_, size_mm)), spot) in cells.iter().zip(&footprints).zip(&spots) {
         let [left_mm, front_mm] = spot.corner_mm;
         let sheet = &mut sheets[spot.plate];
         sheet.drawing.add(&cell.profile.shifted([left_mm, front_mm + cell.strip_mm]));
         let ends_mm = [left_mm + size_mm[0], front_mm + size_mm[1]];
-        for (needs_mm, end_mm) in sheet.needs_mm.iter_mut().zip(ends_mm) {
+        for (needs_mm, end_mm) in sheet.used_size_mm.iter_mut().zip(ends_mm) {
             *needs_mm = needs_mm.max(end_mm + stock.spacing_mm);
         }
         if cell.strip_mm > 0.0 {

@@ -6,10 +6,10 @@ use super::*;
 
 fn ball() -> ShadedMesh {
     let solid = Solid::sphere(2.0);
-    mesh(&solid, 0.1).unwrap().to_print().unwrap().shaded(&solid)
+    mesh(&solid, 0.1).unwrap().to_print().unwrap().with_exact_normals(&solid)
 }
 
-fn body<'a>(name: &'a str, mesh: &'a ShadedMesh, places: Vec<GlbPlace>) -> GlbBody<'a> {
+fn body<'a>(name: &'a str, mesh: &'a ShadedMesh, places: Vec<GlbPlacement>) -> GlbBody<'a> {
     GlbBody {
         name,
         material: "PLA",
@@ -17,15 +17,15 @@ fn body<'a>(name: &'a str, mesh: &'a ShadedMesh, places: Vec<GlbPlace>) -> GlbBo
         opacity: 1.0,
         refractive_index: None,
         mesh,
-        places,
+        placements: places,
         extras: json!({ "kind": "part" }),
     }
 }
 
-fn place(x_mm: f64, apart_mm: f64) -> GlbPlace {
-    GlbPlace {
+fn place(x_mm: f64, apart_mm: f64) -> GlbPlacement {
+    GlbPlacement {
         assembly_from_body: Pose::translation(x_mm, 0.0, 0.0),
-        apart_mm: Vector3::z() * apart_mm,
+        exploded_offset_mm: Vector3::z() * apart_mm,
     }
 }
 
@@ -123,7 +123,7 @@ fn what_is_clear_blends_and_says_how_it_bends_light() {
 }
 
 #[test]
-fn turns_are_quaternions_whichever_way_they_go() {
+fn quaternions_rotate_as_their_poses() {
     let turn = |f: fn(Angle) -> Pose, deg| f(Angle::from_deg(deg).unwrap());
     let mut poses: Vec<Pose> = Vec::new();
     for deg in [0.0, 30.0, 90.0, 179.0, 180.0, 270.0] {
@@ -142,7 +142,7 @@ fn turns_are_quaternions_whichever_way_they_go() {
 }
 
 #[test]
-fn nothing_is_no_file() {
+fn empty_scenes_are_refused() {
     let upright_from_assembly = Pose::identity();
     let bodies = Vec::new();
     let scene = GlbScene { name: "", label: "", upright_from_assembly, bodies, extras: json!({}) };

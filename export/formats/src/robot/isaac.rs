@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use super::numbers::{MM_PER_M, number};
 use super::usd::identifier;
-use super::{Robot, RobotCamera, RobotTouch};
+use super::{Robot, RobotCamera, RobotSensingSurface};
 
 /// Number of force-field points along the longer side.
 const FIELD: f64 = 24.0;
@@ -72,7 +72,7 @@ pub fn tacsl(robot: &Robot) -> Option<String> {
                image_width: {width}\n  \
                num_bins: {bins}\n  \
                mm_per_pixel: {}\n",
-            number(scale_mm(camera, touch)),
+            number(pixel_size_mm(camera, touch)),
         );
     }
     Some(text)
@@ -88,7 +88,7 @@ pub fn tacex(robot: &Robot) -> Option<String> {
     let [width, height] = camera.size_px;
     let [wide, high, deep] = touch.size_mm.map(|mm| number(mm / MM_PER_M));
     let whole = size_mm(robot)?.map(|mm| number(mm / MM_PER_M));
-    let far_mm = far_mm(camera, touch);
+    let far_mm = surface_distance_mm(camera, touch);
     let mut text = head(robot, touch, "GelSightSensorCfg of TacEx");
     // Writing to a string cannot fail.
     let _ = write!(
@@ -120,14 +120,14 @@ pub fn tacex(robot: &Robot) -> Option<String> {
                gelpad_to_camera_min_distance: {}\n  \
                with_shadow: false\n  \
                tactile_img_res: [{width}, {height}]\n",
-            number((far_mm - touch.soft_mm).max(camera.near_mm) / MM_PER_M),
+            number((far_mm - touch.max_indentation_mm).max(camera.near_mm) / MM_PER_M),
         ),
     };
     Some(text)
 }
 
 /// Writes the leading comment lines of a configuration.
-fn head(robot: &Robot, touch: &RobotTouch, class: &str) -> String {
+fn head(robot: &Robot, touch: &RobotSensingSurface, class: &str) -> String {
     let comment = robot.comment.replace('\n', " ");
     let pack = match touch.slope_bins {
         None => {
@@ -147,14 +147,14 @@ fn prim(robot: &Robot, link: &str) -> String {
 }
 
 /// Distance from the camera to the top of the sensing surface, along the camera's axis, mm.
-fn far_mm(camera: &RobotCamera, touch: &RobotTouch) -> f64 {
+fn surface_distance_mm(camera: &RobotCamera, touch: &RobotSensingSurface) -> f64 {
     let top = fabkit_geometry::Point3::new(0.0, 0.0, touch.top_z_mm);
     camera.sensor_from_camera.inverse().point(top).z
 }
 
 /// Size of a pixel at that distance, mm.
-fn scale_mm(camera: &RobotCamera, touch: &RobotTouch) -> f64 {
-    far_mm(camera, touch) / camera.focal_px
+fn pixel_size_mm(camera: &RobotCamera, touch: &RobotSensingSurface) -> f64 {
+    surface_distance_mm(camera, touch) / camera.focal_px
 }
 
 /// Size of the bounding box of all visual shapes, mm.

@@ -3,13 +3,13 @@
 use std::fmt::Write as _;
 
 use super::numbers::{number, numbers};
-use super::rotation::{looking_back, quaternion};
-use super::xml::{comment, escaped, place, vector};
+use super::rotation::{opengl_rotation, quaternion};
+use super::xml::{comment, escaped, translation_m, vector};
 use super::{Robot, RobotLink};
 
 /// Attributes of geoms that are only visible, and of geoms that collide, in MuJoCo's viewer groups.
-const SEEN: &str = "contype=\"0\" conaffinity=\"0\" group=\"2\"";
-const TOUCHED: &str = "group=\"3\"";
+const VISUAL_ATTRIBUTES: &str = "contype=\"0\" conaffinity=\"0\" group=\"2\"";
+const COLLISION_ATTRIBUTES: &str = "group=\"3\"";
 
 /// Writes an MJCF file: a body for the base, one inside it for each soft layer, sites for frames, the camera, and a
 /// tactile sensor on the vertices of the sensing surface.
@@ -35,10 +35,10 @@ pub fn mjcf(robot: &Robot) -> String {
     let mut links = robot.links.iter();
     if let Some(base) = links.next() {
         let _ = writeln!(text, "    <body name=\"{}\">", escaped(&base.name));
-        text += &of_link(base, 6);
+        text += &write_link(base, 6);
         for link in links {
             let _ = writeln!(text, "      <body name=\"{}\">", escaped(&link.name));
-            text += &of_link(link, 8);
+            text += &write_link(link, 8);
             text += "      </body>\n";
         }
         for frame in &robot.frames {
@@ -46,7 +46,7 @@ pub fn mjcf(robot: &Robot) -> String {
                 text,
                 "      <site name=\"{}\" pos=\"{}\" quat=\"{}\" size=\"0.0005\"/>",
                 escaped(&frame.name),
-                place(&frame.sensor_from_frame),
+                translation_m(&frame.sensor_from_frame),
                 numbers(quaternion(frame.sensor_from_frame.rotation())),
             );
         }
@@ -54,8 +54,8 @@ pub fn mjcf(robot: &Robot) -> String {
         let _ = writeln!(
             text,
             "      <camera name=\"camera\" pos=\"{}\" quat=\"{}\" fovy=\"{}\" resolution=\"{} {}\"/>",
-            place(&camera.sensor_from_camera),
-            numbers(quaternion(&looking_back(camera))),
+            translation_m(&camera.sensor_from_camera),
+            numbers(quaternion(&opengl_rotation(camera))),
             number(camera.view_rad()[1].to_degrees()),
             camera.size_px[0],
             camera.size_px[1],
@@ -77,18 +77,18 @@ fn mesh(file: &str) -> String {
     escaped(file.strip_suffix(".obj").unwrap_or(file))
 }
 
-fn of_link(link: &RobotLink, deep: usize) -> String {
+fn write_link(link: &RobotLink, deep: usize) -> String {
     let indent = " ".repeat(deep);
     let mut text = format!(
         "{indent}<inertial pos=\"{}\" mass=\"{}\" fullinertia=\"{}\"/>\n",
         vector(&link.inertia.centre_m),
         number(link.inertia.mass_kg),
-        numbers(link.inertia.six()),
+        numbers(link.inertia.moments()),
     );
     for shape in &link.visuals {
         let _ = writeln!(
             text,
-            "{indent}<geom type=\"mesh\" mesh=\"{}\" rgba=\"{}\" {SEEN}/>",
+            "{indent}<geom type=\"mesh\" mesh=\"{}\" rgba=\"{}\" {VISUAL_ATTRIBUTES}/>",
             mesh(&shape.mesh.file),
             numbers(shape.rgba)
         );
@@ -100,7 +100,7 @@ fn of_link(link: &RobotLink, deep: usize) -> String {
     for shape in &link.collisions {
         let _ = writeln!(
             text,
-            "{indent}<geom name=\"{}\" type=\"mesh\" mesh=\"{}\" rgba=\"{}\"{friction} {TOUCHED}/>",
+            "{indent}<geom name=\"{}\" type=\"mesh\" mesh=\"{}\" rgba=\"{}\"{friction} {COLLISION_ATTRIBUTES}/>",
             escaped(&shape.name),
             mesh(&shape.mesh.file),
             numbers(shape.rgba)

@@ -42,14 +42,14 @@ pub struct Robot {
     /// Pinhole camera that approximates the sensor's camera.
     pub camera: RobotCamera,
     /// Sensing surface, whose vertices are the taxels.
-    pub touch: Option<RobotTouch>,
+    pub touch: Option<RobotSensingSurface>,
     /// Light sources that are lit in the sensor's usual lighting.
-    pub lamps: Vec<RobotLamp>,
+    pub light_sources: Vec<RobotLightSource>,
 }
 
 /// Sensing surface.
 #[derive(Clone, Debug)]
-pub struct RobotTouch {
+pub struct RobotSensingSurface {
     /// Closed, convex mesh.
     pub mesh: Arc<RobotMesh>,
     /// Name of the link that it belongs to.
@@ -59,7 +59,7 @@ pub struct RobotTouch {
     /// Height of the highest point, mm.
     pub top_z_mm: f64,
     /// Depth to which it can be pressed, mm.
-    pub soft_mm: f64,
+    pub max_indentation_mm: f64,
     /// Young's modulus of the layers below it in series, MPa.
     pub young_mpa: f64,
     /// Thickness of these layers below its middle, mm.
@@ -86,7 +86,7 @@ pub struct RobotTetrahedra {
 
 /// A light source, reduced to a point.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RobotLamp {
+pub struct RobotLightSource {
     /// Position, sensor frame, mm.
     pub place_mm: [f64; 3],
     /// Colour as red, green and blue.
@@ -123,7 +123,7 @@ pub struct Inertia {
 
 impl Inertia {
     /// Inertia without mass.
-    pub const NOTHING: Self = Self {
+    pub const ZERO: Self = Self {
         mass_kg: 0.0,
         centre_m: Vector3::new(0.0, 0.0, 0.0),
         about_centre: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
@@ -140,7 +140,7 @@ impl Inertia {
     /// assert_eq!(dumbbell.about_centre.diagonal(), Vector3::new(0.0, 8.0, 8.0));
     /// ```
     #[must_use]
-    pub fn and(&self, other: &Self) -> Self {
+    pub fn combined(&self, other: &Self) -> Self {
         let mass_kg = self.mass_kg + other.mass_kg;
         // Two massless bodies have no centre of mass.
         if mass_kg <= 0.0 {
@@ -156,7 +156,7 @@ impl Inertia {
     }
 
     /// Returns the six moments in the order of all formats: xx, yy, zz, xy, xz, yz.
-    fn six(&self) -> [f64; 6] {
+    fn moments(&self) -> [f64; 6] {
         let i = &self.about_centre;
         [i[(0, 0)], i[(1, 1)], i[(2, 2)], i[(0, 1)], i[(0, 2)], i[(1, 2)]]
     }
@@ -246,7 +246,7 @@ impl RobotCamera {
     }
 
     /// Projects a point in the camera frame, mm, to column and row; `None` behind the camera or outside the image.
-    pub fn sees(&self, place_in_camera: [f64; 3]) -> Option<[f64; 2]> {
+    pub fn project_into_image(&self, place_in_camera: [f64; 3]) -> Option<[f64; 2]> {
         let is_within = |(px, size): (&f64, &u32)| (-0.5..f64::from(*size) - 0.5).contains(px);
         self.project(place_in_camera).filter(|pixel| pixel.iter().zip(&self.size_px).all(is_within))
     }

@@ -40,7 +40,7 @@ pub(super) fn quaternion(r: &Matrix3<f64>) -> [f64; 4] {
 }
 
 /// Returns the camera's rotation in the convention of OpenGL, MuJoCo and USD, in which cameras look along -z with y up.
-pub(super) fn looking_back(camera: &RobotCamera) -> Matrix3<f64> {
+pub(super) fn opengl_rotation(camera: &RobotCamera) -> Matrix3<f64> {
     camera.sensor_from_camera.rotation() * Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0))
 }
 

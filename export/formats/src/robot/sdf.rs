@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 
 use super::numbers::{MM_PER_M, number, numbers};
 use super::rotation::roll_pitch_yaw;
-use super::xml::{comment, escaped, place, vector};
-use super::{Robot, RobotCamera, RobotLink, RobotShape, RobotTouch};
+use super::xml::{comment, escaped, translation_m, vector};
+use super::{Robot, RobotCamera, RobotLink, RobotShape, RobotSensingSurface};
 
 /// Rotation from a frame that looks along z with y down to SDF's cameras, which look along x with z up, as roll, pitch
 /// and yaw, rad.
-const LOOKS: &str = "0 -1.57079633 1.57079633";
+const CAMERA_RPY: &str = "0 -1.57079633 1.57079633";
 const PA_PER_MPA: f64 = 1e6;
 
 /// Writes an SDF file: a model with a link for each body, welded to the base.
@@ -30,9 +30,9 @@ trait Dialect {
     /// Returns whether links contain cameras.
     fn has_camera(&self) -> bool;
     /// Returns elements for transparency beyond the alpha of the colour, which all readers use.
-    fn lucid(&self, opacity: f64) -> String;
+    fn transparency(&self, opacity: f64) -> String;
     /// Returns the geometry and the further elements of a collision shape.
-    fn bumped(&self, shape: &RobotShape, friction: Option<f64>) -> (String, String);
+    fn collision(&self, shape: &RobotShape, friction: Option<f64>) -> (String, String);
 }
 
 struct Gazebo;
@@ -42,11 +42,11 @@ impl Dialect for Gazebo {
         true
     }
 
-    fn lucid(&self, opacity: f64) -> String {
+    fn transparency(&self, opacity: f64) -> String {
         format!("        <transparency>{}</transparency>\n", number(1.0 - opacity))
     }
 
-    fn bumped(&self, shape: &RobotShape, friction: Option<f64>) -> (String, String) {
+    fn collision(&self, shape: &RobotShape, friction: Option<f64>) -> (String, String) {
         let surface = friction.map_or_else(String::new, |friction| {
             let mu = number(friction);
             format!("        <surface><friction><ode><mu>{mu}</mu><mu2>{mu}</mu2></ode></friction></surface>\n")
@@ -55,18 +55,18 @@ impl Dialect for Gazebo {
     }
 }
 
-struct Drake<'a>(&'a Option<RobotTouch>);
+struct Drake<'a>(&'a Option<RobotSensingSurface>);
 
 impl Dialect for Drake<'_> {
     fn has_camera(&self) -> bool {
         false
     }
 
-    fn lucid(&self, _: f64) -> String {
+    fn transparency(&self, _: f64) -> String {
         String::new()
     }
 
-    fn bumped(&self, shape: &RobotShape, friction: Option<f64>) -> (String, String) {
+    fn collision(&self, shape: &RobotShape, friction: Option<f64>) -> (String, String) {
         let mu = friction.map_or_else(String::new, |friction| {
             let mu = number(friction);
             format!(
@@ -110,7 +110,7 @@ fn model(robot: &Robot, root: &str, dialect: &dyn Dialect) -> String {
     for (i, link) in robot.links.iter().enumerate() {
         // The camera belongs to the base.
         let camera = (i == 0 && dialect.has_camera()).then_some(&robot.camera);
-        text += &of_link(link, camera, dialect);
+        text += &write_link(link, camera, dialect);
     }
     // Writing to a string cannot fail.
     for link in robot.links.iter().skip(1) {
@@ -129,15 +129,15 @@ fn model(robot: &Robot, root: &str, dialect: &dyn Dialect) -> String {
             "    <frame name=\"{}\" attached_to=\"{}\"><pose>{} {}</pose></frame>",
             escaped(&frame.name),
             escaped(base),
-            place(pose),
+            translation_m(pose),
             numbers(roll_pitch_yaw(pose.rotation())),
         );
     }
     text + "  </model>\n</sdf>\n"
 }
 
-fn of_link(link: &RobotLink, camera: Option<&RobotCamera>, dialect: &dyn Dialect) -> String {
-    let [xx, yy, zz, xy, xz, yz] = link.inertia.six().map(number);
+fn write_link(link: &RobotLink, camera: Option<&RobotCamera>, dialect: &dyn Dialect) -> String {
+    let [xx, yy, zz, xy, xz, yz] = link.inertia.moments().map(number);
     let mut text = format!(
         "    <link name=\"{}\">\n      <inertial>\n        <pose>{} 0 0 0</pose>\n        <mass>{}</mass>\n        \
          <inertia><ixx>{xx}</ixx><ixy>{xy}</ixy><ixz>{xz}</ixz><iyy>{yy}</iyy><iyz>{yz}</iyz><izz>{zz}</izz></inertia>\n      \
@@ -151,18 +151,18 @@ fn of_link(link: &RobotLink, camera: Option<&RobotCamera>, dialect: &dyn Dialect
         let more = format!(
             "        <material><diffuse>{0}</diffuse><ambient>{0}</ambient></material>\n{1}",
             numbers([r, g, b, opacity]),
-            dialect.lucid(opacity)
+            dialect.transparency(opacity)
         );
-        text += &of_shape("visual", &shape.name, &mesh(&shape.mesh.file, ""), &more);
+        text += &write_shape("visual", &shape.name, &mesh(&shape.mesh.file, ""), &more);
     }
     for shape in &link.collisions {
-        let (geometry, more) = dialect.bumped(shape, link.friction);
-        text += &of_shape("collision", &shape.name, &geometry, &more);
+        let (geometry, more) = dialect.collision(shape, link.friction);
+        text += &write_shape("collision", &shape.name, &geometry, &more);
     }
     if let Some(camera) = camera {
         let _ = writeln!(
             text,
-            "      <sensor name=\"camera\" type=\"camera\">\n        <pose relative_to=\"{}\">0 0 0 {LOOKS}</pose>\n        \
+            "      <sensor name=\"camera\" type=\"camera\">\n        <pose relative_to=\"{}\">0 0 0 {CAMERA_RPY}</pose>\n        \
              <camera>\n          <horizontal_fov>{}</horizontal_fov>\n          \
              <image><width>{}</width><height>{}</height></image>\n          \
              <clip><near>{}</near><far>1</far></clip>\n        </camera>\n      </sensor>",
@@ -176,7 +176,7 @@ fn of_link(link: &RobotLink, camera: Option<&RobotCamera>, dialect: &dyn Dialect
     text + "    </link>\n"
 }
 
-fn of_shape(kind: &str, name: &str, geometry: &str, more: &str) -> String {
+fn write_shape(kind: &str, name: &str, geometry: &str, more: &str) -> String {
     format!(
         "      <{kind} name=\"{}\">\n        <geometry>{geometry}</geometry>\n{more}      </{kind}>\n",
         escaped(name)

@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 
 use super::numbers::{MM_PER_M, number};
-use super::rotation::{looking_back, roll_pitch_yaw};
-use super::{Robot, RobotTouch};
+use super::rotation::{opengl_rotation, roll_pitch_yaw};
+use super::{Robot, RobotSensingSurface};
 
 /// Number of OpenGL's fixed lights.
-const MOST_LAMPS: usize = 8;
+const MAX_LIGHTS: usize = 8;
 
 /// Writes a configuration of TACTO's renderer, in metres and degrees; `None` for a sensor without a sensing surface.
 ///
@@ -27,14 +27,14 @@ pub fn tacto(robot: &Robot) -> Option<String> {
     let plain = |values: &[f64]| {
         format!("[{}]", values.iter().map(|value| number(*value)).collect::<Vec<_>>().join(", "))
     };
-    let turned = roll_pitch_yaw(&looking_back(camera)).map(f64::to_degrees);
+    let turned = roll_pitch_yaw(&opengl_rotation(camera)).map(f64::to_degrees);
     // At most eight, taken evenly from the list.
-    let step = robot.lamps.len().div_ceil(MOST_LAMPS).max(1);
-    let lamps: Vec<_> = robot.lamps.iter().step_by(step).collect();
+    let step = robot.light_sources.len().div_ceil(MAX_LIGHTS).max(1);
+    let lamps: Vec<_> = robot.light_sources.iter().step_by(step).collect();
     let list = |of: &dyn Fn(usize) -> String| {
         format!("[{}]", (0..lamps.len()).map(of).collect::<Vec<_>>().join(", "))
     };
-    let RobotTouch { mesh, size_mm: [wide, high, _], top_z_mm, soft_mm, .. } = touch;
+    let RobotSensingSurface { mesh, size_mm: [wide, high, _], top_z_mm, max_indentation_mm: soft_mm, .. } = touch;
     let mut text = format!("# {}\n", robot.comment.replace('\n', " "));
     // Writing to a string cannot fail.
     let _ = write!(
@@ -69,7 +69,7 @@ pub fn tacto(robot: &Robot) -> Option<String> {
              range_force: [0, 100]\n    \
              max_deformation: {}\n",
         lamps.len(),
-        robot.lamps.len(),
+        robot.light_sources.len(),
         metres(camera.sensor_from_camera.translation_mm().as_slice()),
         plain(&turned),
         number(camera.view_rad()[1].to_degrees()),

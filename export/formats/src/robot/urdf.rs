@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::numbers::{number, numbers};
 use super::rotation::roll_pitch_yaw;
-use super::xml::{comment, escaped, place, vector};
+use super::xml::{comment, escaped, translation_m, vector};
 use super::{Robot, RobotLink, RobotShape};
 
 /// Writes a URDF file.
@@ -19,7 +19,7 @@ pub fn urdf(robot: &Robot) -> String {
     text += "  <mujoco>\n    <compiler strippath=\"false\" fusestatic=\"false\" discardvisual=\"false\" \
              balanceinertia=\"false\"/>\n  </mujoco>\n";
     for link in &robot.links {
-        text += &of_link(link);
+        text += &write_link(link);
     }
     let base = robot.links.first().map_or("base", |link| &link.name);
     // Writing to a string cannot fail.
@@ -29,7 +29,7 @@ pub fn urdf(robot: &Robot) -> String {
     for frame in &robot.frames {
         let _ = writeln!(text, "  <link name=\"{}\">\n{MASSLESS}  </link>", escaped(&frame.name));
         let pose = &frame.sensor_from_frame;
-        text += &weld(base, &frame.name, &place(pose), &numbers(roll_pitch_yaw(pose.rotation())));
+        text += &weld(base, &frame.name, &translation_m(pose), &numbers(roll_pitch_yaw(pose.rotation())));
     }
     text + "</robot>\n"
 }
@@ -47,8 +47,8 @@ fn weld(base: &str, link: &str, xyz: &str, rpy: &str) -> String {
     )
 }
 
-fn of_link(link: &RobotLink) -> String {
-    let [xx, yy, zz, xy, xz, yz] = link.inertia.six().map(number);
+fn write_link(link: &RobotLink) -> String {
+    let [xx, yy, zz, xy, xz, yz] = link.inertia.moments().map(number);
     let mut text = format!(
         "  <link name=\"{}\">\n    <inertial>\n      <origin xyz=\"{}\" rpy=\"0 0 0\"/>\n      <mass value=\"{}\"/>\n      \
          <inertia ixx=\"{xx}\" ixy=\"{xy}\" ixz=\"{xz}\" iyy=\"{yy}\" iyz=\"{yz}\" izz=\"{zz}\"/>\n    </inertial>\n",
@@ -63,15 +63,15 @@ fn of_link(link: &RobotLink) -> String {
             escaped(&shape.name),
             numbers(shape.rgba)
         );
-        text += &of_shape("visual", shape, &color);
+        text += &write_shape("visual", shape, &color);
     }
     for shape in &link.collisions {
-        text += &of_shape("collision", shape, "");
+        text += &write_shape("collision", shape, "");
     }
     text + "  </link>\n"
 }
 
-fn of_shape(kind: &str, shape: &RobotShape, more: &str) -> String {
+fn write_shape(kind: &str, shape: &RobotShape, more: &str) -> String {
     format!(
         "    <{kind} name=\"{}\">\n      <geometry><mesh filename=\"{}\"/></geometry>\n{more}    </{kind}>\n",
         escaped(&shape.name),

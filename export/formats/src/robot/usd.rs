@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use fabkit_geometry::{Matrix3, Pose, Vector3};
 
 use super::numbers::{MM_PER_M, number};
-use super::rotation::{looking_back, quaternion};
+use super::rotation::{opengl_rotation, quaternion};
 use super::{Inertia, Robot, RobotCamera, RobotLink, RobotMesh, RobotShape, RobotTetrahedra};
 
 /// Focal length; only its ratio to the apertures matters.
@@ -27,10 +27,10 @@ pub fn usd(robot: &Robot) -> String {
         quoted(&robot.comment)
     );
     for link in robot.links.iter().filter(|link| link.friction.is_some()) {
-        text += &rubs(link);
+        text += &write_friction_material(link);
     }
     for (i, link) in robot.links.iter().enumerate() {
-        text += &of_link(robot, link, i == 0);
+        text += &write_link(robot, link, i == 0);
     }
     let base = robot.links.first().map_or("base", |link| &link.name);
     // Writing to a string cannot fail.
@@ -65,22 +65,22 @@ fn tuple(values: impl IntoIterator<Item = f64>) -> String {
     format!("({})", values.into_iter().map(number).collect::<Vec<_>>().join(", "))
 }
 
-fn material_of(link: &RobotLink) -> String {
+fn material_name(link: &RobotLink) -> String {
     format!("{}_surface", identifier(&link.name))
 }
 
 /// Writes the physics material with a link's friction.
-fn rubs(link: &RobotLink) -> String {
+fn write_friction_material(link: &RobotLink) -> String {
     let mu = number(link.friction.unwrap_or_default());
     format!(
         "    def Material \"{}\" (\n        prepend apiSchemas = [\"PhysicsMaterialAPI\"]\n    )\n    {{\n        \
          float physics:dynamicFriction = {mu}\n        float physics:restitution = 0\n        \
          float physics:staticFriction = {mu}\n    }}\n\n",
-        material_of(link)
+        material_name(link)
     )
 }
 
-fn of_link(robot: &Robot, link: &RobotLink, is_base: bool) -> String {
+fn write_link(robot: &Robot, link: &RobotLink, is_base: bool) -> String {
     let (moments, axes) = principal(&link.inertia);
     let mut text = format!(
         "    def Xform \"{}\" (\n        prepend apiSchemas = [\"PhysicsRigidBodyAPI\", \"PhysicsMassAPI\"]\n    )\n    {{\n        \
@@ -99,7 +99,7 @@ fn of_link(robot: &Robot, link: &RobotLink, is_base: bool) -> String {
             tuple([r, g, b]),
             number(opacity)
         );
-        text += &of_mesh(&format!("seen_{}", shape.name), shape, "", &color);
+        text += &write_mesh(&format!("seen_{}", shape.name), shape, "", &color);
     }
     let touch = robot.touch.as_ref().filter(|touch| touch.link == link.name);
     for shape in &link.collisions {
@@ -115,14 +115,14 @@ fn of_link(robot: &Robot, link: &RobotLink, is_base: bool) -> String {
                 more,
                 "            rel material:binding:physics = </{}/{}>",
                 identifier(&robot.name),
-                material_of(link)
+                material_name(link)
             );
         }
         let touched = touch.filter(|touch| touch.mesh.file == shape.mesh.file);
         if let Some(touch) = touched {
             more += &tetrahedra(&touch.tetrahedra);
         }
-        text += &of_mesh(&shape.name, shape, &schemas, &more);
+        text += &write_mesh(&shape.name, shape, &schemas, &more);
     }
     if is_base {
         for frame in &robot.frames {
@@ -130,17 +130,17 @@ fn of_link(robot: &Robot, link: &RobotLink, is_base: bool) -> String {
                 text,
                 "        def Xform \"{}\"\n        {{\n{}        }}\n\n",
                 identifier(&frame.name),
-                placed(&frame.sensor_from_frame, frame.sensor_from_frame.rotation())
+                write_transform(&frame.sensor_from_frame, frame.sensor_from_frame.rotation())
             );
         }
-        text += &of_camera(&robot.camera);
+        text += &write_camera(&robot.camera);
     }
     text + "    }\n\n"
 }
 
 /// Writes the camera, which looks along -z with y up. Apertures and focal length are in tenths of a metre; only their
 /// ratio matters.
-fn of_camera(camera: &RobotCamera) -> String {
+fn write_camera(camera: &RobotCamera) -> String {
     let [across, down] = camera.size_px.map(|px| number(FOCAL * f64::from(px) / camera.focal_px));
     format!(
         "        def Camera \"camera\"\n        {{\n            float2 clippingRange = {}\n            float focalLength = {}\n            \
@@ -148,11 +148,11 @@ fn of_camera(camera: &RobotCamera) -> String {
          token projection = \"perspective\"\n{}        }}\n",
         tuple([camera.near_mm / MM_PER_M, 1.0]),
         number(FOCAL),
-        placed(&camera.sensor_from_camera, &looking_back(camera)),
+        write_transform(&camera.sensor_from_camera, &opengl_rotation(camera)),
     )
 }
 
-fn placed(pose: &Pose, rotation: &Matrix3<f64>) -> String {
+fn write_transform(pose: &Pose, rotation: &Matrix3<f64>) -> String {
     format!(
         "            quatd xformOp:orient = {}\n            double3 xformOp:translate = {}\n            \
          uniform token[] xformOpOrder = [\"xformOp:translate\", \"xformOp:orient\"]\n",
@@ -161,7 +161,7 @@ fn placed(pose: &Pose, rotation: &Matrix3<f64>) -> String {
     )
 }
 
-fn of_mesh(name: &str, shape: &RobotShape, schemas: &str, more: &str) -> String {
+fn write_mesh(name: &str, shape: &RobotShape, schemas: &str, more: &str) -> String {
     let RobotMesh { vertices_mm, triangles, .. } = &*shape.mesh;
     let schemas = match schemas {
         "" => String::new(),

@@ -5,7 +5,7 @@ use fabkit_geometry::{Pose, Vector3};
 use super::numbers::{MM_PER_M, numbers};
 
 /// Formats the translation of a pose, metres.
-pub(super) fn place(pose: &Pose) -> String {
+pub(super) fn translation_m(pose: &Pose) -> String {
     numbers(pose.translation_mm().iter().map(|mm| mm / MM_PER_M))
 }
 

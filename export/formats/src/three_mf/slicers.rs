@@ -3,7 +3,7 @@
 //! Printer, filament and temperatures are left out: a file with a whole configuration would replace the user's choice,
 //! while settings of objects only override it.
 
-use super::{Object, Xml, object_id};
+use super::{PrintObject, Xml, object_id};
 
 /// Slicer settings of one object, common to both slicers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,15 +62,15 @@ struct Item<'a> {
     name: &'a str,
     settings: SlicerSettings,
     /// Ids and objects; several for one piece of several materials.
-    volumes: Vec<(usize, &'a Object<'a>)>,
+    volumes: Vec<(usize, &'a PrintObject<'a>)>,
 }
 
 /// Returns the configuration files beside the model, by name; none if no object has settings.
-pub(super) fn configs(objects: &[Object], piece: Option<&str>) -> Vec<(&'static str, String)> {
+pub(super) fn configs(objects: &[PrintObject], piece: Option<&str>) -> Vec<(&'static str, String)> {
     let numbered = || objects.iter().enumerate().map(|(i, object)| (object_id(i), object));
     let item = |id, name, volumes: Vec<_>| {
         // All volumes of a piece are printed with the settings of the first that has any.
-        let settings = volumes.iter().find_map(|(_, object): &(usize, &Object)| object.settings)?;
+        let settings = volumes.iter().find_map(|(_, object): &(usize, &PrintObject)| object.settings)?;
         Some(Item { id, name, settings, volumes })
     };
     let items: Vec<Item> = match piece {
@@ -91,7 +91,7 @@ pub(super) fn configs(objects: &[Object], piece: Option<&str>) -> Vec<(&'static 
 }
 
 /// Returns the extruder slot of each volume; `None` unless the piece has several materials.
-fn slots(volumes: &[(usize, &Object)]) -> Vec<Option<usize>> {
+fn slots(volumes: &[(usize, &PrintObject)]) -> Vec<Option<usize>> {
     let mut materials: Vec<_> =
         volumes.iter().map(|(_, object)| (object.material, object.color)).collect();
     let all = materials.clone();

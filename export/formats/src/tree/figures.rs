@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 
 use fabkit_geometry::{CompiledSolid, Matrix3, Point3, Pose, Ray, Scratch, Solid, Vector3};
-use fabkit_mesh::{FaceId, MeshError, TriMesh, mesh_as_cut};
+use fabkit_mesh::{FaceId, MeshError, TriMesh, mesh_without_refinement};
 use serde::Serialize;
 
 /// Chord tolerance of the finer of the two meshes, mm; the other is twice as coarse.
@@ -74,14 +74,14 @@ pub struct ExactFigures {
 /// # Errors
 /// Solids that cannot be meshed.
 pub fn moments(solid: &Solid) -> Result<(f64, Vector3<f64>, Matrix3<f64>), MeshError> {
-    let sums = integrate(solid, &mesh_as_cut(solid, MOMENTS_MM)?);
+    let sums = integrate(solid, &mesh_without_refinement(solid, MOMENTS_MM)?);
     Ok((sums.volume, sums.centroid(), sums.inertia()))
 }
 
 /// Computes the figures of a solid, and returns the finer of the two meshes too.
 pub(super) fn figures(solid: &Solid) -> Result<(ExactFigures, TriMesh), MeshError> {
-    let coarse = integrate(solid, &mesh_as_cut(solid, 2.0 * CHORD_MM)?);
-    let finer_mesh = mesh_as_cut(solid, CHORD_MM)?;
+    let coarse = integrate(solid, &mesh_without_refinement(solid, 2.0 * CHORD_MM)?);
+    let finer_mesh = mesh_without_refinement(solid, CHORD_MM)?;
     let fine = integrate(solid, &finer_mesh);
     let bounds = finer_mesh.bounds();
     let (centroid, inertia) = (fine.centroid(), fine.inertia());
@@ -139,7 +139,7 @@ impl Integrals {
 
 /// Exact face as seen from a point of a nearby triangle.
 #[derive(Clone, Copy, Debug)]
-struct Sight {
+struct FaceHit {
     /// Distance of the face from the point along the triangle's normal, mm.
     height_mm: f64,
     /// Outward normal of the face.
@@ -192,7 +192,7 @@ impl Facet {
 }
 
 /// State of the integration.
-struct Summing<'a> {
+struct Integrator<'a> {
     mesh: &'a TriMesh,
     facets: Vec<Facet>,
     leaves: Leaves,
@@ -206,7 +206,7 @@ fn integrate(solid: &Solid, mesh: &TriMesh) -> Integrals {
     let facets = (0..mesh.triangles.len()).map(|i| Facet::new(mesh, i, &leaves)).collect();
     let (zero, none) = (Vector3::zeros(), Matrix3::zeros());
     let sum = Integrals { volume: 0.0, area: 0.0, first: zero, second: none };
-    let mut summing = Summing { mesh, facets, leaves, scratch: Scratch::default(), sum };
+    let mut summing = Integrator { mesh, facets, leaves, scratch: Scratch::default(), sum };
     for index in 0..mesh.triangles.len() {
         summing.add_facet(index);
     }
@@ -216,17 +216,17 @@ fn integrate(solid: &Solid, mesh: &TriMesh) -> Integrals {
     summing.sum
 }
 
-impl Summing<'_> {
+impl Integrator<'_> {
     /// Returns the face as seen from a point of a triangle, or the triangle's own plane where that is exact or no ray
     /// hits.
-    fn sight(&mut self, index: usize, at: Vector3<f64>) -> Sight {
+    fn sight(&mut self, index: usize, at: Vector3<f64>) -> FaceHit {
         let facet = &self.facets[index];
-        let flat = Sight { height_mm: 0.0, normal: facet.normal };
+        let flat = FaceHit { height_mm: 0.0, normal: facet.normal };
         if facet.is_flat || facet.is_sliver {
             return flat;
         }
         let (id, centre) = (self.mesh.faces[index], facet.centre());
-        let seen = self.leaves.sight(id, at, centre, facet.normal, &mut self.scratch);
+        let seen = self.leaves.hit_leaf_face(id, at, centre, facet.normal, &mut self.scratch);
         seen.unwrap_or(flat)
     }
 
@@ -239,7 +239,7 @@ impl Summing<'_> {
         }
         for (at, share) in self.facets[index].nodes() {
             let up = self.facets[index].normal;
-            let Sight { height_mm, normal } = self.sight(index, at);
+            let FaceHit { height_mm, normal } = self.sight(index, at);
             self.sum.add(share * height_mm, at + 0.5 * height_mm * up);
             // A limit on the slope, against outliers near rims.
             self.sum.area += share / normal.dot(&up).max(0.1);
@@ -362,14 +362,14 @@ impl Leaves {
     ///
     /// A ray from the edge itself may miss the face by rounding, or by curvature beside a rim. It therefore starts a
     /// little inside the triangle, at growing distances, and the tangent plane leads back.
-    fn sight(
+    fn hit_leaf_face(
         &self,
         id: FaceId,
         at: Vector3<f64>,
         centre: Vector3<f64>,
         normal: Vector3<f64>,
         scratch: &mut Scratch,
-    ) -> Option<Sight> {
+    ) -> Option<FaceHit> {
         let (body, root_from_leaf, leaf_from_root) = self.bodies[id.leaf as usize].as_ref()?;
         let mut crossings = Vec::new();
         [1e-4, 0.02, 0.2].iter().find_map(|inwards| {
@@ -386,7 +386,7 @@ impl Leaves {
             let outward = if outward.dot(&normal) < 0.0 { -outward } else { outward };
             let slope = outward.dot(&normal);
             let height_mm = outward.dot(&(origin + hit.t * normal - at)) / slope.max(0.1);
-            Some(Sight { height_mm, normal: outward })
+            Some(FaceHit { height_mm, normal: outward })
         })
     }
 }

@@ -4,7 +4,7 @@ mod seams;
 
 use std::collections::BTreeMap;
 
-use fabkit_geometry::sequences::Random;
+use fabkit_geometry::sequences::SplitMix64;
 use fabkit_geometry::{CompiledSolid, Landmark, Point3, Ray, Scratch, Solid, Vector3};
 use fabkit_mesh::{DEFAULT_TOLERANCE_MM, FaceId, TriMesh};
 use serde::Serialize;
@@ -107,7 +107,7 @@ pub fn samples(document: &SamplesDocument) -> Result<Vec<u8>, ExportError> {
     let refused = |reason: String| ExportError::Samples { name: document.name.into(), reason };
     let body = CompiledSolid::new(document.solid).map_err(|e| refused(e.to_string()))?;
     let (figures, mesh) = figures(document.solid).map_err(|e| refused(e.to_string()))?;
-    let mut caster = Caster { body: &body, scratch: Scratch::default(), random: Random::new(1) };
+    let mut caster = Caster { body: &body, scratch: Scratch::default(), random: SplitMix64::new(1) };
     let reach_mm = (mesh.bounds().max - mesh.bounds().min).norm();
 
     let mut lines = Vec::new();
@@ -115,10 +115,10 @@ pub fn samples(document: &SamplesDocument) -> Result<Vec<u8>, ExportError> {
     for (i, direction) in BUNDLES.iter().enumerate() {
         bundle_mm2.push(caster.bundle(i, Vector3::from(*direction), &mesh, &mut lines));
     }
-    caster.aimed(&mesh, reach_mm, &mut lines);
+    caster.cast_at_faces(&mesh, reach_mm, &mut lines);
     // Seams are sampled where a mesh at the usual tolerance deviates, not the finer one of the figures.
     let usual = fabkit_mesh::mesh(document.solid, DEFAULT_TOLERANCE_MM);
-    seams::aimed(&mut caster, &usual.map_err(|e| refused(e.to_string()))?, reach_mm, &mut lines);
+    seams::cast_at_seams(&mut caster, &usual.map_err(|e| refused(e.to_string()))?, reach_mm, &mut lines);
     let landmarks = document.landmarks.iter().map(|landmark| {
         let lies_in = caster.landmark(landmark, reach_mm, &mut lines);
         let (point_mm, axis) = (landmark.point.coords.into(), landmark.axis.into());
@@ -146,7 +146,7 @@ const BUNDLES: [[f64; 3]; 3] =
     [[0.9731, 0.1877, 0.1331], [0.1523, 0.9658, 0.2099], [0.1234, 0.0917, 1.0]];
 
 /// Returns four unit vectors perpendicular to a direction.
-fn aside(direction: &Vector3<f64>) -> [Vector3<f64>; 4] {
+fn perpendiculars(direction: &Vector3<f64>) -> [Vector3<f64>; 4] {
     let side = direction.cross(&direction.yzx()).try_normalize(1e-6);
     let side = side.unwrap_or_else(|| direction.cross(&Vector3::x()).normalize());
     [side, -side, direction.cross(&side), side.cross(direction)]
@@ -155,7 +155,7 @@ fn aside(direction: &Vector3<f64>) -> [Vector3<f64>; 4] {
 struct Caster<'a> {
     body: &'a CompiledSolid,
     scratch: Scratch,
-    random: Random,
+    random: SplitMix64,
 }
 
 impl Caster<'_> {
@@ -183,15 +183,15 @@ impl Caster<'_> {
     /// and another kernel's result there would be arbitrary.
     fn is_clear(&self, origin: Point3<f64>, direction: Vector3<f64>) -> bool {
         let count = |origin| self.body.crossings(&Ray { origin, direction }).len();
-        aside(&direction).into_iter().all(|aside| count(origin + ASIDE_MM * aside) == count(origin))
+        perpendiculars(&direction).into_iter().all(|aside| count(origin + ASIDE_MM * aside) == count(origin))
     }
 
     /// Returns whether slightly shifted lines have their crossings at the same positions, allowing for the slope of
     /// faces. A line beside a step does not: a mesh's step is off by a chord, so that a line may cross its other side.
-    fn is_even(&self, origin: Point3<f64>, direction: Vector3<f64>) -> bool {
+    fn has_steady_crossings(&self, origin: Point3<f64>, direction: Vector3<f64>) -> bool {
         let crossings = |origin| self.body.crossings(&Ray { origin, direction });
         let here = crossings(origin);
-        aside(&direction).into_iter().all(|aside| {
+        perpendiculars(&direction).into_iter().all(|aside| {
             let moved = crossings(origin + ASIDE_MM * aside);
             moved.len() == here.len()
                 && here.iter().zip(&moved).all(|(one, other)| {
@@ -233,7 +233,7 @@ impl Caster<'_> {
     }
 
     /// Casts lines through the centres of triangles of each face, within 60 degrees of their normals.
-    fn aimed(&mut self, mesh: &TriMesh, reach_mm: f64, lines: &mut Vec<Line>) {
+    fn cast_at_faces(&mut self, mesh: &TriMesh, reach_mm: f64, lines: &mut Vec<Line>) {
         let mut triangles: BTreeMap<FaceId, Vec<usize>> = BTreeMap::new();
         for (index, face) in mesh.faces.iter().enumerate() {
             triangles.entry(*face).or_default().push(index);

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::{Element, ZarrArray};
+use super::{ZarrType, ZarrArray};
 
 /// Maximum number of bytes of one sample: 64 million pixels of four bytes.
 const MAX_SAMPLE_BYTES: u64 = 256_000_000;
@@ -44,9 +44,9 @@ impl ZarrArray {
         let json: Value = serde_json::from_slice(bytes)
             .map_err(|error| InvalidMetadata::Json(error.to_string()))?;
         let element = match json["data_type"].as_str() {
-            Some("float32") => Element::F32,
-            Some("uint16") => Element::U16,
-            Some("uint8") => Element::U8,
+            Some("float32") => ZarrType::F32,
+            Some("uint16") => ZarrType::U16,
+            Some("uint8") => ZarrType::U8,
             _ => return Err(InvalidMetadata::Foreign("data_type")),
         };
         let sharding = &json["codecs"][0]["configuration"];
@@ -136,7 +136,7 @@ mod tests {
 
     fn array() -> ZarrArray {
         ZarrArray {
-            element: Element::F32,
+            element: ZarrType::F32,
             samples: 10,
             sample_shape: vec![72, 96],
             chunk_shape: vec![72, 24],

@@ -15,18 +15,18 @@ const CHECKSUM_BYTES: usize = 4;
 /// # Errors
 /// Errors of the compressor.
 pub fn zarr_pack(sample: &[u8]) -> Result<Vec<u8>, ExportError> {
-    Ok(zarr_sealed(zstd::bulk::compress(sample, ZSTD_LEVEL)?))
+    Ok(zarr_append_checksum(zstd::bulk::compress(sample, ZSTD_LEVEL)?))
 }
 
 /// Appends the checksum to a Zstandard frame, as [`zarr_pack`] does.
-pub fn zarr_sealed(mut frame: Vec<u8>) -> Vec<u8> {
+pub fn zarr_append_checksum(mut frame: Vec<u8>) -> Vec<u8> {
     let checksum = zarr_checksum(&frame);
     frame.extend(checksum.to_le_bytes());
     frame
 }
 
 /// Upper bound of a packed chunk's size for `bytes` bytes: incompressible data is stored in blocks with headers.
-pub fn zarr_most_packed(bytes: usize) -> u64 {
+pub fn zarr_max_packed_size(bytes: usize) -> u64 {
     bytes as u64 + bytes as u64 / 64 + 1024
 }
 

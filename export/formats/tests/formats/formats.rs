@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use fabkit_export::{
-    Document, MeshFigures, Object, TreeDocument, stl, three_mf, three_mf_of_one_piece, tree,
+    DocumentInfo, MeshFigures, PrintObject, TreeDocument, stl, three_mf, three_mf_single_item, tree,
 };
 use fabkit_geometry::{Assembly, Landmark, Placement, Point3, Pose, Solid, Vector3};
 use fabkit_mesh::{PrintMesh, mesh};
@@ -79,15 +79,15 @@ fn attributes<'a>(xml: &'a str, element: &str, name: &str) -> Vec<&'a str> {
 #[test]
 fn a_3mf_file_holds_the_mesh_bit_for_bit() {
     let mesh = print(&washer().at(0.1, 1.0 / 3.0, 1e-7));
-    let object = Object {
+    let object = PrintObject {
         name: "washer",
         material: "PLA",
         color: [1, 171, 255],
         mesh: &mesh,
         settings: None,
-        about: "",
+        settings_note: "",
     };
-    let document = Document { title: "Test: washer", design_hash: "0123abcd" };
+    let document = DocumentInfo { title: "Test: washer", design_hash: "0123abcd" };
     let bytes = three_mf(document, &[object]).unwrap();
     assert_eq!(bytes, three_mf(document, &[object]).unwrap());
 
@@ -110,15 +110,15 @@ fn a_3mf_file_holds_the_mesh_bit_for_bit() {
 #[test]
 fn a_3mf_file_names_its_objects_and_shares_their_materials() {
     let mesh = print(&washer());
-    let object = |name, material| Object {
+    let object = |name, material| PrintObject {
         name,
         material,
         color: [0, 0, 0],
         mesh: &mesh,
         settings: None,
-        about: "",
+        settings_note: "",
     };
-    let document = Document { title: "<\"&>", design_hash: "" };
+    let document = DocumentInfo { title: "<\"&>", design_hash: "" };
     let objects = [object("a", "PLA"), object("b", "PETG \u{7}&\u{FFFF}co"), object("c", "PLA")];
     let xml = model(&three_mf(document, &objects).unwrap());
     assert_eq!(attributes(&xml, "object", "name"), ["a", "b", "c"]);
@@ -132,24 +132,24 @@ fn a_3mf_file_names_its_objects_and_shares_their_materials() {
 #[test]
 fn a_3mf_file_of_one_piece_has_one_item_made_of_all_objects() {
     let mesh = print(&washer());
-    let object = |name, material| Object {
+    let object = |name, material| PrintObject {
         name,
         material,
         color: [0, 0, 0],
         mesh: &mesh,
         settings: None,
-        about: "",
+        settings_note: "",
     };
-    let document = Document { title: "Test", design_hash: "" };
+    let document = DocumentInfo { title: "Test", design_hash: "" };
     let objects = [object("soft", "Tango"), object("hard", "Vero")];
-    let xml = model(&three_mf_of_one_piece(document, "tip & all", &objects).unwrap());
+    let xml = model(&three_mf_single_item(document, "tip & all", &objects).unwrap());
     assert_eq!(attributes(&xml, "object", "name"), ["soft", "hard", "tip &amp; all"]);
     let ids = attributes(&xml, "object", "id");
     // The parts keep their materials; the item is the object that refers to them.
     assert_eq!(attributes(&xml, "component", "objectid"), ids[..2]);
     assert_eq!(attributes(&xml, "item", "objectid"), ids[2..]);
     assert_eq!(attributes(&xml, "base", "name"), ["Tango", "Vero"]);
-    assert!(three_mf_of_one_piece(document, "nothing", &[]).is_err());
+    assert!(three_mf_single_item(document, "nothing", &[]).is_err());
 }
 
 #[test]

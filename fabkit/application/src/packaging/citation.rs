@@ -34,7 +34,7 @@ pub const DEFAULT_LICENSE: License = LICENSES[0];
 
 impl License {
     /// Finds a licence by its identifier, ignoring case.
-    pub fn of(id: &str) -> Option<Self> {
+    pub fn from_id(id: &str) -> Option<Self> {
         LICENSES.into_iter().find(|license| license.id.eq_ignore_ascii_case(id.trim()))
     }
 }
@@ -76,16 +76,16 @@ impl Terms {
         if self.authors.is_empty() {
             let _ = writeln!(text, "  - name: {}", quoted(&format!("Makers of {}", sensor.title)));
         }
-        for author in in_list(&self.authors) {
+        for author in citation_authors(&self.authors) {
             let _ = writeln!(text, "  - name: {}", quoted(&author));
         }
         if sensor.reference.is_empty() {
             return text;
         }
-        let Reference { authors, title, arxiv } = Reference::of(&sensor.reference);
+        let Reference { authors, title, arxiv } = Reference::parse(&sensor.reference);
         let _ = writeln!(text, "references:\n  - type: article\n    title: {}", quoted(title));
         text += "    authors:\n";
-        for author in in_list(&authors) {
+        for author in citation_authors(&authors) {
             let _ = writeln!(text, "      - name: {}", quoted(&author));
         }
         let _ = writeln!(text, "    notes: {}", quoted(&sensor.reference));
@@ -99,7 +99,7 @@ impl Terms {
 
 /// Prepares a list of authors for the format. It forbids equal entries; if two people share a surname, the whole list
 /// is therefore written as one entry.
-fn in_list<S: AsRef<str>>(names: &[S]) -> Vec<String> {
+fn citation_authors<S: AsRef<str>>(names: &[S]) -> Vec<String> {
     let mut list: Vec<String> = names.iter().map(|name| name.as_ref().to_owned()).collect();
     let repeats = (1..list.len()).any(|i| list[..i].contains(&list[i]));
     if repeats {
@@ -116,7 +116,7 @@ struct Reference<'a> {
 }
 
 impl<'a> Reference<'a> {
-    fn of(text: &'a str) -> Self {
+    fn parse(text: &'a str) -> Self {
         let (names, title) = text.split_once(": ").unwrap_or((text, text));
         let names = names.strip_prefix("after ").unwrap_or(names);
         let pieces = names.split(", ").flat_map(|piece| piece.split(" and "));
@@ -137,24 +137,24 @@ mod tests {
     #[test]
     fn references_are_taken_apart() {
         let text = "after Lin, Zhang and Xu: A sensor: small, IEEE RA-L 2023, arXiv 2308.14277";
-        let Reference { authors, title, arxiv } = Reference::of(text);
+        let Reference { authors, title, arxiv } = Reference::parse(text);
         assert_eq!(authors, ["Lin", "Zhang", "Xu"]);
         assert_eq!(title, "A sensor: small, IEEE RA-L 2023, arXiv 2308.14277");
         assert_eq!(arxiv, Some("2308.14277"));
-        let plain = Reference::of("our own");
+        let plain = Reference::parse("our own");
         assert_eq!((plain.authors, plain.title, plain.arxiv), (vec!["our own"], "our own", None));
     }
 
     #[test]
     fn no_two_authors_are_equal() {
-        assert_eq!(in_list(&["Lin", "Xu", "Wu"]), ["Lin", "Xu", "Wu"]);
-        assert_eq!(in_list(&["Lin", "Xu", "Wu", "Xu"]), ["Lin, Xu, Wu, Xu"]);
+        assert_eq!(citation_authors(&["Lin", "Xu", "Wu"]), ["Lin", "Xu", "Wu"]);
+        assert_eq!(citation_authors(&["Lin", "Xu", "Wu", "Xu"]), ["Lin, Xu, Wu, Xu"]);
     }
 
     #[test]
     fn licences_are_found_in_any_case() {
-        assert_eq!(License::of(" cc0-1.0"), Some(LICENSES[3]));
-        assert_eq!(License::of("mine"), None);
+        assert_eq!(License::from_id(" cc0-1.0"), Some(LICENSES[3]));
+        assert_eq!(License::from_id("mine"), None);
         assert_eq!(DEFAULT_LICENSE.id, "CC-BY-4.0");
     }
 }

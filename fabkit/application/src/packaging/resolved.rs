@@ -7,7 +7,7 @@ use fabkit_files::diagnostics::SourceText;
 use fabkit_text::Setting;
 use serde_json::json;
 
-use super::is_of_fixtures;
+use super::is_fixture_key;
 use crate::source::{NamedDesigns, Source};
 
 /// Writes one text that represents a sensor and its fixtures. Returns `None` if reading the text again would give
@@ -28,7 +28,7 @@ pub fn resolved_yaml(design: &Design, fixtures: &NamedDesigns) -> Option<String>
     );
     let said = |setting: &&Setting| !setting.is_default;
     let of_fixtures = fixtures.iter().flat_map(|(_, fixture)| &fixture.parameters);
-    let of_fixtures = of_fixtures.filter(|setting| is_of_fixtures(&setting.path));
+    let of_fixtures = of_fixtures.filter(|setting| is_fixture_key(&setting.path));
     let settings: Vec<&Setting> =
         design.parameters.iter().chain(of_fixtures).filter(said).collect();
     let mut tree = Section::default();
@@ -39,7 +39,7 @@ pub fn resolved_yaml(design: &Design, fixtures: &NamedDesigns) -> Option<String>
 
     // The text is loaded again and its hashes compared, because not every set of values can be expressed.
     let main = SourceText { file: format!("{}.yaml", sensor.name), text: text.clone() };
-    let project = Source::of_text(main).load(&[]).ok()?;
+    let project = Source::from_text(main).load(&[]).ok()?;
     let is_same = |name: &str, was: &Design| {
         project.fixture(name).is_ok_and(|now| design_hash(&now) == design_hash(was))
     };

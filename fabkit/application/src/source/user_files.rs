@@ -5,8 +5,8 @@ use std::path::Path;
 use fabkit_designs::UserFile;
 use fabkit_designs::profile::ProcessProfile;
 use fabkit_files::Error;
-use fabkit_files::diagnostics::{Diagnosed, SourceText};
-use fabkit_files::reading::{self, Expected, MAX_YAML_BYTES};
+use fabkit_files::diagnostics::{DiagnosedDesign, SourceText};
+use fabkit_files::reading::{self, ExpectedFile, MAX_YAML_BYTES};
 
 /// Environment variable with the path of the user's file of materials and processes for all sensors.
 pub const USER_FILE_VARIABLE: &str = "FABKIT_MATERIALS";
@@ -21,7 +21,7 @@ pub fn user_file() -> Result<Option<UserFile>, Error> {
     };
     let path = Path::new(&name);
     let hint = "FABKIT_MATERIALS names a file with `materials:` and `processes:`";
-    let expected = Expected { what: "a file of materials", max_bytes: MAX_YAML_BYTES, hint };
+    let expected = ExpectedFile { what: "a file of materials", max_bytes: MAX_YAML_BYTES, hint };
     let text = reading::read_text(path, expected)?;
     Ok(Some(UserFile { file: path.display().to_string(), text }))
 }
@@ -32,8 +32,8 @@ pub fn user_file() -> Result<Option<UserFile>, Error> {
 /// A file that cannot be read, and all problems of the profile.
 pub fn read_profile(path: &Path) -> Result<ProcessProfile, Error> {
     let hint = "is it the right file? `fabkit profile` writes one";
-    let expected = Expected { what: "a printer's profile", max_bytes: MAX_YAML_BYTES, hint };
+    let expected = ExpectedFile { what: "a printer's profile", max_bytes: MAX_YAML_BYTES, hint };
     let (file, text) = (path.display().to_string(), reading::read_text(path, expected)?);
     ProcessProfile::read(&file, &text)
-        .map_err(|invalid| Diagnosed::new(invalid, [SourceText { file, text }]).into())
+        .map_err(|invalid| DiagnosedDesign::new(invalid, [SourceText { file, text }]).into())
 }

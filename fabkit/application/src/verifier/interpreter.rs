@@ -25,8 +25,8 @@ impl Interpreter {
         let named = env::var_os(PYTHON_VARIABLE).filter(|name| !name.is_empty());
         let Some(path) = named.map(PathBuf::from) else {
             let program = env::current_exe().ok();
-            let checkout = program.as_deref().and_then(checkout_of);
-            let path = checkout.ok_or(VerifierError::NoEnvironment)?.join(in_environment());
+            let checkout = program.as_deref().and_then(find_checkout);
+            let path = checkout.ok_or(VerifierError::NoEnvironment)?.join(interpreter_path());
             let found = Self { path };
             return if found.has_package(folder) {
                 Ok(found)
@@ -72,13 +72,13 @@ impl Interpreter {
     }
 }
 
-fn in_environment() -> PathBuf {
+fn interpreter_path() -> PathBuf {
     Path::new(".venv").join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" })
 }
 
 /// Finds the checkout whose `target` folder holds the program. Trusting it is safe: whoever can write there could also
 /// have replaced the program.
-fn checkout_of(program: &Path) -> Option<&Path> {
+fn find_checkout(program: &Path) -> Option<&Path> {
     let target =
         program.ancestors().find(|folder| folder.file_name() == Some("target".as_ref()))?;
     let checkout = target.parent()?;
@@ -98,13 +98,13 @@ mod tests {
         let package = checkout.join("export/verify/fabkit_verify");
         fs::create_dir_all(&package).unwrap();
         let program = checkout.join("target/release/fabkit");
-        assert_eq!(checkout_of(&program), None, "no package there yet");
+        assert_eq!(find_checkout(&program), None, "no package there yet");
         fs::write(package.join("__main__.py"), "").unwrap();
-        assert_eq!(checkout_of(&program), Some(checkout.as_path()));
+        assert_eq!(find_checkout(&program), Some(checkout.as_path()));
         let cross = checkout.join("target/some-triple/release/deps/fabkit-0");
-        assert_eq!(checkout_of(&cross), Some(checkout.as_path()));
+        assert_eq!(find_checkout(&cross), Some(checkout.as_path()));
         for elsewhere in ["fabkit", "bin/fabkit", "export/verify/fabkit"] {
-            assert_eq!(checkout_of(&checkout.join(elsewhere)), None, "{elsewhere}");
+            assert_eq!(find_checkout(&checkout.join(elsewhere)), None, "{elsewhere}");
         }
     }
 }

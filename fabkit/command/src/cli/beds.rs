@@ -28,12 +28,12 @@ const BEDS: [(&str, [f64; 2]); 21] = [
 ];
 
 /// Finds a printer's bed, mm.
-pub(super) fn of(name: &str) -> Option<[f64; 2]> {
+pub(super) fn find_bed(name: &str) -> Option<[f64; 2]> {
     BEDS.iter().find(|(known, _)| name.eq_ignore_ascii_case(known)).map(|(_, size_mm)| *size_mm)
 }
 
 /// Formats the message for an unknown printer.
-pub(super) fn unknown(name: &str) -> String {
+pub(super) fn unknown_bed(name: &str) -> String {
     let names = BEDS.map(|(known, _)| known);
     format!("no printer of that name is known; {}", suggestion(name, names, "known are"))
 }

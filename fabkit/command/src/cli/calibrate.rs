@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
-use fabkit_application::calibrating::boards;
+use fabkit_application::calibration_runs::boards;
 use fabkit_application::calibration::intrinsics::LensModel;
 
 use super::{completing, examples};
@@ -163,7 +163,7 @@ pub struct CalibratePlan {
 }
 
 fn lens_model(name: &str) -> Result<LensModel, String> {
-    LensModel::named(name).ok_or_else(|| {
+    LensModel::from_name(name).ok_or_else(|| {
         let names = LensModel::ALL.map(|model| model.name()).join(", ");
         format!("there is no lens model `{name}`; there are {names}")
     })

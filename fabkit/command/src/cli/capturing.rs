@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use fabkit_application::Error;
-use fabkit_application::capturing::{Capturing, LightConstants};
+use fabkit_application::capturing::{CaptureRequest, LightConstants};
 use fabkit_application::fixtures::Press;
 use fabkit_application::geometry::Lighting;
-use fabkit_application::pressing::{Contact, Linear};
+use fabkit_application::press_simulation::{ContactModel, LinearOptions};
 use fabkit_application::scene::{Cast, MAX_SAMPLES};
 
 use super::ground_truth::CameraArgs;
@@ -131,18 +131,18 @@ impl CaptureOptions {
         presses: &'a [Press],
         lighting: &'a Lighting,
         constants: &'a LightConstants,
-    ) -> Result<Capturing<'a>, Error> {
-        let linear = Linear { spacing_mm: self.spacing, friction: self.friction };
+    ) -> Result<CaptureRequest<'a>, Error> {
+        let linear = LinearOptions { spacing_mm: self.spacing, friction: self.friction };
         let cast = Cast {
             presses,
             samples: self.samples,
-            contact: Contact::named(Some(&self.contact), 0.0, linear)?,
+            contact: ContactModel::from_name(Some(&self.contact), 0.0, linear)?,
             shear_mm: self.shear,
             print_sigma_mm: PRINT_SIGMA_MM,
             allow_no_contact: self.allow_no_contact,
         };
         let seed = (!self.no_noise).then_some(self.seed);
-        Ok(Capturing { cast, lighting, constants, seed })
+        Ok(CaptureRequest { cast, lighting, constants, seed })
     }
 }
 

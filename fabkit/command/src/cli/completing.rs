@@ -9,7 +9,7 @@ use fabkit_application::designs;
 use fabkit_application::source::Source;
 
 /// Keeps the names that begin with the current word.
-fn beginning<'a>(
+fn filter_candidates<'a>(
     names: impl IntoIterator<Item = String> + 'a,
     current: &'a str,
 ) -> impl Iterator<Item = CompletionCandidate> + 'a {
@@ -23,17 +23,17 @@ fn yaml_files(current: &OsStr) -> Vec<CompletionCandidate> {
 }
 
 /// Completes built-in sensors and YAML files.
-fn named(current: &OsStr) -> Vec<CompletionCandidate> {
+fn complete_sensors(current: &OsStr) -> Vec<CompletionCandidate> {
     let names = designs::builtin_names().into_iter().map(str::to_owned);
-    let mut found: Vec<_> = beginning(names, &current.to_string_lossy()).collect();
+    let mut found: Vec<_> = filter_candidates(names, &current.to_string_lossy()).collect();
     found.extend(yaml_files(current));
     found
 }
 
 /// Completes sensors and, behind `/`, their fixtures, optionally also their parts.
-fn behind_slash(current: &OsStr, with_parts: bool) -> Vec<CompletionCandidate> {
+fn complete_designs(current: &OsStr, with_parts: bool) -> Vec<CompletionCandidate> {
     let text = current.to_string_lossy();
-    let Some((sensor, _)) = text.split_once('/') else { return named(current) };
+    let Some((sensor, _)) = text.split_once('/') else { return complete_sensors(current) };
     let Ok(project) = Source::find(sensor).and_then(|source| source.load(&[])) else {
         return yaml_files(current);
     };
@@ -42,33 +42,33 @@ fn behind_slash(current: &OsStr, with_parts: bool) -> Vec<CompletionCandidate> {
         names.extend(project.design.sensor.parts().map(|part| part.name.clone()));
     }
     let names = names.into_iter().map(|name| format!("{sensor}/{name}"));
-    let mut found: Vec<_> = beginning(names, &text).collect();
+    let mut found: Vec<_> = filter_candidates(names, &text).collect();
     found.extend(yaml_files(current));
     found
 }
 
 /// Completes `SENSOR`.
 pub(super) fn sensors() -> ArgValueCompleter {
-    ArgValueCompleter::new(named)
+    ArgValueCompleter::new(complete_sensors)
 }
 
 /// Completes `SENSOR` or `SENSOR/FIXTURE`.
 pub(super) fn designs() -> ArgValueCompleter {
-    ArgValueCompleter::new(|current: &OsStr| behind_slash(current, false))
+    ArgValueCompleter::new(|current: &OsStr| complete_designs(current, false))
 }
 
 /// Completes `SENSOR`, `SENSOR/FIXTURE` or `SENSOR/PART`.
 pub(super) fn parts() -> ArgValueCompleter {
-    ArgValueCompleter::new(|current: &OsStr| behind_slash(current, true))
+    ArgValueCompleter::new(|current: &OsStr| complete_designs(current, true))
 }
 
 /// Completes `PATH=VALUE`.
 pub(super) fn settings() -> ArgValueCompleter {
-    ArgValueCompleter::new(paths)
+    ArgValueCompleter::new(complete_parameter_paths)
 }
 
 /// Completes parameter paths of all families, because the sensor is not known here.
-fn paths(current: &OsStr) -> Vec<CompletionCandidate> {
+fn complete_parameter_paths(current: &OsStr) -> Vec<CompletionCandidate> {
     let families = designs::REGISTRY.families();
     let mut paths: Vec<String> = families
         .iter()
@@ -77,5 +77,5 @@ fn paths(current: &OsStr) -> Vec<CompletionCandidate> {
         .collect();
     paths.sort();
     paths.dedup();
-    beginning(paths, &current.to_string_lossy()).collect()
+    filter_candidates(paths, &current.to_string_lossy()).collect()
 }

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use fabkit_application::Error;
 use fabkit_application::dataset::{DatasetRequest, ImageRequest};
 use fabkit_application::fixtures::Press;
-use fabkit_application::ground_truth::Shown;
+use fabkit_application::ground_truth::MapQuantity;
 use fabkit_application::scene::{Cast, MARGIN_LIMITS_MM, MAX_SAMPLES, SIGMA_LIMITS_MM};
 
 use super::options::options;
@@ -142,7 +142,7 @@ pub enum ShownArg {
     Sigma,
 }
 
-impl From<ShownArg> for Shown {
+impl From<ShownArg> for MapQuantity {
     fn from(arg: ShownArg) -> Self {
         match arg {
             ShownArg::Range => Self::Range,

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use fabkit_application::Error;
-use fabkit_application::pressing::{
-    Contact, Level, Linear, MAX_STEPS, Pressing, PressingError, threads,
+use fabkit_application::press_simulation::{
+    ContactModel, StrainTheory, LinearOptions, MAX_STEPS, PressRequest, PressingError, threads,
 };
 use fabkit_application::scene::MEMBRANE_LIMITS_MM;
 
@@ -77,12 +77,12 @@ impl PressOptions {
         &self,
         indenter: &'a str,
         depth_mm: f64,
-    ) -> Result<Pressing<'a>, PressingError> {
-        let level = [Level::Linear, Level::Finite].into_iter().find(|l| l.name() == self.contact);
+    ) -> Result<PressRequest<'a>, PressingError> {
+        let level = [StrainTheory::Linear, StrainTheory::Finite].into_iter().find(|l| l.name() == self.contact);
         let unknown = || PressingError::Contact {
             problem: format!("there is no contact `{}`: linear or finite", self.contact),
         };
-        Ok(Pressing {
+        Ok(PressRequest {
             indenter,
             depth_mm,
             level: level.ok_or_else(unknown)?,
@@ -140,9 +140,9 @@ impl ContactOptions {
     ///
     /// # Errors
     /// [`PressingError::Contact`]: unknown contact model, or an option of another model.
-    pub fn contact(&self) -> Result<Contact, Error> {
-        let linear = Linear { spacing_mm: self.spacing, friction: self.friction };
-        Ok(Contact::named(self.contact.as_deref(), self.membrane, linear)?)
+    pub fn contact(&self) -> Result<ContactModel, Error> {
+        let linear = LinearOptions { spacing_mm: self.spacing, friction: self.friction };
+        Ok(ContactModel::from_name(self.contact.as_deref(), self.membrane, linear)?)
     }
 }
 

@@ -9,7 +9,7 @@ use clap::{Arg, ArgAction, Args as _, Command, CommandFactory as _};
 use super::{CaptureOptions, CastOptions, Cli, ContactOptions, DatasetOptions, PressOptions};
 
 /// Generated Python module.
-struct Module {
+struct PythonModule {
     /// File name in the package's folder.
     file: &'static str,
     /// Command that has the options.
@@ -27,8 +27,8 @@ struct Module {
     switches: &'static [(&'static str, &'static str)],
 }
 
-const MODULES: [Module; 4] = [
-    Module {
+const MODULES: [PythonModule; 4] = [
+    PythonModule {
         file: "_capture.py",
         command: "capture",
         template: include_str!("python/capture.py"),
@@ -37,7 +37,7 @@ const MODULES: [Module; 4] = [
         elsewhere: &["unit"],
         switches: &[("no_noise", "seed")],
     },
-    Module {
+    PythonModule {
         file: "_cast.py",
         command: "depth",
         template: include_str!("python/cast.py"),
@@ -46,7 +46,7 @@ const MODULES: [Module; 4] = [
         elsewhere: &[],
         switches: &[],
     },
-    Module {
+    PythonModule {
         file: "_press.py",
         command: "press",
         template: include_str!("python/press.py"),
@@ -55,7 +55,7 @@ const MODULES: [Module; 4] = [
         elsewhere: &[],
         switches: &[],
     },
-    Module {
+    PythonModule {
         file: "_dataset.py",
         command: "dataset",
         template: include_str!("python/dataset.py"),
@@ -67,7 +67,7 @@ const MODULES: [Module; 4] = [
 ];
 
 /// Largest line length of the package.
-const WIDEST: usize = 100;
+const MAX_LINE_LENGTH: usize = 100;
 
 /// Option as a keyword argument.
 struct Keyword {
@@ -158,7 +158,7 @@ impl Keyword {
         Some(match what {
             "ARGUMENTS" => vec![format!("{name}: {annotation} = {default},")],
             "PARAMETERS" => {
-                let lines = wrapped(text, WIDEST - indent - 4);
+                let lines = wrap_text(text, MAX_LINE_LENGTH - indent - 4);
                 [name.clone()].into_iter().chain(lines.map(|line| format!("    {line}"))).collect()
             }
             "VALUES" => values.clone(),
@@ -185,10 +185,10 @@ fn uncapitalised(text: &str) -> String {
 }
 
 /// Generates the module.
-fn module(module: &Module) -> String {
+fn generate_module(module: &PythonModule) -> String {
     let cli = Cli::command();
     let command = cli.find_subcommand(module.command).expect("a command");
-    let keywords = keywords(module, command);
+    let keywords = list_keywords(module, command);
     let mut text = format!(
         "\"\"\"Made from the options of ``fabkit {}`` by ``cargo test -p fabkit``; do not edit.\"\"\"\n\n",
         module.command
@@ -196,7 +196,7 @@ fn module(module: &Module) -> String {
     for line in module.template.lines() {
         let indent = " ".repeat(line.len() - line.trim_start().len());
         let asked = line.trim().strip_prefix("# ");
-        let filled = asked.and_then(|asked| filled(module.template, asked, &keywords, &indent));
+        let filled = asked.and_then(|asked| fill_comment(module.template, asked, &keywords, &indent));
         for line in filled.unwrap_or_else(|| vec![line.trim().to_owned()]) {
             text += format!("{indent}{line}").trim_end();
             text.push('\n');
@@ -206,7 +206,7 @@ fn module(module: &Module) -> String {
 }
 
 /// Returns the lines that replace a template's comment; `None` for an ordinary comment.
-fn filled(template: &str, asked: &str, keywords: &[Keyword], indent: &str) -> Option<Vec<String>> {
+fn fill_comment(template: &str, asked: &str, keywords: &[Keyword], indent: &str) -> Option<Vec<String>> {
     let (what, ids) = asked.split_once(' ').unwrap_or((asked, ""));
     if !what.chars().all(char::is_uppercase) {
         return None;
@@ -228,7 +228,7 @@ fn filled(template: &str, asked: &str, keywords: &[Keyword], indent: &str) -> Op
 }
 
 /// Lists the options in Python's order.
-fn keywords(module: &Module, command: &Command) -> Vec<Keyword> {
+fn list_keywords(module: &PythonModule, command: &Command) -> Vec<Keyword> {
     let find = |id: &str| command.get_arguments().find(|arg| arg.get_id() == id);
     let is_switch = |id: &str| module.switches.iter().any(|(switch, _)| *switch == id);
     let declared = (module.options)(Command::new("options"));
@@ -243,7 +243,7 @@ fn keywords(module: &Module, command: &Command) -> Vec<Keyword> {
         let mut keyword = Keyword::new(find(id).expect("the command has its options"), switch);
         for arg in command.get_arguments() {
             let option = format!("--{}", arg.get_long().unwrap_or("help"));
-            keyword.text = with_name(&keyword.text, &option, &name(arg));
+            keyword.text = replace_option_name(&keyword.text, &option, &name(arg));
         }
         keyword
     };
@@ -251,7 +251,7 @@ fn keywords(module: &Module, command: &Command) -> Vec<Keyword> {
 }
 
 /// Replaces an option in a text by its name in Python.
-fn with_name(text: &str, option: &str, name: &str) -> String {
+fn replace_option_name(text: &str, option: &str, name: &str) -> String {
     let mut parts = text.split(option);
     let mut named = parts.next().unwrap_or_default().to_owned();
     for part in parts {
@@ -264,7 +264,7 @@ fn with_name(text: &str, option: &str, name: &str) -> String {
 }
 
 /// Wraps a text into lines of at most `width` characters.
-fn wrapped(text: &str, width: usize) -> impl Iterator<Item = String> {
+fn wrap_text(text: &str, width: usize) -> impl Iterator<Item = String> {
     let mut lines = vec![String::new()];
     for word in text.split(' ') {
         let line = lines.last_mut().expect("there is one");
@@ -287,7 +287,7 @@ fn package() -> PathBuf {
 fn the_python_package_has_the_options_as_they_are_declared() {
     let in_ci = env::var_os("CI").is_some_and(|value| !value.is_empty() && value != "false");
     for wanted in &MODULES {
-        let (path, text) = (package().join(wanted.file), module(wanted));
+        let (path, text) = (package().join(wanted.file), generate_module(wanted));
         if fs::read_to_string(&path).is_ok_and(|have| have == text) {
             continue;
         }

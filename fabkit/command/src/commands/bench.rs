@@ -3,14 +3,14 @@
 use std::ffi::OsString;
 
 use fabkit_application::source::Target;
-use fabkit_application::{Error, benching};
+use fabkit_application::{Error, benchmark};
 use serde_json::{Value, json};
 
 use super::Outcome;
 use crate::cli::{Bench, Global};
 use crate::failure::Failure;
-use crate::roles::Roles;
-use crate::table::{Align::Left, Align::Right, fitted};
+use crate::roles::FileRoles;
+use crate::table::{Align::Left, Align::Right, wrapped_table};
 
 /// Files that are always written into the folder; networks may be added.
 const FILES: [&str; 2] = ["bench.json", "bench.html"];
@@ -18,7 +18,7 @@ const FILES: [&str; 2] = ["bench.json", "bench.html"];
 pub(super) fn run(args: &Bench, global: &Global) -> Result<Outcome, Failure> {
     let target = Target::new(&args.design.sensor).with_preset(args.design.preset.as_deref());
     let files = FILES.map(|name| args.output.join(name));
-    Roles::default().reads("SENSOR", target.files()).writes("-o", &files).check()?;
+    FileRoles::default().reads("SENSOR", target.files()).writes("-o", &files).check()?;
     // Errors of the design are reported before Python starts.
     target.design(&args.design.set)?;
     let mut words: Vec<OsString> = vec![target.sensor.into(), "--json".into()];
@@ -41,7 +41,7 @@ pub(super) fn run(args: &Bench, global: &Global) -> Result<Outcome, Failure> {
             eprintln!("{line}");
         }
     };
-    let mut json = benching::run(&words, &tell).map_err(Error::from)?;
+    let mut json = benchmark::run(&words, &tell).map_err(Error::from)?;
     let rows = json["rows"].as_array().map_or(&[][..], Vec::as_slice);
     let mut lines = vec![
         ["what", "paper", "simulated", "baseline", "unit", "samples"].map(String::from).to_vec(),
@@ -57,7 +57,7 @@ pub(super) fn run(args: &Bench, global: &Global) -> Result<Outcome, Failure> {
             row["samples"].to_string(),
         ]
     }));
-    let told = fitted(&[Left, Right, Right, Right, Left, Right], &lines);
+    let told = wrapped_table(&[Left, Right, Right, Right, Left, Right], &lines);
     let text = format!("{told}open {}\n", files[1].display());
     let networks = json["networks"].as_array().into_iter().flatten();
     let networks = networks.filter_map(|network| network["name"].as_str()).flat_map(|name| {

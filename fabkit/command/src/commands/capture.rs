@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use fabkit_application::capturing::{Captured, SkinView, Unit, comment, document, lit};
+use fabkit_application::capturing::{SimulatedCapture, SkinView, Unit, capture_comment, capture_document, select_lighting};
 use fabkit_application::export::png_with_comment;
 use fabkit_application::fixtures::{Press, Project};
-use fabkit_application::ground_truth::{Collected, Wanted};
-use fabkit_application::pressing::{Pressing, farthest};
-use fabkit_application::reading::has_ending;
+use fabkit_application::ground_truth::{MapCollector, FileSelection};
+use fabkit_application::press_simulation::{PressRequest, farthest_marker};
+use fabkit_application::reading::has_extension;
 use fabkit_application::scene::SensorView;
-use fabkit_application::source::press_error;
+use fabkit_application::source::convert_press_error;
 use serde_json::{Value, json};
 
 use super::files::Files;
@@ -33,32 +33,32 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
     let unit = options.unit.map(Unit);
-    let (project, viewpoint) = view::seen_from(&args.design, &args.camera, unit)?;
+    let (project, viewpoint) = view::load_viewpoint(&args.design, &args.camera, unit)?;
     let sensor = &project.design.sensor;
     let (lighting, constants) =
-        lit(&project, options.light.as_deref(), options.constants.as_deref())?;
-    let viewpoint = view::of_light(lighting, &args.camera, viewpoint)?;
+        select_lighting(&project, options.light.as_deref(), options.constants.as_deref())?;
+    let viewpoint = view::lighting_viewpoint(lighting, &args.camera, viewpoint)?;
     let presses = presses(&project, args)?;
     let capturing = options.capturing(&presses, lighting, &constants)?;
     let camera = viewpoint.camera();
     let rays = [camera.width_px(), camera.height_px()].map(|px| px * options.samples);
-    let wanted = Wanted { npz: args.truth.is_some(), ..Wanted::default() };
-    let mut truth = Collected::new(wanted, rays);
-    let captured = if Pressing::is_on_skin(sensor) {
+    let wanted = FileSelection { npz: args.truth.is_some(), ..FileSelection::default() };
+    let mut truth = MapCollector::new(wanted, rays);
+    let captured = if PressRequest::is_on_skin(sensor) {
         refuse_on_skin(args)?;
         let view = SkinView { project: Arc::clone(&project), viewpoint: viewpoint.clone() };
-        capturing.take_of_skin(&view)?
+        capturing.render_skin(&view)?
     } else {
         let scene = SensorView::new(Arc::clone(&project), viewpoint.clone())?;
-        capturing.take(&scene, |seen| {
+        capturing.render(&scene, |seen| {
             if args.truth.is_some() {
                 truth.add(seen.map, seen.sigmas).map_err(fabkit_application::Error::bug)?;
             }
             Ok(())
         })?
     };
-    let words = comment(&project, &capturing, &captured);
-    let json = document(&project, &viewpoint, &capturing, &captured);
+    let words = capture_comment(&project, &capturing, &captured);
+    let json = capture_document(&project, &viewpoint, &capturing, &captured);
     write(args, &captured, &words, json, &mut truth)
 }
 
@@ -76,10 +76,10 @@ fn refuse_on_skin(args: &Capture) -> Result<(), Failure> {
 
 fn write(
     args: &Capture,
-    captured: &Captured,
+    captured: &SimulatedCapture,
     words: &str,
     mut json: Value,
-    truth: &mut Collected,
+    truth: &mut MapCollector,
 ) -> Result<Outcome, Failure> {
     let [width, height] = captured.size_px;
     let is_deep = args.bits == "16";
@@ -101,15 +101,15 @@ fn write(
         let mm = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
         text += &format!(", {:.3} to {:.3} mm", mm(thin), mm(thick));
     }
-    if let Some((mark, mm)) = farthest(&captured.marks).filter(|(_, mm)| *mm > 0.0) {
+    if let Some((mark, mm)) = farthest_marker(&captured.marks).filter(|(_, mm)| *mm > 0.0) {
         text += &format!("; {mark} moves farthest, {mm:.3} mm");
     }
-    text += &format!("\nlit by {}\n", captured.lamps);
+    text += &format!("\nlit by {}\n", captured.light_sources);
     Ok(Outcome { text, json, failed: false })
 }
 
 fn ends(path: &std::path::Path, ending: &str) -> Result<(), Failure> {
-    if has_ending(path, ending) {
+    if has_extension(path, ending) {
         return Ok(());
     }
     let message = format!("{} does not name a .{ending} file", path.display());
@@ -117,13 +117,13 @@ fn ends(path: &std::path::Path, ending: &str) -> Result<(), Failure> {
 }
 
 fn presses(project: &Project, args: &Capture) -> Result<Vec<Press>, Failure> {
-    let finder = if Pressing::is_on_skin(&project.design.sensor) {
+    let finder = if PressRequest::is_on_skin(&project.design.sensor) {
         project.skin_press_finder()
     } else {
         project.press_finder()
     };
     let press = |id: &String| {
-        finder.press(id).map_err(|error| press_error(&args.design.sensor, error).into())
+        finder.press(id).map_err(|error| convert_press_error(&args.design.sensor, error).into())
     };
     let of_indenter = args.indenter.as_ref().zip(args.depth);
     let of_indenter = of_indenter.map(|(indenter, depth_mm)| format!("{indenter},{depth_mm}mm"));

@@ -17,7 +17,7 @@ pub(super) fn run(args: &cli::Design, global: &cli::Global) -> Result<Outcome, F
         let unknown = UnknownName::new("fixture", name, project.fixture_names());
         let hint = format!("{}; a single part has nothing to be checked against", unknown.hint());
         let about = unknown.subject();
-        return Err(Failure::new(ErrorKind::BadInput, unknown, hint).about(about));
+        return Err(Failure::new(ErrorKind::BadInput, unknown, hint).with_subject(about));
     }
     let design = target.design(&args.set)?;
     // The design has been built and checked above, so its solids are valid, and an invalid one is a bug.
@@ -32,7 +32,7 @@ fn text(name: &str, report: &CheckReport) -> String {
     let cells = |cells: [&str; 3]| cells.map(str::to_owned).to_vec();
     let mut rows = vec![cells(["rule", "examined", "result"])];
     for examined in &report.examined {
-        let result = match report.of(examined.rule).count() {
+        let result = match report.for_rule(examined.rule).count() {
             0 => "ok".to_owned(),
             1 => "1 finding".to_owned(),
             n => format!("{n} findings"),
@@ -73,7 +73,7 @@ fn finding_text(finding: &Finding) -> String {
             "  = {}{unit}{}, limit {}{unit}{}\n",
             rounded(measured.value),
             measured.unit,
-            shortest(measured.limit),
+            format_limit(measured.limit),
             measured.unit
         );
     }
@@ -87,7 +87,7 @@ fn rounded(value: f64) -> String {
 }
 
 /// Formats a limit exactly as in the rule, or rounded if it has many decimals, such as a third.
-fn shortest(limit: f64) -> String {
+fn format_limit(limit: f64) -> String {
     let all = limit.to_string();
     if all.len() > 8 { rounded(limit) } else { all }
 }

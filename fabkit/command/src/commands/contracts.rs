@@ -6,7 +6,7 @@ use serde_json::Value;
 use crate::failure::{ErrorKind, Failure};
 
 /// Schema of each document, by its name in `fabkit schema --output`.
-const CONTRACTS: &[(&str, &str)] = &[
+const OUTPUT_SCHEMAS: &[(&str, &str)] = &[
     ("archive", include_str!("../../schemas/archive.json")),
     ("bench", include_str!("../../schemas/bench.json")),
     ("calibrate-extrinsics", include_str!("../../schemas/calibrate-extrinsics.json")),
@@ -43,14 +43,14 @@ const CONTRACTS: &[(&str, &str)] = &[
 
 /// Returns the JSON Schema of one document.
 pub(super) fn schema(name: &str) -> Result<Value, Failure> {
-    let names = CONTRACTS.iter().map(|(name, _)| *name);
-    match CONTRACTS.iter().find(|(known, _)| *known == name) {
+    let names = OUTPUT_SCHEMAS.iter().map(|(name, _)| *name);
+    match OUTPUT_SCHEMAS.iter().find(|(known, _)| *known == name) {
         Some((_, text)) => serde_json::from_str(text).map_err(Failure::bug),
         None => {
             let unknown = UnknownName::new("output", name, names);
             let hint = unknown.hint();
             let about = unknown.subject();
-            Err(Failure::new(ErrorKind::BadInput, unknown, hint).about(about))
+            Err(Failure::new(ErrorKind::BadInput, unknown, hint).with_subject(about))
         }
     }
 }

@@ -6,13 +6,13 @@ use std::path::Path;
 use std::time::Instant;
 
 use fabkit_application::capturing::Unit;
-use fabkit_application::dataset::{self, DatasetPlan, Job, WrittenDataset};
+use fabkit_application::dataset::{self, DatasetPlan, DatasetJob, WrittenDataset};
 use fabkit_application::export::png;
-use fabkit_application::picture::is_named_as_one as is_picture;
-use fabkit_application::progress::Step;
-use fabkit_application::reading::has_ending;
+use fabkit_application::picture::has_image_extension as is_picture;
+use fabkit_application::progress::ProgressStep;
+use fabkit_application::reading::has_extension;
 use fabkit_application::scene::SensorView;
-use fabkit_application::source::press_error;
+use fabkit_application::source::convert_press_error;
 use fabkit_application::staging::write_each;
 use serde_json::json;
 
@@ -21,32 +21,32 @@ use super::{Outcome, view};
 use crate::cli::{Dataset, Global};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
-use crate::roles::Roles;
-use crate::table::grouped;
+use crate::roles::FileRoles;
+use crate::table::group_digits;
 
 pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
     let start = Instant::now();
     roles(args).check()?;
-    let scene = view::scene_of(&args.design, &args.view.camera, args.options.unit.map(Unit))?;
+    let scene = view::build_unit_scene(&args.design, &args.view.camera, args.options.unit.map(Unit))?;
     if args.probes {
         return probes::run(args, &scene);
     }
     let order = args.options.request(&args.view.contact)?;
-    dataset::prepare(
+    dataset::prepare_job(
         &scene,
-        &|error| press_error(&args.design.sensor, error),
+        &|error| convert_press_error(&args.design.sensor, error),
         &order,
         |job, room| {
             let sheet = args.contact_sheet.as_deref();
             let sheet =
-                sheet.map(|path| Ok::<_, Failure>((path, sheet_of(path, job, args.options.seed)?)));
+                sheet.map(|path| Ok::<_, Failure>((path, contact_sheet(path, job, args.options.seed)?)));
             let sheet = sheet.transpose()?;
             interrupt::begin_writing()?;
             let progress = Progress::new(global, "writing files");
-            let show = |step: Step| progress.show(step);
-            let room = if args.contact_sheet.is_some() { room.with_sheet() } else { room };
-            let written = room.work(|| {
-                let written = dataset::write(&args.output, job, &show, &interrupt::requested);
+            let show = |step: ProgressStep| progress.show(step);
+            let room = if args.contact_sheet.is_some() { room.with_contact_sheet() } else { room };
+            let written = room.run(|| {
+                let written = dataset::write(&args.output, job, &show, &interrupt::is_requested);
                 written.map_err(Failure::from)
             });
             drop(progress);
@@ -60,7 +60,7 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
     )
 }
 
-fn roles(args: &Dataset) -> Roles {
+fn roles(args: &Dataset) -> FileRoles {
     let is_half = |name: &str| {
         let stem = name.rsplit_once('.').map_or("", |(stem, _)| stem);
         is_picture(name) && (stem.ends_with("-left") || stem.ends_with("-right"))
@@ -76,12 +76,12 @@ fn roles(args: &Dataset) -> Roles {
         .writes("--contact-sheet", &args.contact_sheet)
 }
 
-fn sheet_of(path: &Path, job: &Job, seed: u64) -> Result<Vec<u8>, Failure> {
-    if !has_ending(path, "png") {
+fn contact_sheet(path: &Path, job: &DatasetJob, seed: u64) -> Result<Vec<u8>, Failure> {
+    if !has_extension(path, "png") {
         let message = format!("{} does not name a .png file", path.display());
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
-    let sheet = dataset::sheet(job, seed)?;
+    let sheet = dataset::render_contact_sheet(job, seed)?;
     png(sheet.width_px, sheet.height_px, &sheet.rgb).map_err(Failure::bug)
 }
 
@@ -93,11 +93,11 @@ fn report(
     start: Instant,
 ) -> Outcome {
     let folder = args.output.display().to_string();
-    let WrittenDataset { halves, samples, found, made, damaged, untouched } = written;
+    let WrittenDataset { halves, samples, existing_files: found, written_files: made, damaged, halves_without_contact: untouched } = written;
     let kind = if args.options.materialise { "written" } else { "listed" };
     let mut text = format!(
         "{folder}: {halves} halves, {} samples {kind}; {} files made{} ({:.2} s)\n",
-        grouped(*samples as u64),
+        group_digits(*samples as u64),
         made,
         if *found > 0 { format!(", {found} found") } else { String::new() },
         start.elapsed().as_secs_f64(),

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use fabkit_application::export::ExportError;
 use fabkit_application::fixtures::Press;
-use fabkit_application::ground_truth::{Collected, Deepest, GREY_STEP_MM, Shown, Wanted};
-use fabkit_application::pressing::{self, ContactGap};
-use fabkit_application::reading::has_ending;
+use fabkit_application::ground_truth::{MapCollector, DeepestContact, GREY_STEP_MM, MapQuantity, FileSelection};
+use fabkit_application::press_simulation::{self, ContactGap};
+use fabkit_application::reading::has_extension;
 use fabkit_application::scene::SensorView;
-use fabkit_application::source::press_error;
+use fabkit_application::source::convert_press_error;
 use serde_json::{Value, json};
 
 use super::files::Files;
@@ -26,18 +26,18 @@ pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
         .writes("--coverage-map", &args.coverage_map)
         .writes("--ply", &args.ply)
         .check()?;
-    if let Some(path) = args.coverage_map.as_ref().filter(|path| !has_ending(path, "png")) {
+    if let Some(path) = args.coverage_map.as_ref().filter(|path| !has_extension(path, "png")) {
         let message = format!("{} does not name a .png file", path.display());
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
-    let scene = view::scene(&args.design, &args.view.camera)?;
+    let scene = view::build_scene(&args.design, &args.view.camera)?;
     let presses = presses(&scene, args)?;
     let cast = args.options.cast(&presses, &args.view.contact)?;
-    let default = if args.press.is_empty() { Shown::Range } else { Shown::Indentation };
+    let default = if args.press.is_empty() { MapQuantity::Range } else { MapQuantity::Indentation };
     let is_shown = args.png.is_some() || args.grey.is_some() || args.tiff.is_some();
-    let wanted = Wanted {
+    let wanted = FileSelection {
         npz: args.output.is_some(),
-        shown: is_shown.then(|| args.show.map_or(default, Shown::from)),
+        quantity: is_shown.then(|| args.show.map_or(default, MapQuantity::from)),
         png: args.png.is_some(),
         grey: args.grey.is_some(),
         tiff: args.tiff.is_some(),
@@ -46,16 +46,16 @@ pub(super) fn run(args: &Depth) -> Result<Outcome, Failure> {
     };
     let camera = scene.viewpoint.camera();
     let [width, height] = [camera.width_px(), camera.height_px()].map(|px| px * cast.samples);
-    let mut collected = Collected::new(wanted, [width, height]);
+    let mut collected = MapCollector::new(wanted, [width, height]);
     let mut elastic = None;
     let mut gap = None;
     scene.cast_in_bands(&cast, wanted.bytes_per_ray(), |seen| {
-        collected.add(seen.map, seen.sigmas).map_err(unwritable)?;
+        collected.add(seen.map, seen.sigmas).map_err(convert_export_error)?;
         collected.surface_px += seen.surface_px;
         if let (Some(answer), Some(here)) = (seen.answer, &seen.gap) {
             let all: &mut ContactGap = gap.get_or_insert_default();
-            all.join(here);
-            elastic = Some(pressing::seen(answer, Some(all)));
+            all.merge(here);
+            elastic = Some(press_simulation::visible_solution_document(answer, Some(all)));
         }
         // The last one of equals is taken, as within a band.
         let before = collected.deepest.map_or(f64::NEG_INFINITY, |deepest| deepest.depth_mm);
@@ -70,27 +70,27 @@ fn write(
     args: &Depth,
     scene: &SensorView,
     [width, height]: [u32; 2],
-    mut collected: Collected,
+    mut collected: MapCollector,
     (level, elastic): (&str, Option<Value>),
 ) -> Result<Outcome, Failure> {
     let [median, of_points] = collected.median_sigmas_mm();
     let mut files = files(args, &mut collected)?;
     if let Some(path) = &args.coverage_map {
-        files.add(path, scene.coverage_map()?);
+        files.add(path, scene.coverage_map_png()?);
     }
-    let Collected { names, deepest, surface_px, contact_px: contact, .. } = collected;
+    let MapCollector { names, deepest, surface_px, contact_px: contact, .. } = collected;
     files.write()?;
     let mut text = files.text();
     text += &view::coverage_text(&scene.coverage);
     text += &format!(
         "{width} x {height} px, {surface_px} see the surface, {contact} of them contact\n",
     );
-    if let Some(Deepest { depth_mm, label, .. }) = deepest {
+    if let Some(DeepestContact { depth_mm, label, .. }) = deepest {
         let name = &names[usize::from(label)];
         text += &format!("deepest contact seen: {depth_mm:.3} mm ({name})\n");
     }
     text += &elastic.as_ref().map(|elastic| elastic_text(level, elastic)).unwrap_or_default();
-    let sigma_of = scene.viewpoint.sigma_of();
+    let sigma_of = scene.viewpoint.sigma_contributions();
     let sigma_parameters = scene.viewpoint.sigma_parameters();
     let alone = if sigma_parameters.is_empty() { " alone: no covariance was given" } else { "" };
     text += &format!(
@@ -152,13 +152,13 @@ fn elastic_text(level: &str, elastic: &Value) -> String {
 fn presses(scene: &SensorView, args: &Depth) -> Result<Vec<Press>, Failure> {
     let finder = scene.project.press_finder();
     let press = |id: &String| {
-        finder.press(id).map_err(|error| press_error(&args.design.sensor, error).into())
+        finder.press(id).map_err(|error| convert_press_error(&args.design.sensor, error).into())
     };
     args.press.iter().map(press).collect()
 }
 
 /// Converts an encoding error: some file formats limit the number of pixels.
-fn unwritable(error: ExportError) -> Failure {
+fn convert_export_error(error: ExportError) -> Failure {
     match error {
         ExportError::TooLarge { .. } => {
             Failure::new(ErrorKind::Limit, error, "ask for fewer --samples")
@@ -168,23 +168,23 @@ fn unwritable(error: ExportError) -> Failure {
 }
 
 /// Encodes all requested files.
-fn files(args: &Depth, collected: &mut Collected) -> Result<Files, Failure> {
-    type Bytes<'a> = &'a dyn Fn(&mut Collected) -> Result<Vec<u8>, ExportError>;
+fn files(args: &Depth, collected: &mut MapCollector) -> Result<Files, Failure> {
+    type Bytes<'a> = &'a dyn Fn(&mut MapCollector) -> Result<Vec<u8>, ExportError>;
     let mut files = Files::default();
     let mut add = |path: &Option<PathBuf>, ends: &[&str], bytes: Bytes| {
         let Some(path) = path else { return Ok(()) };
-        if !ends.iter().any(|ending| has_ending(path, ending)) {
+        if !ends.iter().any(|ending| has_extension(path, ending)) {
             let message = format!("{} does not name a .{} file", path.display(), ends[0]);
             return Err(Failure::plain(ErrorKind::BadInput, message));
         }
-        files.add(path, bytes(collected).map_err(unwritable)?);
+        files.add(path, bytes(collected).map_err(convert_export_error)?);
         Ok(())
     };
-    add(&args.output, &["npz"], &Collected::take_npz)?;
-    add(&args.png, &["png"], &|collected| collected.picture())?;
+    add(&args.output, &["npz"], &MapCollector::take_npz)?;
+    add(&args.png, &["png"], &|collected| collected.false_color_png())?;
     add(&args.grey, &["png"], &|collected| collected.grey())?;
     add(&args.tiff, &["tiff", "tif"], &|collected| collected.tiff())?;
-    add(&args.mask, &["png"], &|collected| collected.mask())?;
+    add(&args.mask, &["png"], &|collected| collected.mask_png())?;
     add(&args.ply, &["ply"], &|collected| Ok(collected.take_cloud()))?;
     Ok(files)
 }

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use fabkit_application::comparing;
-use fabkit_application::guide::{BodyChange, Change, Difference};
+use fabkit_application::design_difference;
+use fabkit_application::guide::{BodyChange, ChangeKind, DesignDifference};
 use fabkit_application::source::Target;
 use fabkit_application::staging::{OutputFile, write_all};
 use serde_json::json;
@@ -12,7 +12,7 @@ use super::Outcome;
 use crate::cli::Diff;
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
-use crate::roles::Roles;
+use crate::roles::FileRoles;
 
 pub(super) fn run(args: &Diff) -> Result<Outcome, Failure> {
     let (from, to) = (Target::new(&args.from), Target::new(&args.to));
@@ -20,15 +20,15 @@ pub(super) fn run(args: &Diff) -> Result<Outcome, Failure> {
         let message = format!("whole sensors and fixtures are compared, not their {part}");
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
-    let roles = Roles::default().reads("FROM", from.files()).reads("TO", to.files());
+    let roles = FileRoles::default().reads("FROM", from.files()).reads("TO", to.files());
     roles.writes("-o", args.output.as_slice()).check()?;
     let from = from.design(&args.set_from)?;
     let to = to.design(&args.set_to)?;
-    let difference = comparing::difference(&from, &to);
+    let difference = design_difference::compute_difference(&from, &to);
     let mut json = difference.to_json();
-    let mut text = told(&difference);
+    let mut text = format_difference(&difference);
     if let Some(path) = &args.output {
-        let page = comparing::page(&from, &to, &difference)?;
+        let page = design_difference::difference_page(&from, &to, &difference)?;
         interrupt::begin_writing()?;
         let name = path.file_name().ok_or_else(|| {
             Failure::plain(ErrorKind::BadInput, format!("{}: no file's name", path.display()))
@@ -36,14 +36,14 @@ pub(super) fn run(args: &Diff) -> Result<Outcome, Failure> {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let file =
             OutputFile { name: name.to_string_lossy().into_owned(), bytes: page.into_bytes() };
-        write_all(folder.unwrap_or(".".as_ref()), &[file], &interrupt::requested)?;
+        write_all(folder.unwrap_or(".".as_ref()), &[file], &interrupt::is_requested)?;
         json["file"] = json!(path.display().to_string());
         let _ = writeln!(text, "{}", path.display());
     }
     Ok(Outcome { text, json, failed: false })
 }
 
-fn told(difference: &Difference) -> String {
+fn format_difference(difference: &DesignDifference) -> String {
     let mut text = String::new();
     for parameter in &difference.parameters {
         let value = |value: &Option<String>| value.clone().unwrap_or("-".into());
@@ -74,9 +74,9 @@ fn told(difference: &Difference) -> String {
         ("buy", besides(&["component"])),
         (
             "reuse",
-            listed(&mut difference.of(Change::Same), &|one| one.quantity[0].min(one.quantity[1])),
+            listed(&mut difference.with_change(ChangeKind::Same), &|one| one.quantity[0].min(one.quantity[1])),
         ),
-        ("not needed", listed(&mut difference.of(Change::Removed), &|one| one.quantity[0])),
+        ("not needed", listed(&mut difference.with_change(ChangeKind::Removed), &|one| one.quantity[0])),
         (
             "steps",
             difference
@@ -90,7 +90,7 @@ fn told(difference: &Difference) -> String {
     for (what, list) in rows.iter().filter(|(_, list)| !list.is_empty()) {
         let _ = writeln!(text, "{what:<11}{list}");
     }
-    let is_same = difference.bodies.iter().all(|one| one.change == Change::Same);
+    let is_same = difference.bodies.iter().all(|one| one.change == ChangeKind::Same);
     if is_same && difference.parameters.is_empty() && difference.steps.is_empty() {
         "no difference: all of it can be used again\n".into()
     } else {

@@ -5,28 +5,28 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use fabkit_application::designs::Design;
-use fabkit_application::export::{Bed, FileEntry, Manifest, OtherFile, Otherness};
-use fabkit_application::exporting::{
-    self, DEFAULT_STOCK, ExportFailure, ExportOptions, Exported, Format, Overwriting, WrittenExport,
+use fabkit_application::export::{Bed, FileEntry, Manifest, UnlistedFile, UnlistedReason};
+use fabkit_application::exports::{
+    self, DEFAULT_STOCK, ExportRunError, ExportOptions, Exported, Format, Overwriting, WrittenExport,
 };
 use fabkit_application::packaging::{self, GUIDE_FOLDER, Terms};
 use fabkit_application::robots::robot_files;
-use fabkit_application::source::{self, Faults, NamedDesigns, Target};
+use fabkit_application::source::{self, CheckErrors, NamedDesigns, Target};
 use fabkit_application::verifier::Verifier;
-use fabkit_application::{bodies, guiding};
+use fabkit_application::{bodies, guides};
 use serde_json::{Value, json};
 
 use super::progress::Progress;
-use super::{Outcome, packaged, profiled, typed};
+use super::{Outcome, archive, profile_report, typed};
 use crate::cli::{Export, Global};
 use crate::defaults::{self, Defaults};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
-use crate::roles::Roles;
-use crate::table::{Align::Left, Align::Right, grouped, size, table};
+use crate::roles::FileRoles;
+use crate::table::{Align::Left, Align::Right, group_digits, format_size, table};
 
 /// Default chord tolerance, mm.
-const TOLERANCE_MM: f64 = 0.01;
+const DEFAULT_TOLERANCE_MM: f64 = 0.01;
 
 /// Largest number of file names in one line.
 const MOST_NAMED: usize = 8;
@@ -35,29 +35,29 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     let start = Instant::now();
     let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
     require_whole_sensor(args, &target)?;
-    let chosen = Chosen::new(args, &Defaults::read()?)?;
-    let order = Order::new(args, global, target, &chosen)?;
+    let chosen = ExportSettings::new(args, &Defaults::read()?)?;
+    let order = ExportJob::new(args, global, target, &chosen)?;
     let made = order.make()?;
     if args.zip.is_some() {
         let below = made.fixtures().chain(made.guides());
         let exports = std::iter::once((PathBuf::new(), &made.own)).chain(below);
-        return packaged::zipped(args, &target, &order.design, exports.collect());
+        return archive::write_archive(args, &target, &order.design, exports.collect());
     }
     let folder = args.output.clone();
     let folder =
         folder.unwrap_or_else(|| default_folder(chosen.output.clone(), &target, &order.design));
     let written = write(args, &target, &chosen, &made, &folder)?;
 
-    let mut text = made.faults.as_ref().map(warning).unwrap_or_default();
+    let mut text = made.faults.as_ref().map(format_warning).unwrap_or_default();
     for ((name, exported), written) in made.of_fixtures.iter().zip(&written.of_fixtures) {
-        text += &format!("{name}\n{}{}", table_of(&exported.manifest), remains(exported, written));
+        text += &format!("{name}\n{}{}", parts_table(&exported.manifest), format_remaining_files(exported, written));
         text.push('\n');
     }
-    text += &table_of(&made.own.manifest);
+    text += &parts_table(&made.own.manifest);
     text += &format!(
         "{} files, {} in {} ({:.2} s)\n",
         written.files,
-        size(written.bytes),
+        format_size(written.bytes),
         folder.display(),
         start.elapsed().as_secs_f64(),
     );
@@ -65,9 +65,9 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
         text += &format!("open {}\n", folder.join(GUIDE_FOLDER).join("index.html").display());
     }
     if !made.has_file {
-        text += &packaged::no_file(&order.design);
+        text += &archive::missing_file_warning(&order.design);
     }
-    text += &remains(&made.own, &written.own);
+    text += &format_remaining_files(&made.own, &written.own);
     if !chosen.from_file.is_empty() {
         text += &format!("from {}: {}\n", defaults::FILE, chosen.from_file.join(", "));
     }
@@ -103,7 +103,7 @@ fn require_whole_sensor(args: &Export, target: &Target) -> Result<(), Failure> {
 }
 
 /// Designs and options of the export.
-struct Order<'a> {
+struct ExportJob<'a> {
     args: &'a Export,
     global: &'a Global,
     target: Target<'a>,
@@ -113,13 +113,13 @@ struct Order<'a> {
     options: ExportOptions,
 }
 
-impl<'a> Order<'a> {
+impl<'a> ExportJob<'a> {
     /// Builds the designs and checks the options, before anything takes time.
     fn new(
         args: &'a Export,
         global: &'a Global,
         target: Target<'a>,
-        chosen: &Chosen,
+        chosen: &ExportSettings,
     ) -> Result<Self, Failure> {
         let profile = chosen.process.as_deref().map(source::read_profile).transpose()?;
         let with_fixtures = args.fixtures || args.all;
@@ -149,7 +149,7 @@ impl<'a> Order<'a> {
             nominal: args.nominal,
         };
         let designs = std::iter::once(&design).chain(fixtures.iter().map(|(_, design)| design));
-        exporting::require_profile_applies(designs, &options)?;
+        exports::require_profile_applies(designs, &options)?;
         if let Some(part) = target.part {
             bodies::find_target(&design.sensor, part)?;
         }
@@ -160,7 +160,7 @@ impl<'a> Order<'a> {
     }
 
     /// Makes all files in memory.
-    fn make(&self) -> Result<Made, Failure> {
+    fn make(&self) -> Result<MadeExports, Failure> {
         let mut made = self.make_parts()?;
         if self.args.format.iter().any(|format| format.own().is_none()) {
             self.add_step_files(&mut made)?;
@@ -178,31 +178,31 @@ impl<'a> Order<'a> {
         if self.args.all {
             let terms = Terms { license: self.args.license, authors: self.args.authors.clone() };
             made.has_file =
-                packaging::complete(&mut made.own, &self.design, &self.fixtures, &terms)?;
+                packaging::add_package_files(&mut made.own, &self.design, &self.fixtures, &terms)?;
         }
         Ok(made)
     }
 
     /// Makes the files in fabkit's own formats, and in parallel applies the rules of `check`.
-    fn make_parts(&self) -> Result<Made, Failure> {
+    fn make_parts(&self) -> Result<MadeExports, Failure> {
         let progress = Progress::new(self.global, format!("exporting {}", self.args.sensor));
         let export = |design: &Design| {
             let own = self.args.all.then(|| self.options.for_sensor(&design.sensor));
             let options = own.as_ref().unwrap_or(&self.options);
-            exporting::export(design, options, &|part| progress.finished(part))
+            exports::export(design, options, &|part| progress.count_piece(part))
         };
         let make = || {
             let exported = export(&self.design)?;
             let fixtures = self.fixtures.iter();
             let of_fixtures = fixtures.map(|(name, design)| Ok((*name, export(design)?)));
-            Ok::<_, ExportFailure>((
+            Ok::<_, ExportRunError>((
                 exported,
-                of_fixtures.collect::<Result<Vec<_>, ExportFailure>>()?,
+                of_fixtures.collect::<Result<Vec<_>, ExportRunError>>()?,
             ))
         };
         // The check is skipped if its result would not be shown, or if `--force` says that it is known.
         let is_told = !self.args.force && (self.global.json || !self.global.quiet);
-        let look = || is_told.then(|| self.target.faults(&self.args.set, self.with_fixtures));
+        let look = || is_told.then(|| self.target.find_errors(&self.args.set, self.with_fixtures));
         let (exported, faults) = rayon::join(make, look);
         drop(progress);
         let (own, of_fixtures) = exported?;
@@ -210,10 +210,10 @@ impl<'a> Order<'a> {
             Some(faults) => Some(faults?.map_err(Failure::bug)?),
             None => None,
         };
-        Ok(Made { own, of_fixtures, guides: Vec::new(), has_file: true, faults })
+        Ok(MadeExports { own, of_fixtures, guides: Vec::new(), has_file: true, faults })
     }
 
-    fn add_step_files(&self, made: &mut Made) -> Result<(), Failure> {
+    fn add_step_files(&self, made: &mut MadeExports) -> Result<(), Failure> {
         let verifier = Verifier::find()?;
         let step_files = |design: &Design, parts: &[String]| {
             let doing = format!("writing STEP files of {}", design.sensor.name);
@@ -235,9 +235,9 @@ impl<'a> Order<'a> {
         let project = self.target.project(set)?;
         let guide = |target: Target, design: &Design| {
             let lines =
-                |names: &[&str], pins_in: Option<&str>| typed::typed(names, pins_in, target, set);
-            let calibration = guiding::calibration(&project, target, &lines);
-            packaging::guide(design, calibration.as_ref(), &|step| progress.show(step))
+                |names: &[&str], pins_in: Option<&str>| typed::calibration_commands(names, pins_in, target, set);
+            let calibration = guides::describe_calibration(&project, target, &lines);
+            packaging::make_guide(design, calibration.as_ref(), &|step| progress.show(step))
         };
         let mut guides = vec![(PathBuf::from(GUIDE_FOLDER), guide(self.target, &self.design)?)];
         for (name, fixture) in &self.fixtures {
@@ -249,17 +249,17 @@ impl<'a> Order<'a> {
 }
 
 /// Files that were made, with their folders relative to the sensor's.
-struct Made {
+struct MadeExports {
     own: Exported,
     of_fixtures: Vec<(&'static str, Exported)>,
     guides: Vec<(PathBuf, Exported)>,
     /// True if the package contains a sensor file.
     has_file: bool,
     /// Findings of `check`, if it was run.
-    faults: Option<Faults>,
+    faults: Option<CheckErrors>,
 }
 
-impl Made {
+impl MadeExports {
     fn fixtures(&self) -> impl Iterator<Item = (PathBuf, &Exported)> {
         self.of_fixtures.iter().map(|(name, exported)| (PathBuf::from(*name), exported))
     }
@@ -270,7 +270,7 @@ impl Made {
 }
 
 /// Result of writing: the sensor's folder and those of its fixtures.
-struct Written {
+struct WrittenExports {
     own: WrittenExport,
     of_fixtures: Vec<WrittenExport>,
     files: usize,
@@ -281,10 +281,10 @@ struct Written {
 fn write(
     args: &Export,
     target: &Target,
-    chosen: &Chosen,
-    made: &Made,
+    chosen: &ExportSettings,
+    made: &MadeExports,
     folder: &Path,
-) -> Result<Written, Failure> {
+) -> Result<WrittenExports, Failure> {
     // Fixtures lie in subfolders. The sensor's own manifest comes last.
     let below = made.fixtures().chain(made.guides());
     let below = below.map(|(name, exported)| (folder.join(name), exported));
@@ -293,7 +293,7 @@ fn write(
         exported.files.iter().map(move |file| (folder.join(&file.name), file.bytes.len() as u64))
     });
     let files: Vec<(PathBuf, u64)> = files.collect();
-    Roles::default()
+    FileRoles::default()
         .reads("SENSOR", target.files())
         .reads("--process", &chosen.process)
         .reads("defaults", (!chosen.from_file.is_empty()).then_some(defaults::FILE))
@@ -301,16 +301,16 @@ fn write(
         .check()?;
     interrupt::begin_writing()?;
     let how = Overwriting { clean: args.clean, force: args.force };
-    let mut written = exporting::write(&exports, how, &interrupt::requested)?;
+    let mut written = exports::write(&exports, how, &interrupt::is_requested)?;
     let own = written.pop().ok_or_else(|| Failure::bug("an export without a folder"))?;
     // The guides' entries follow those of the fixtures and are not reported.
     written.truncate(made.of_fixtures.len());
     let bytes = files.iter().map(|(_, bytes)| bytes).sum();
-    Ok(Written { own, of_fixtures: written, files: files.len(), bytes })
+    Ok(WrittenExports { own, of_fixtures: written, files: files.len(), bytes })
 }
 
 /// Effective settings: from options, else from the defaults file of the working folder, else fabkit's own.
-struct Chosen {
+struct ExportSettings {
     tolerance_mm: f64,
     bed: Bed,
     stock: Bed,
@@ -322,7 +322,7 @@ struct Chosen {
     from_file: Vec<&'static str>,
 }
 
-impl Chosen {
+impl ExportSettings {
     fn new(args: &Export, defaults: &Defaults) -> Result<Self, Failure> {
         let mut from_file = Vec::new();
         let mut or = |key: &'static str, is_given: bool, is_there: bool| {
@@ -350,7 +350,7 @@ impl Chosen {
             ..bed
         };
         Ok(Self {
-            tolerance_mm: args.tolerance.or(defaults.tolerance_mm).unwrap_or(TOLERANCE_MM),
+            tolerance_mm: args.tolerance.or(defaults.tolerance_mm).unwrap_or(DEFAULT_TOLERANCE_MM),
             bed: sized(args.bed, defaults.bed_mm, Bed::default()),
             stock: sized(args.stock, defaults.stock_mm, DEFAULT_STOCK),
             kerf_mm: args.kerf.or(defaults.kerf_mm.filter(|_| !nominal)),
@@ -374,7 +374,7 @@ fn default_folder(out: PathBuf, target: &Target, design: &Design) -> PathBuf {
 }
 
 /// Lists other files in the folder, and files that were removed.
-fn remains(exported: &Exported, written: &WrittenExport) -> String {
+fn format_remaining_files(exported: &Exported, written: &WrittenExport) -> String {
     let kept = written.manifest.files.len().saturating_sub(exported.manifest.files.len());
     let mut text = String::new();
     if kept > 0 {
@@ -388,37 +388,37 @@ fn remains(exported: &Exported, written: &WrittenExport) -> String {
             text += &format!("{what}: {names}{tail}{hint}\n");
         }
     };
-    let of = |why: Otherness| {
+    let of = |why: UnlistedReason| {
         let others = written.manifest.others.iter().filter(move |other| other.why == why);
-        others.map(|OtherFile { name, .. }| name.as_str()).collect()
+        others.map(|UnlistedFile { name, .. }| name.as_str()).collect()
     };
     let hint = "; --clean removes them";
-    line("warning: of another version of the design or of the options", of(Otherness::Stale), hint);
-    line("warning: changed since an earlier export", of(Otherness::Changed), "");
-    line("not fabkit's", of(Otherness::Foreign), "");
+    line("warning: of another version of the design or of the options", of(UnlistedReason::Stale), hint);
+    line("warning: changed since an earlier export", of(UnlistedReason::Changed), "");
+    line("not fabkit's", of(UnlistedReason::Foreign), "");
     line("removed", written.removed.iter().map(String::as_str).collect(), "");
     text
 }
 
 /// Formats the table of parts with their files, and the compensations.
-fn table_of(manifest: &Manifest) -> String {
+fn parts_table(manifest: &Manifest) -> String {
     let mut rows =
         vec![["part", "n", "made", "triangles", "cm3", "files"].map(str::to_owned).to_vec()];
     for part in &manifest.parts {
-        let files = manifest.files.iter().filter(|file| is_of(file, &part.name));
-        let sizes: Vec<String> = files.map(|f| format!("{} {}", f.format, size(f.bytes))).collect();
+        let files = manifest.files.iter().filter(|file| is_file_of_part(file, &part.name));
+        let sizes: Vec<String> = files.map(|f| format!("{} {}", f.format, format_size(f.bytes))).collect();
         rows.push(vec![
             part.name.clone(),
             part.quantity.to_string(),
             part.process.clone(),
-            grouped(part.mesh.triangles as u64),
+            group_digits(part.mesh.triangles as u64),
             format!("{:.3}", part.mesh.volume_mm3 / 1000.0),
             sizes.join(", "),
         ]);
     }
     let mut text = table(&[Left, Right, Left, Right, Right, Left], &rows);
     // Files without a part of their own: plates, stock sheets and documents.
-    let is_layout = |file: &&FileEntry| !manifest.parts.iter().any(|part| is_of(file, &part.name));
+    let is_layout = |file: &&FileEntry| !manifest.parts.iter().any(|part| is_file_of_part(file, &part.name));
     for file in manifest.files.iter().filter(is_layout) {
         // Landmarks and the artwork of boards contain no pieces.
         let pieces = match file.parts.len() {
@@ -426,13 +426,13 @@ fn table_of(manifest: &Manifest) -> String {
             1 => "1 piece, ".to_owned(),
             n => format!("{n} pieces, "),
         };
-        text += &format!("{}: {pieces}{}\n", file.name, size(file.bytes));
+        text += &format!("{}: {pieces}{}\n", file.name, format_size(file.bytes));
     }
-    text + &compensations(manifest) + &profiled::lines(manifest)
+    text + &compensations(manifest) + &profile_report::format_profile_report(manifest)
 }
 
 /// Returns whether a file holds exactly that part. A plate may hold only one part, but has its own name.
-fn is_of(file: &FileEntry, part: &str) -> bool {
+fn is_file_of_part(file: &FileEntry, part: &str) -> bool {
     file.name.strip_prefix(part).is_some_and(|rest| rest.starts_with('.'))
 }
 
@@ -448,7 +448,7 @@ fn compensations(manifest: &Manifest) -> String {
 }
 
 /// Formats the warning in the first line: the exported parts can be printed, but not be assembled as described.
-fn warning(faults: &Faults) -> String {
+fn format_warning(faults: &CheckErrors) -> String {
     let [(name, first), others @ ..] = &faults.first[..] else { return String::new() };
     let errors =
         if faults.errors == 1 { "1 error".into() } else { format!("{} errors", faults.errors) };
@@ -459,7 +459,7 @@ fn warning(faults: &Faults) -> String {
     )
 }
 
-fn json(written: &WrittenExport, folder: &Path, faults: Option<&Faults>) -> Value {
+fn json(written: &WrittenExport, folder: &Path, faults: Option<&CheckErrors>) -> Value {
     json!({
         "format": "fabkit-export",
         "version": 2,

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::Failure;
 use crate::interrupt;
-use crate::table::size;
+use crate::table::format_size;
 
 /// Files with their contents, written together.
 #[derive(Default)]
@@ -23,7 +23,7 @@ impl Files {
     pub(super) fn write(&self) -> Result<(), Failure> {
         interrupt::begin_writing()?;
         let files = self.0.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
-        Ok(write_each(files, &interrupt::requested)?)
+        Ok(write_each(files, &interrupt::is_requested)?)
     }
 
     /// Lists the files, one line for each.
@@ -31,7 +31,7 @@ impl Files {
         let lines = self
             .0
             .iter()
-            .map(|(path, bytes)| format!("{}: {}\n", path.display(), size(bytes.len() as u64)));
+            .map(|(path, bytes)| format!("{}: {}\n", path.display(), format_size(bytes.len() as u64)));
         lines.collect()
     }
 

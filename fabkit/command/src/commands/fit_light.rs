@@ -4,8 +4,8 @@
 mod domes;
 mod pads;
 
-use fabkit_application::fitting_light::is_pad;
-use fabkit_application::picture::is_named_as_one as is_picture;
+use fabkit_application::light_fit::is_pad;
+use fabkit_application::picture::has_image_extension as is_picture;
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 use serde_json::Value;
@@ -14,11 +14,11 @@ use super::Outcome;
 use crate::cli::FitLight;
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
-use crate::roles::Roles;
+use crate::roles::FileRoles;
 
 pub(super) fn run(args: &FitLight) -> Result<Outcome, Failure> {
     let is_read = |name: &str| is_picture(name) || name.ends_with(".csv");
-    Roles::default()
+    FileRoles::default()
         .reads("SENSOR", Target::new(&args.design.sensor).files())
         .reads("--camera", &args.camera)
         .reads("--pose", &args.pose)
@@ -38,7 +38,7 @@ pub(super) fn run(args: &FitLight) -> Result<Outcome, Failure> {
 }
 
 /// Refuses options of the other kind of sensor. Each has its name, whether it was given, and a hint.
-fn refuse(options: &[(&str, bool, &str)], why: &str) -> Result<(), Failure> {
+fn refuse_options(options: &[(&str, bool, &str)], why: &str) -> Result<(), Failure> {
     match options.iter().find(|(_, is_given, _)| *is_given) {
         Some((option, _, hint)) => {
             Err(Failure::new(ErrorKind::BadInput, format!("{option} {why}"), *hint))
@@ -48,14 +48,14 @@ fn refuse(options: &[(&str, bool, &str)], why: &str) -> Result<(), Failure> {
 }
 
 /// Appends the unexplained effects and writes the file.
-fn ended(args: &FitLight, mut text: String, json: Value) -> Result<Outcome, Failure> {
+fn finish_outcome(args: &FitLight, mut text: String, json: Value) -> Result<Outcome, Failure> {
     for sentence in json["unexplained"].as_array().into_iter().flatten() {
         text += &format!("not explained: {}\n", sentence.as_str().unwrap_or_default());
     }
     if let Some(path) = &args.output {
         let bytes = format!("{json:#}\n").into_bytes();
         interrupt::begin_writing()?;
-        write_each([(path.clone(), &bytes[..])], &interrupt::requested)?;
+        write_each([(path.clone(), &bytes[..])], &interrupt::is_requested)?;
         text += &format!("{}\n", path.display());
     }
     Ok(Outcome { text, json, failed: false })

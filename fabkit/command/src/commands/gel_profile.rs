@@ -10,14 +10,14 @@ use crate::failure::Failure;
 use crate::table::{Align::Right, table};
 
 /// Fits the modulus. Returns the materials file and the outcome.
-pub(super) fn measured(
+pub(super) fn fit_gel(
     args: &Profile,
     file: &str,
     text: &str,
 ) -> Result<(String, Outcome), Failure> {
     let coupon = GelCoupon::read(file, text)
         .map_err(|invalid| Failure::invalid(invalid, file.to_owned(), text.to_owned()))?;
-    let fitted = gel_profile::modulus(&coupon)?;
+    let fitted = gel_profile::fit_modulus(&coupon)?;
     let output = args.output.display().to_string();
     let outcome = Outcome {
         text: text_of(&coupon, &fitted, &output),

@@ -1,9 +1,9 @@
 //! `fabkit guide SENSOR[/FIXTURE] -o DIR`
 
-use fabkit_application::progress::Step;
+use fabkit_application::progress::ProgressStep;
 use fabkit_application::source::Target;
 use fabkit_application::staging::{OutputFile, write_all};
-use fabkit_application::{guiding, slicing};
+use fabkit_application::{guides, slicing};
 use serde_json::json;
 
 use super::progress::Progress;
@@ -11,7 +11,7 @@ use super::{Outcome, typed};
 use crate::cli::{Global, Guide};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
-use crate::roles::Roles;
+use crate::roles::FileRoles;
 
 pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
     let target = Target::new(&args.design.sensor).with_preset(args.design.preset.as_deref());
@@ -19,29 +19,29 @@ pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
         let message = format!("a guide is of a whole sensor or fixture, not of its {part}");
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
-    let outputs = guiding::FILES.map(|name| args.output.join(name));
-    Roles::default().reads("SENSOR", target.files()).writes("-o", &outputs).check()?;
+    let outputs = guides::FILES.map(|name| args.output.join(name));
+    FileRoles::default().reads("SENSOR", target.files()).writes("-o", &outputs).check()?;
     let project = target.project(&args.design.set)?;
     let design = target.design(&args.design.set)?;
-    let slicer = args.slice.then(slicing::find).transpose()?;
+    let slicer = args.slice.then(slicing::find_slicer).transpose()?;
     let lines = |names: &[&str], pins_in: Option<&str>| {
-        typed::typed(names, pins_in, target, &args.design.set)
+        typed::calibration_commands(names, pins_in, target, &args.design.set)
     };
-    let calibration = guiding::calibration(&project, target, &lines);
+    let calibration = guides::describe_calibration(&project, target, &lines);
     let progress = Progress::new(global, format!("drawing {}", args.design.sensor));
-    let stages = guiding::stages(&design).map_err(Failure::bug)?;
+    let stages = guides::find_stages(&design).map_err(Failure::bug)?;
     let mut guide =
-        guiding::facts(&design, &stages, calibration.as_ref(), args.units).map_err(Failure::bug)?;
+        guides::collect_facts(&design, &stages, calibration.as_ref(), args.units).map_err(Failure::bug)?;
     if let Some(slicer) = slicer {
-        let show = |step: Step| progress.show(step);
-        slicing::slice(&design, &mut guide, &slicer, &interrupt::watched, &show)?;
+        let show = |step: ProgressStep| progress.show(step);
+        slicing::slice_parts(&design, &mut guide, &slicer, &interrupt::poll_interrupt, &show)?;
         // The slicer's processes and temporary files are gone, so an interrupt may end the process at once again.
         interrupt::finish_watching()?;
     }
-    let files = guiding::files(&design, &stages, &guide, &|step: Step| progress.show(step))?;
+    let files = guides::files(&design, &stages, &guide, &|step: ProgressStep| progress.show(step))?;
     drop(progress);
     interrupt::begin_writing()?;
-    write_all(&args.output, &files, &interrupt::requested)?;
+    write_all(&args.output, &files, &interrupt::is_requested)?;
     let folder = args.output.display();
     let made: u32 = guide.made.iter().map(|part| part.quantity).sum();
     let bought: u32 = guide.bought.iter().map(|piece| piece.quantity).sum();

@@ -24,7 +24,7 @@ pub(super) fn run(output: Option<&Path>) -> Result<Outcome, Failure> {
         None => String::from_utf8(pages.swap_remove(0).bytes).map_err(Failure::bug)?,
         Some(folder) => {
             interrupt::begin_writing()?;
-            write_all(folder, &pages, &interrupt::requested)?;
+            write_all(folder, &pages, &interrupt::is_requested)?;
             format!("{} pages in {}\n", pages.len(), folder.display())
         }
     };

@@ -13,23 +13,23 @@ mod diff;
 mod export;
 mod files;
 mod fit_light;
-mod fixing;
+mod fix_option;
 mod gel_profile;
 mod guide;
 mod list;
 mod man;
-mod misread;
+mod usage_error;
 mod new;
 mod optics_pack;
 mod outcome;
-mod packaged;
+mod archive;
 mod press;
 mod profile;
-mod profiled;
+mod profile_report;
 mod progress;
 mod reconstruct;
 mod render;
-mod reread;
+mod verify_folder;
 mod schema;
 mod show;
 mod sweep;
@@ -46,7 +46,7 @@ use fabkit_application::memory;
 use serde_json::Value;
 
 use crate::cli::{Calibrate, Cli, Command, Global};
-use crate::failure::{self, ErrorKind, Exit, Failure};
+use crate::failure::{self, ErrorKind, FailureCode, Failure};
 use crate::interrupt;
 use outcome::Outcome;
 
@@ -56,21 +56,21 @@ const CHECK_FAILED: u8 = 1;
 /// Runs a command line, see [`run`](crate::run).
 pub(crate) fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
-    if completed(&arguments) {
+    if complete_shell(&arguments) {
         return 0;
     }
     let json = arguments.iter().any(|word| word == "--json");
-    failure::guard(json, || match Cli::try_parse_from(&arguments) {
-        Ok(cli) => answer(cli),
+    failure::catch_panics(json, || match Cli::try_parse_from(&arguments) {
+        Ok(cli) => run_and_print(cli),
         // Help and version are "errors" of clap that go to standard output; the last arm prints them.
         Err(error) if error.use_stderr() && json => {
-            let failure = misread::failure(&error);
-            said(&line(&failure.to_json()), failure.exit() as u8)
+            let failure = usage_error::from_clap(&error);
+            print_result(&json_line(&failure.to_json()), failure.exit_code() as u8)
         }
         Err(error) if error.use_stderr() => {
             // If standard error is closed, the exit code still tells.
-            let _ = io::stderr().write_all(misread::text(&error).as_bytes());
-            Exit::BadInput as u8
+            let _ = io::stderr().write_all(usage_error::text(&error).as_bytes());
+            FailureCode::BadInput as u8
         }
         Err(error) => error.exit(),
     })
@@ -78,43 +78,43 @@ pub(crate) fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 
 /// Returns whether this call was a shell's request for completions, recognised by the variable that the script of
 /// `fabkit completions` sets.
-fn completed(arguments: &[OsString]) -> bool {
+fn complete_shell(arguments: &[OsString]) -> bool {
     let folder = std::env::current_dir().ok();
     let shell = CompleteEnv::with_factory(Cli::command);
     shell.try_complete(arguments.iter().cloned(), folder.as_deref()).unwrap_or_else(|e| e.exit())
 }
 
-fn answer(mut cli: Cli) -> u8 {
-    interrupt::listen();
-    let result = run_fixed(&mut cli);
+fn run_and_print(mut cli: Cli) -> u8 {
+    interrupt::install_handler();
+    let result = run_with_fix(&mut cli);
     let Global { json, quiet, .. } = cli.global;
     let (text, code) = match &result {
-        Ok(report) if json => (line(&report.json), exit_code(report)),
+        Ok(report) if json => (json_line(&report.json), exit_code(report)),
         Ok(report) => {
             // `--quiet` suppresses reports, but not text that is the command's result.
             let wanted = !quiet || report.failed || prints_its_result(&cli.command);
             (if wanted { report.text.clone() } else { String::new() }, exit_code(report))
         }
         Err(failure) => {
-            let code = failure.exit() as u8;
+            let code = failure.exit_code() as u8;
             if !json {
                 // If standard error is closed, the exit code still tells.
                 let _ = io::stderr().write_all(failure.to_text().as_bytes());
             }
-            (if json { line(&failure.to_json()) } else { String::new() }, code)
+            (if json { json_line(&failure.to_json()) } else { String::new() }, code)
         }
     };
-    said(&text, code)
+    print_result(&text, code)
 }
 
 /// Writes to standard output. Returns the exit code, or that of an output error.
-fn said(text: &str, code: u8) -> u8 {
+fn print_result(text: &str, code: u8) -> u8 {
     match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
         // The reader has closed the pipe, as in `fabkit show rtac0 | head`.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => code,
         Err(error) => {
             let _ = writeln!(io::stderr(), "error: cannot write to standard output: {error}");
-            Exit::Io as u8
+            FailureCode::Io as u8
         }
         Ok(()) => code,
     }
@@ -125,11 +125,11 @@ fn exit_code(report: &Outcome) -> u8 {
 }
 
 /// Runs the command with the changes of `--fix`.
-fn run_fixed(cli: &mut Cli) -> Result<Outcome, Failure> {
-    let Some(changes) = fixing::fix(&mut cli.command)? else { return run(cli) };
-    fixing::tell(&changes, &cli.global);
+fn run_with_fix(cli: &mut Cli) -> Result<Outcome, Failure> {
+    let Some(changes) = fix_option::apply_fix(&mut cli.command)? else { return run(cli) };
+    fix_option::print_changes(&changes, &cli.global);
     let mut outcome = run(cli)?;
-    fixing::add_to(&mut outcome.json, &changes);
+    fix_option::add_to(&mut outcome.json, &changes);
     Ok(outcome)
 }
 
@@ -190,6 +190,6 @@ fn prints_its_result(command: &Command) -> bool {
     )
 }
 
-fn line(json: &Value) -> String {
+fn json_line(json: &Value) -> String {
     format!("{json:#}\n")
 }

@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use fabkit_application::designs::{FamilyEntry, REGISTRY, Start};
+use fabkit_application::designs::{FamilyEntry, REGISTRY, TemplateBase};
 use fabkit_application::staging::write_each;
-use fabkit_application::text::{Name, Scalar, shown};
+use fabkit_application::text::{FileSafeName, Scalar, to_printable};
 use fabkit_application::{Explained, UnknownName};
 use serde_json::json;
 
@@ -15,25 +15,25 @@ use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 
 /// Sections of other crates in sensor files: those of fixtures.
-const OTHERS: [&str; 1] = ["fixtures"];
+const FOREIGN_SECTIONS: [&str; 1] = ["fixtures"];
 
 pub(super) fn run(args: &New) -> Result<Outcome, Failure> {
     let name = sensor_name(&args.name)?;
     let (start, what) = match (&args.family, &args.extends) {
-        (Some(family), _) => (Start::Family(family), format!("a sensor of the family {family}")),
+        (Some(family), _) => (TemplateBase::Family(family), format!("a sensor of the family {family}")),
         (None, sensor) => {
             let sensor = sensor.as_deref().unwrap_or_default();
-            (Start::Extends(sensor), format!("extends {sensor}"))
+            (TemplateBase::Extends(sensor), format!("extends {sensor}"))
         }
     };
-    let text = REGISTRY.starting_text(&name, start, &OTHERS).ok_or_else(|| unknown(start))?;
+    let text = REGISTRY.template_text(&name, start, &FOREIGN_SECTIONS).ok_or_else(|| unknown(start))?;
     let place = match &args.output {
         Some(place) => place.clone(),
         None => PathBuf::from(format!("{}.yaml", name.as_str())),
     };
     check_place(&place, args.force)?;
     interrupt::begin_writing()?;
-    write_each([(place.clone(), text.as_bytes())], &interrupt::requested)?;
+    write_each([(place.clone(), text.as_bytes())], &interrupt::is_requested)?;
     let shown = place.display();
     Ok(Outcome {
         text: format!("{shown}: {what}; `fabkit check {shown}` says whether it can be built\n"),
@@ -49,27 +49,27 @@ pub(super) fn run(args: &New) -> Result<Outcome, Failure> {
     })
 }
 
-fn sensor_name(text: &str) -> Result<Name, Failure> {
-    Name::parse(text).map_err(|_| {
-        let message = format!("`{}` cannot be a sensor's name", shown(text));
-        let hint = format!("write {}, for example `my-sensor`", Name::allowed(&()));
+fn sensor_name(text: &str) -> Result<FileSafeName, Failure> {
+    FileSafeName::parse(text).map_err(|_| {
+        let message = format!("`{}` cannot be a sensor's name", to_printable(text));
+        let hint = format!("write {}, for example `my-sensor`", FileSafeName::allowed(&()));
         Failure::new(ErrorKind::BadInput, message, hint)
     })
 }
 
 /// Makes the failure for an unknown family or sensor.
-fn unknown(start: Start) -> Failure {
+fn unknown(start: TemplateBase) -> Failure {
     let families = REGISTRY.families().iter().map(FamilyEntry::name);
     let (unknown, all) = match start {
-        Start::Family(word) => (UnknownName::new("family", word, families), "the families are"),
-        Start::Extends(sensor) => {
+        TemplateBase::Family(word) => (UnknownName::new("family", word, families), "the families are"),
+        TemplateBase::Extends(sensor) => {
             let unknown = UnknownName::new("built-in sensor", sensor, REGISTRY.builtin_names());
             (unknown, "the built-in sensors are")
         }
     };
     let closest = unknown.closest.as_ref().map(|_| unknown.hint() + " ").unwrap_or_default();
     let hint = format!("{closest}{all} {}", unknown.known.join(", "));
-    Failure::new(ErrorKind::BadInput, &unknown, hint).about(unknown.subject())
+    Failure::new(ErrorKind::BadInput, &unknown, hint).with_subject(unknown.subject())
 }
 
 /// Checks the path of a new sensor file: it must end in `.yaml`. Existing files are replaced only by force, because

@@ -8,7 +8,7 @@ use super::{Outcome, view};
 use crate::cli::OpticsPack;
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::table::size;
+use crate::table::format_size;
 
 pub(super) fn run(args: &OpticsPack) -> Result<Outcome, Failure> {
     let output = Some(args.output.join("optics.json"));
@@ -16,11 +16,11 @@ pub(super) fn run(args: &OpticsPack) -> Result<Outcome, Failure> {
         .reads("--constants", &args.light.constants)
         .writes("-o", &output)
         .check()?;
-    let scene = view::scene(&args.design, &args.camera)?;
-    let (lighting, constants) = view::lit(&scene.project, &args.light)?;
+    let scene = view::build_scene(&args.design, &args.camera)?;
+    let (lighting, constants) = view::find_lighting(&scene.project, &args.light)?;
     let pack = optics_pack(&scene, lighting, &constants)?;
     interrupt::begin_writing()?;
-    write_all(&args.output, &pack.files, &interrupt::requested)?;
+    write_all(&args.output, &pack.files, &interrupt::is_requested)?;
     let mut json = pack.document;
     let folder = args.output.display();
     json["folder"] = json!(folder.to_string());
@@ -29,7 +29,7 @@ pub(super) fn run(args: &OpticsPack) -> Result<Outcome, Failure> {
         listed.map(|file| json!({ "file": file.name, "bytes": file.bytes.len() })).collect();
     let mut text = String::new();
     for file in &pack.files {
-        text += &format!("{folder}/{}: {}\n", file.name, size(file.bytes.len() as u64));
+        text += &format!("{folder}/{}: {}\n", file.name, format_size(file.bytes.len() as u64));
     }
     text += &words(&json);
     Ok(Outcome { text, json, failed: false })

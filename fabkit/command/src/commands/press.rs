@@ -1,14 +1,14 @@
 //! `fabkit press SENSOR --indenter NAME@PLACE --depth LENGTH`
 
 use fabkit_application::Error;
-use fabkit_application::depth::Picture;
-use fabkit_application::export::{Array, npz, png};
-use fabkit_application::pressing::{
-    Level, Moved, Pressed, PressedSkin, Pressing, PressingError, SkinStep, SoftLayer, arrays,
-    curve_csv, curve_svg, document, farthest, picture, skin_arrays, skin_csv, skin_document,
+use fabkit_application::depth::RenderedImage;
+use fabkit_application::export::{NpyArray, npz, png};
+use fabkit_application::press_simulation::{
+    StrainTheory, MarkerDisplacement, PressResult, SkinPressResult, PressRequest, PressingError, SkinStep, SoftLayer, press_arrays,
+    curve_csv, curve_svg, press_document, farthest_marker, draw_displacement, skin_arrays, skin_csv, skin_document,
     skin_svg,
 };
-use fabkit_application::source::press_error;
+use fabkit_application::source::convert_press_error;
 use fabkit_application::source::{Source, Target};
 use serde_json::Value;
 
@@ -16,10 +16,10 @@ use super::Outcome;
 use super::files::Files;
 use crate::cli::PressArgs;
 use crate::failure::{ErrorKind, Failure};
-use crate::roles::Roles;
+use crate::roles::FileRoles;
 
 pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
-    Roles::default()
+    FileRoles::default()
         .reads("SENSOR", Target::new(&args.design.sensor).files())
         .writes("-o", &args.output)
         .writes("--csv", &args.csv)
@@ -35,13 +35,13 @@ pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
     let project = Source::find(target.sensor)?.load(&args.design.set)?;
     let pressing = args.options.pressing(&args.indenter, args.depth).map_err(Error::from)?;
     let explained = |error| match error {
-        PressingError::Press(error) => press_error(&args.design.sensor, error),
+        PressingError::Press(error) => convert_press_error(&args.design.sensor, error),
         other => Error::from(other),
     };
-    let told = if Pressing::is_on_skin(&project.design.sensor) {
-        Told::of_skin(&pressing.run_on_skin(&project).map_err(explained)?)
+    let told = if PressRequest::is_on_skin(&project.design.sensor) {
+        PressReport::from_skin_press(&pressing.run_on_skin(&project).map_err(explained)?)
     } else {
-        Told::of(&pressing.run(&project).map_err(explained)?, args.png.is_some())
+        PressReport::from_press(&pressing.run(&project).map_err(explained)?, args.png.is_some())
     };
     let files = told.files(args)?;
     files.write()?;
@@ -51,28 +51,28 @@ pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
 }
 
 /// All representations of a press.
-struct Told {
-    arrays: Vec<Array>,
+struct PressReport {
+    arrays: Vec<NpyArray>,
     csv: String,
     svg: String,
     text: String,
     json: Value,
-    picture: Option<Picture>,
+    picture: Option<RenderedImage>,
 }
 
-impl Told {
-    fn of(pressed: &Pressed, is_drawn: bool) -> Self {
+impl PressReport {
+    fn from_press(pressed: &PressResult, is_drawn: bool) -> Self {
         Self {
-            arrays: arrays(pressed),
+            arrays: press_arrays(pressed),
             csv: curve_csv(pressed),
             svg: curve_svg(pressed),
             text: text(pressed),
-            json: document(pressed),
-            picture: is_drawn.then(|| picture(pressed)),
+            json: press_document(pressed),
+            picture: is_drawn.then(|| draw_displacement(pressed)),
         }
     }
 
-    fn of_skin(pressed: &PressedSkin) -> Self {
+    fn from_skin_press(pressed: &SkinPressResult) -> Self {
         Self {
             arrays: skin_arrays(pressed),
             csv: skin_csv(pressed),
@@ -109,7 +109,7 @@ impl Told {
 }
 
 /// Formats the press, its layers and the simplifications.
-fn heading(id: &str, level: Level, layers: &[SoftLayer], left_out: &[String]) -> String {
+fn heading(id: &str, level: StrainTheory, layers: &[SoftLayer], left_out: &[String]) -> String {
     let mut text = format!("{id}, {} (simulated)\n", level.name());
     for SoftLayer { name, material, thickness_mm, elasticity } in layers {
         let [least, most] = elasticity.young_range_mpa;
@@ -125,8 +125,8 @@ fn heading(id: &str, level: Level, layers: &[SoftLayer], left_out: &[String]) ->
 }
 
 /// Formats the movement of the markers.
-fn marks_text(marks: &[Moved]) -> String {
-    let Some((name, mm)) = farthest(marks) else { return String::new() };
+fn marks_text(marks: &[MarkerDisplacement]) -> String {
+    let Some((name, mm)) = farthest_marker(marks) else { return String::new() };
     let unknown = marks.iter().filter(|moved| moved.displacement_mm.is_none()).count();
     let beyond = match unknown {
         0 => String::new(),
@@ -135,9 +135,9 @@ fn marks_text(marks: &[Moved]) -> String {
     format!("{} marks, `{name}` moves farthest, {mm:.3} mm{beyond}\n", marks.len())
 }
 
-fn skin_text(pressed: &PressedSkin) -> String {
+fn skin_text(pressed: &SkinPressResult) -> String {
     let stack = &pressed.stack;
-    let mut text = heading(&pressed.id, Level::Linear, &stack.layers, &stack.left_out);
+    let mut text = heading(&pressed.id, StrainTheory::Linear, &stack.layers, &stack.simplifications);
     text += "depth mm  force N  contact radius mm  pressed in mm  bulge mm  sags mm\n";
     for SkinStep { depth_mm, outcome } in &pressed.steps {
         text += &format!(
@@ -146,7 +146,7 @@ fn skin_text(pressed: &PressedSkin) -> String {
             outcome.contact_radius_mm,
             outcome.max_indentation_mm,
             outcome.bulge_mm,
-            outcome.sags_mm
+            outcome.sag_mm
         );
     }
     text += "channel     squeezed out mm3  column moves mm  pressure kPa  closes mm\n";
@@ -155,9 +155,9 @@ fn skin_text(pressed: &PressedSkin) -> String {
             "{:10}  {:16.3}  {:15.3}  {:12.3}  {:9.3}\n",
             channel.name,
             channel.volume_mm3,
-            channel.column_moves_mm,
+            channel.column_displacement_mm,
             1e3 * channel.pressure_mpa,
-            channel.closes_mm
+            channel.closure_mm
         );
     }
     text += &marks_text(&pressed.marks);
@@ -167,9 +167,9 @@ fn skin_text(pressed: &PressedSkin) -> String {
     text
 }
 
-fn text(pressed: &Pressed) -> String {
+fn text(pressed: &PressResult) -> String {
     let soft = &pressed.soft;
-    let mut text = heading(&pressed.id, pressed.level, &soft.layers, &soft.left_out);
+    let mut text = heading(&pressed.id, pressed.level, &soft.layers, &soft.simplifications);
     text += "depth mm  along mm  force N  contact radius mm  pressed in mm  bulge mm\n";
     for step in &pressed.steps {
         text += &format!(

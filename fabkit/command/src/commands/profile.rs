@@ -2,45 +2,45 @@
 
 use std::path::Path;
 
-use fabkit_application::authored::{may_replace, signed};
+use fabkit_application::edited_files::{check_replaceable, sign_text};
 use fabkit_application::designs::profile::{CouponGroup, GelCoupon, LinearFit, MeasuredProfile};
-use fabkit_application::reading::{self, Expected};
+use fabkit_application::reading::{self, ExpectedFile};
 use fabkit_application::source::MAX_YAML_BYTES;
 use fabkit_application::staging::write_each;
-use fabkit_application::text::{Name, Scalar};
+use fabkit_application::text::{FileSafeName, Scalar};
 use serde_json::{Value, json};
 
 use super::Outcome;
 use crate::cli::Profile;
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
-use crate::roles::Roles;
+use crate::roles::FileRoles;
 use crate::table::{Align::Left, Align::Right, table};
 
 pub(super) fn run(args: &Profile) -> Result<Outcome, Failure> {
-    Roles::default().reads("COUPON.yaml", [&args.coupon]).writes("-o", [&args.output]).check()?;
+    FileRoles::default().reads("COUPON.yaml", [&args.coupon]).writes("-o", [&args.output]).check()?;
     let hint =
         "is it the right file? `fabkit export SENSOR/coupon` or `SENSOR/gel-coupon` writes it";
-    let expected = Expected { what: "a coupon's file", max_bytes: MAX_YAML_BYTES, hint };
+    let expected = ExpectedFile { what: "a coupon's file", max_bytes: MAX_YAML_BYTES, hint };
     let (file, text) =
         (args.coupon.display().to_string(), reading::read_text(&args.coupon, expected)?);
-    let (text, outcome) = if GelCoupon::is_in(&text) {
+    let (text, outcome) = if GelCoupon::is_gel_file(&text) {
         stem(&args.output)?;
-        super::gel_profile::measured(args, &file, &text)?
+        super::gel_profile::fit_gel(args, &file, &text)?
     } else {
-        printed(args, file, text)?
+        evaluate_coupon(args, file, text)?
     };
-    let text = signed(&text);
+    let text = sign_text(&text);
     let files = [(args.output.clone(), text.into_bytes())];
-    may_replace(&files, args.force)?;
+    check_replaceable(&files, args.force)?;
     interrupt::begin_writing()?;
     let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
-    write_each(files, &interrupt::requested)?;
+    write_each(files, &interrupt::is_requested)?;
     Ok(outcome)
 }
 
 /// Evaluates a printed coupon. Returns the profile's file and the outcome.
-fn printed(args: &Profile, file: String, text: String) -> Result<(String, Outcome), Failure> {
+fn evaluate_coupon(args: &Profile, file: String, text: String) -> Result<(String, Outcome), Failure> {
     let name = printer(&args.output)?;
     let measured = MeasuredProfile::read(&file, &text, &name)
         .map_err(|invalid| Failure::invalid(invalid, file, text))?;
@@ -73,9 +73,9 @@ fn stem(output: &Path) -> Result<&str, Failure> {
 }
 
 /// Returns the printer's name, which is the output's name.
-fn printer(output: &Path) -> Result<Name, Failure> {
+fn printer(output: &Path) -> Result<FileSafeName, Failure> {
     let stem = stem(output)?;
-    Name::parse(stem).map_err(|refusal| {
+    FileSafeName::parse(stem).map_err(|refusal| {
         let hint = "write for example `-o my-printer.yaml`";
         bad(format!("`{stem}` cannot be a printer's name: it {}", refusal.says), hint)
     })

@@ -5,16 +5,16 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use fabkit_application::progress::Step;
+use fabkit_application::progress::ProgressStep;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::Global;
 
 /// Interval of the spinner, which moves even while nothing is finished.
-const TICK: Duration = Duration::from_millis(200);
+const SPINNER_INTERVAL: Duration = Duration::from_millis(200);
 
 /// Largest refresh rate, Hz: no faster than the eye.
-const PACE: u8 = 10;
+const REFRESH_HZ: u8 = 10;
 
 const UNCOUNTED: &str = "{spinner} {prefix} {elapsed} {msg}";
 const COUNTED: &str = "{spinner} {prefix} [{bar:24}] {pos} of {len}, {elapsed}, {eta} left {msg}";
@@ -32,36 +32,36 @@ impl Progress {
         let target = if global.quiet || global.json {
             ProgressDrawTarget::hidden()
         } else {
-            ProgressDrawTarget::stderr_with_hz(PACE)
+            ProgressDrawTarget::stderr_with_hz(REFRESH_HZ)
         };
-        Self::on(target, doing.into())
+        Self::with_target(target, doing.into())
     }
 
-    fn on(target: ProgressDrawTarget, doing: String) -> Self {
+    fn with_target(target: ProgressDrawTarget, doing: String) -> Self {
         let bar = ProgressBar::with_draw_target(None, target).with_prefix(doing);
         bar.set_style(style(UNCOUNTED));
         if !bar.is_hidden() {
-            bar.enable_steady_tick(TICK);
+            bar.enable_steady_tick(SPINNER_INTERVAL);
         }
         Self { bar, found: AtomicUsize::new(0) }
     }
 
-    pub(super) fn show(&self, step: Step) {
+    pub(super) fn show(&self, step: ProgressStep) {
         // Once, at the first step: pieces that existed before took no time, so they must not enter the estimate.
-        if self.found.swap(step.found + 1, Ordering::Relaxed) == 0 {
-            self.bar.set_length(step.all as u64);
+        if self.found.swap(step.resumed + 1, Ordering::Relaxed) == 0 {
+            self.bar.set_length(step.total as u64);
             self.bar.set_style(style(COUNTED));
-            self.bar.set_position(step.found as u64);
+            self.bar.set_position(step.resumed as u64);
             self.bar.reset_eta();
         }
         self.bar.set_position(step.done as u64);
-        if !step.last.is_empty() {
-            self.bar.set_message(step.last.to_owned());
+        if !step.last_name.is_empty() {
+            self.bar.set_message(step.last_name.to_owned());
         }
     }
 
     /// Counts one more finished piece of an unknown total.
-    pub(super) fn finished(&self, name: &str) {
+    pub(super) fn count_piece(&self, name: &str) {
         self.bar.inc(1);
         self.bar.set_message(format!("{}, {name}", self.bar.position()));
     }
@@ -140,11 +140,11 @@ mod tests {
     fn a_line_says_what_is_under_way_and_how_far_and_is_gone_at_the_end() {
         let screen = Screen::default();
         let target = ProgressDrawTarget::term_like(Box::new(screen.clone()));
-        let progress = Progress::on(target, "making files".into());
+        let progress = Progress::with_target(target, "making files".into());
         progress.bar.force_draw();
         assert!(screen.shown().contains("making files"), "{}", screen.shown());
         for done in 5..=6 {
-            progress.show(Step { done, found: 4, all: 12, last: "a.npz" });
+            progress.show(ProgressStep { done, resumed: 4, total: 12, last_name: "a.npz" });
         }
         progress.bar.force_draw();
         let shown = screen.shown();

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use fabkit_application::Error;
 use fabkit_application::geometry::Sensor;
-use fabkit_application::memory::{self, Less};
+use fabkit_application::memory::{self, MemoryHint};
 use fabkit_application::reconstructing::{
-    DepthNetwork, Followed, PictureRead, PictureReader, ReconstructError, Reconstructed, Taken,
+    DepthNetwork, TrackedMarkers, ImageReading, ImageReader, ReconstructError, DepthResult, CapturedImage,
 };
 use fabkit_application::scene::SensorView;
 use serde_json::json;
@@ -17,31 +17,31 @@ use super::files::Files;
 use super::{Outcome, view};
 use crate::cli::Reconstruct;
 use crate::failure::Failure;
-use crate::table::size;
+use crate::table::format_size;
 
 /// Size of the results, bytes for each pixel.
-const BYTES_A_PIXEL: usize = 5;
+const RESULT_BYTES_PER_PIXEL: usize = 5;
 
 pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
-    let outputs = outputs(args)?;
+    let outputs = output_files(args)?;
     let paths: Vec<PathBuf> = outputs.iter().map(|(path, _)| path.clone()).collect();
     view::roles(&args.design, &args.camera)
         .reads("--constants", &args.light.constants)
         .reads("--reference", [&args.reference])
         .reads(
             "--network",
-            args.network.iter().flat_map(|file| [file.clone(), DepthNetwork::card_of(file)]),
+            args.network.iter().flat_map(|file| [file.clone(), DepthNetwork::card_path(file)]),
         )
         .reads("IMAGE", &args.pictures)
         .writes("-o", &paths)
         .check()?;
-    let (project, viewpoint) = view::seen_from(&args.design, &args.camera, None)?;
+    let (project, viewpoint) = view::load_viewpoint(&args.design, &args.camera, None)?;
     let sensor = &project.design.sensor;
-    let (lighting, constants) = view::lit(&project, &args.light)?;
-    let viewpoint = view::of_light(lighting, &args.camera, viewpoint)?;
-    let reference = Taken::read(&args.reference)?;
+    let (lighting, constants) = view::find_lighting(&project, &args.light)?;
+    let viewpoint = view::lighting_viewpoint(lighting, &args.camera, viewpoint)?;
+    let reference = CapturedImage::read(&args.reference)?;
     let network = args.network.as_deref().map(DepthNetwork::read).transpose()?;
-    let reader = PictureReader::new(
+    let reader = ImageReader::new(
         (sensor, &viewpoint),
         || SensorView::new(Arc::clone(&project), viewpoint.clone()),
         (lighting, &constants),
@@ -49,27 +49,27 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
         (&args.reference, &reference),
     )?;
     let [width, height] = reader.size_px();
-    let bytes = (BYTES_A_PIXEL * width * height * outputs.len()) as u64;
-    memory::admit("what these pictures show", bytes, Less::Files)?;
+    let bytes = (RESULT_BYTES_PER_PIXEL * width * height * outputs.len()) as u64;
+    memory::check_memory("what these pictures show", bytes, MemoryHint::Files)?;
     let mut text = heading(sensor, &reader, network.as_ref());
     let (mut files, mut listed, mut rates) = (Files::default(), Vec::new(), None);
     for (path, picture) in &outputs {
-        let taken = Taken::read(picture)?;
+        let taken = CapturedImage::read(picture)?;
         if rates.is_none() {
-            rates = Some(reader.rates(picture, &taken)?);
+            rates = Some(reader.measure_rates(picture, &taken)?);
         }
         let read = reader.read(picture, taken)?;
         let bytes = reader.npz(&read)?;
-        let farthest_px = reader.farthest_px(&read);
-        let written = size(bytes.len() as u64);
-        text += &format!("{}: {}; {written}\n", path.display(), words(&read, farthest_px));
+        let farthest_px = reader.max_displacement_px(&read);
+        let written = format_size(bytes.len() as u64);
+        text += &format!("{}: {}; {written}\n", path.display(), format_result(&read, farthest_px));
         listed.push(json!({
             "file": path.display().to_string(),
             "picture": picture.display().to_string(),
-            "deepest_mm": read.shown.as_ref().and_then(Reconstructed::deepest_mm),
+            "deepest_mm": read.depth.as_ref().and_then(DepthResult::deepest_mm),
             "contact_px": read.contact_px(),
-            "brighter": read.shown.as_ref().map(|shown| shown.brighter),
-            "marks_seen": read.followed.as_ref().map(Followed::seen),
+            "brighter": read.depth.as_ref().map(|shown| shown.relative_brightness),
+            "marks_seen": read.markers.as_ref().map(TrackedMarkers::found),
             "marks_moved_px": farthest_px,
             "bytes": bytes.len(),
         }));
@@ -80,7 +80,7 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     text += &format!("{rate:.0} pictures a second on one core, read and written apart\n");
     // A network does not use light constants, and marker tracking alone needs none.
     let constants = if reader.scene.is_some() && network.is_none() {
-        json!(constants.document(&lighting.shows))
+        json!(constants.document(&lighting.effect))
     } else {
         json!([])
     };
@@ -93,11 +93,11 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
         "network": network.zip(reader.scene.as_ref()).map(|(network, scene)| network.document(scene)),
         "marks": reader.marks.as_ref().map(|marks| json!({
             "drawn": marks.names().len(),
-            "in_view": known(marks.drawn_px()),
-            "at_rest": known(marks.rest_px()),
+            "in_view": count_known(marks.drawn_px()),
+            "at_rest": count_known(marks.rest_px()),
             "pictures_per_s": rates.and_then(|rates| rates.marks_per_s),
         })),
-        "left_out": reader.left_out,
+        "left_out": reader.omissions,
         "width_px": width,
         "height_px": height,
         "pictures_per_s": rate,
@@ -107,7 +107,7 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
 }
 
 /// Formats what is reconstructed, and with which model.
-fn heading(sensor: &Sensor, reader: &PictureReader, network: Option<&DepthNetwork>) -> String {
+fn heading(sensor: &Sensor, reader: &ImageReader, network: Option<&DepthNetwork>) -> String {
     let mut text = String::new();
     if let Some((network, scene)) = network.zip(reader.scene.as_ref()) {
         if let Some(warning) = network.warning(scene) {
@@ -116,10 +116,10 @@ fn heading(sensor: &Sensor, reader: &PictureReader, network: Option<&DepthNetwor
         text += &format!("{}\n", network.words());
     }
     // Users of a sensor without markers know that it has none.
-    let told = reader.left_out.iter().filter(|_| !sensor.marks.is_empty());
+    let told = reader.omissions.iter().filter(|_| !sensor.marks.is_empty());
     text.extend(told.map(|left_out| format!("{left_out}\n")));
     if let Some(marks) = &reader.marks {
-        let [at_rest, drawn] = [marks.rest_px(), marks.drawn_px()].map(known);
+        let [at_rest, drawn] = [marks.rest_px(), marks.drawn_px()].map(count_known);
         let all = marks.names().len();
         text += &format!("{at_rest} marks at rest, of {drawn} drawn in view and {all} in all\n");
     }
@@ -127,26 +127,26 @@ fn heading(sensor: &Sensor, reader: &PictureReader, network: Option<&DepthNetwor
 }
 
 /// Formats the result of one image.
-fn words(read: &PictureRead, farthest_px: Option<f64>) -> String {
+fn format_result(read: &ImageReading, farthest_px: Option<f64>) -> String {
     let mut words = Vec::new();
-    if let Some((shown, contact_px)) = read.shown.as_ref().zip(read.contact_px()) {
+    if let Some((shown, contact_px)) = read.depth.as_ref().zip(read.contact_px()) {
         let deepest =
             shown.deepest_mm().map_or("no contact".to_owned(), |mm| format!("{mm:.2} mm deep"));
         words.push(format!("{deepest}, {contact_px} px touched"));
     }
-    if let Some((followed, farthest_px)) = read.followed.as_ref().zip(farthest_px) {
-        let seen = followed.seen();
+    if let Some((followed, farthest_px)) = read.markers.as_ref().zip(farthest_px) {
+        let seen = followed.found();
         words.push(format!("{seen} marks, which move up to {farthest_px:.1} px"));
     }
     words.join("; ")
 }
 
-fn known(px: &[Option<[f64; 2]>]) -> usize {
+fn count_known(px: &[Option<[f64; 2]>]) -> usize {
     px.iter().flatten().count()
 }
 
 /// Lists the output file of each image.
-fn outputs(args: &Reconstruct) -> Result<Vec<(PathBuf, &Path)>, Failure> {
+fn output_files(args: &Reconstruct) -> Result<Vec<(PathBuf, &Path)>, Failure> {
     let mut seen: BTreeMap<String, &Path> = BTreeMap::new();
     let mut outputs = Vec::new();
     for picture in &args.pictures {

@@ -10,13 +10,13 @@ use fabkit_application::designs::Design;
 use fabkit_application::designs::design_hash;
 use fabkit_application::geometry::Body;
 use fabkit_application::source::Target;
-use fabkit_application::text::{Setting, shown};
+use fabkit_application::text::{Setting, to_printable};
 use fabkit_application::{Explained, UnknownName, documents};
 
 use super::Outcome;
 use crate::cli;
 use crate::failure::{ErrorKind, Failure};
-use crate::table::{Align::Left, Align::Right, fitted, wrapped};
+use crate::table::{Align::Left, Align::Right, wrapped_table, wrap_text};
 
 pub(super) fn run(args: &cli::Show, global: &cli::Global) -> Result<Outcome, Failure> {
     let cli::Design { sensor, set, preset, fix: _ } = &args.design;
@@ -26,7 +26,7 @@ pub(super) fn run(args: &cli::Show, global: &cli::Global) -> Result<Outcome, Fai
         let unknown = UnknownName::new("fixture", name, project.fixture_names());
         let hint = format!("{}; a single part has no parameters of its own", unknown.hint());
         let about = unknown.subject();
-        return Err(Failure::new(ErrorKind::BadInput, unknown, hint).about(about));
+        return Err(Failure::new(ErrorKind::BadInput, unknown, hint).with_subject(about));
     }
     if args.limits {
         return limits::run(&args.design, global);
@@ -43,7 +43,7 @@ pub(super) fn run(args: &cli::Show, global: &cli::Global) -> Result<Outcome, Fai
 fn text(design: &Design) -> String {
     let sensor = &design.sensor;
     let title = format!("{}: {}", sensor.name, sensor.title);
-    let mut text = format!("{}\n{}\n", wrapped(&title, 2), wrapped(&sensor.reference, 2));
+    let mut text = format!("{}\n{}\n", wrap_text(&title, 2), wrap_text(&sensor.reference, 2));
     text += &format!("design {}\n", design_hash(design));
 
     let mut rows = vec![row(["parameter", "value", "limits", "source"])];
@@ -55,12 +55,12 @@ fn text(design: &Design) -> String {
             setting.source.kind.to_string(),
         ]);
     }
-    text += &format!("\n{}", fitted(&[Left, Left, Left, Left], &rows));
+    text += &format!("\n{}", wrapped_table(&[Left, Left, Left, Left], &rows));
 
     if !design.derived.is_empty() {
         let mut rows = vec![row(["derived", "value"])];
         rows.extend(design.derived.iter().map(|(name, value)| row([name, value])));
-        text += &format!("\n{}", fitted(&[Left, Left], &rows));
+        text += &format!("\n{}", wrapped_table(&[Left, Left], &rows));
     }
 
     for kind in ["part", "layer", "component"] {
@@ -76,14 +76,14 @@ fn text(design: &Design) -> String {
             ]));
         }
         if rows.len() > 1 {
-            text += &format!("\n{}", fitted(&[Left, Right, Left, Left, Left], &rows));
+            text += &format!("\n{}", wrapped_table(&[Left, Right, Left, Left, Left], &rows));
         }
     }
     text += &materials::text(&design.materials);
     let notes = notes(&sensor.bodies);
     if !notes.is_empty() {
         let rows: Vec<_> = iter::once(row(["part", "how to make it"])).chain(notes).collect();
-        text += &format!("\n{}", fitted(&[Left, Left], &rows));
+        text += &format!("\n{}", wrapped_table(&[Left, Left], &rows));
     }
     text + &reasons(design)
 }
@@ -93,7 +93,7 @@ fn reasons(design: &Design) -> String {
     let mut rows = vec![row(["parameter", "where its value comes from"])];
     for Setting { path, expression, source, .. } in documents::own_first(&design.parameters) {
         // The whole text is in the file, and in `--json`.
-        let formula = expression.iter().map(|expression| format!("`{}`", shown(expression)));
+        let formula = expression.iter().map(|expression| format!("`{}`", to_printable(expression)));
         let note = Some(source.note.clone()).filter(|note| !note.is_empty());
         let within =
             source.tolerance.iter().map(|tolerance| format!("within {tolerance} either way"));
@@ -102,7 +102,7 @@ fn reasons(design: &Design) -> String {
             rows.push(row([path, &reason]));
         }
     }
-    if rows.len() > 1 { format!("\n{}", fitted(&[Left, Left], &rows)) } else { String::new() }
+    if rows.len() > 1 { format!("\n{}", wrapped_table(&[Left, Left], &rows)) } else { String::new() }
 }
 
 /// Lists the notes of the parts. A note shared by many parts, such as a hundred semi-domes, is printed once.

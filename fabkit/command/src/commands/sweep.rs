@@ -4,31 +4,31 @@ use std::path::Path;
 use std::time::Instant;
 
 use fabkit_application::documents;
-use fabkit_application::progress::Step;
+use fabkit_application::progress::ProgressStep;
 use fabkit_application::sweep::Status;
-use fabkit_application::sweeping::{self, Finished};
+use fabkit_application::sweep_runs::{self, SweepResult};
 
 use super::Outcome;
 use super::progress::Progress;
 use crate::cli::{Global, Sweep};
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::table::grouped;
+use crate::table::group_digits;
 
 pub(super) fn run(args: &Sweep, global: &Global) -> Result<Outcome, Failure> {
     let start = Instant::now();
-    let plan = sweeping::read_plan(&args.plan, &[])?;
+    let plan = sweep_runs::read_plan(&args.plan, &[])?;
     interrupt::begin_writing()?;
     let progress = Progress::new(global, "computing variants");
-    let show = |step: Step| progress.show(step);
-    let sweep = sweeping::Sweep { plan: &plan, resume: args.resume, python: None };
-    let finished = sweeping::run(&args.output, sweep, &show, &interrupt::requested);
+    let show = |step: ProgressStep| progress.show(step);
+    let sweep = sweep_runs::Sweep { plan: &plan, resume: args.resume, python: None };
+    let finished = sweep_runs::run(&args.output, sweep, &show, &interrupt::is_requested);
     drop(progress);
     Ok(report(&args.output, &finished?, start))
 }
 
-fn report(folder: &Path, finished: &Finished, start: Instant) -> Outcome {
-    let Finished { variants, found, counts, panicked, on_front, none_left, empty_metrics } =
+fn report(folder: &Path, finished: &SweepResult, start: Instant) -> Outcome {
+    let SweepResult { variants, found, counts, panicked, on_front, none_left, empty_metrics } =
         finished;
     let folder = folder.display().to_string();
     let seconds = start.elapsed().as_secs_f64();
@@ -36,11 +36,11 @@ fn report(folder: &Path, finished: &Finished, start: Instant) -> Outcome {
         .iter()
         .zip(counts)
         .filter(|(_, count)| **count > 0)
-        .map(|(status, count)| format!("{} {}", grouped(*count as u64), status.word()))
+        .map(|(status, count)| format!("{} {}", group_digits(*count as u64), status.word()))
         .collect();
     let mut text = format!(
         "{folder}: {} variants: {}{} ({seconds:.1} s, {:.1} variants/s)\n",
-        grouped(*variants as u64),
+        group_digits(*variants as u64),
         became.join(", "),
         if *found > 0 { format!("; {found} rows found") } else { String::new() },
         // Rows of earlier runs took no time in this one.

@@ -1,23 +1,23 @@
 //! Command lines for calibrating a sensor, for its guide.
 
-use fabkit_application::guide::Typed;
+use fabkit_application::guide::CalibrationCommand;
 use fabkit_application::source::Target;
 
 /// Lists the command lines for a design's fixtures, in their order. `pins_in` is the fixture whose pins determine the
 /// camera pose.
-pub(super) fn typed(
+pub(super) fn calibration_commands(
     names: &[&str],
     pins_in: Option<&str>,
     target: Target,
     overrides: &[String],
-) -> Vec<Typed> {
+) -> Vec<CalibrationCommand> {
     let sensor = match target.preset {
         None => target.sensor.to_owned(),
         Some(preset) => format!("{}-{preset}", target.sensor),
     };
-    let sensor = quoted(&sensor);
-    let set: String = overrides.iter().map(|set| format!(" --set {}", quoted(set))).collect();
-    let line = |what: &str, line: String| Typed { what: what.to_owned(), line };
+    let sensor = quote_word(&sensor);
+    let set: String = overrides.iter().map(|set| format!(" --set {}", quote_word(set))).collect();
+    let line = |what: &str, line: String| CalibrationCommand { what: what.to_owned(), line };
     let mut lines = Vec::new();
     if names.contains(&"boards") {
         lines.push(line(
@@ -64,7 +64,7 @@ pub(super) fn typed(
 }
 
 /// Quotes a word for a shell, where necessary.
-fn quoted(word: &str) -> String {
+fn quote_word(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:%+@".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {
         word.to_owned()

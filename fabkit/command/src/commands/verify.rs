@@ -8,28 +8,28 @@ use fabkit_application::verifier::{Verifier, VerifyOptions};
 use serde_json::{Value, json};
 
 use super::progress::Progress;
-use super::{Outcome, reread};
+use super::{Outcome, verify_folder};
 use crate::cli::{Global, Verify};
 use crate::failure::Failure;
-use crate::roles::Roles;
+use crate::roles::FileRoles;
 use crate::table::{Align::Left, table};
 
 /// Default time limit of a kernel for one part, s.
-const USUAL_LIMIT_S: u32 = 600;
+const DEFAULT_LIMIT_S: u32 = 600;
 
 pub(super) fn run(args: &Verify, global: &Global) -> Result<Outcome, Failure> {
     if let Some(folder) = folder(&args.sensor) {
-        return reread::run(args, folder);
+        return verify_folder::run(args, folder);
     }
     let target = Target::new(&args.sensor);
     let part = target.part;
-    Roles::default().reads("SENSOR", target.files()).writes("--report", &args.report).check()?;
+    FileRoles::default().reads("SENSOR", target.files()).writes("--report", &args.report).check()?;
     let design = target.design(&args.set)?;
     let verifier = Verifier::find()?;
     let options = VerifyOptions {
         parts: part.map(str::to_owned).into_iter().chain(args.parts.iter().cloned()).collect(),
         kernels: args.kernels.iter().map(|kernel| kernel.word().to_owned()).collect(),
-        limit_s: Some(args.limit.unwrap_or(USUAL_LIMIT_S).into()),
+        limit_s: Some(args.limit.unwrap_or(DEFAULT_LIMIT_S).into()),
         keep: args.keep.clone(),
         report: args.report.clone(),
     };
@@ -71,7 +71,7 @@ fn text(name: &str, answer: &Value) -> String {
     let mut rows =
         vec![["part"].into_iter().chain(kernels.iter().copied()).map(str::to_owned).collect()];
     for (part, cells) in &by_part {
-        let cell = |kernel: &&str| cells.get(kernel).map_or(String::new(), |result| cell(result));
+        let cell = |kernel: &&str| cells.get(kernel).map_or(String::new(), |result| format_comparison(result));
         rows.push(std::iter::once((*part).to_owned()).chain(kernels.iter().map(cell)).collect());
     }
     let mut text = table(&vec![Left; kernels.len() + 1], &rows);
@@ -99,7 +99,7 @@ fn text(name: &str, answer: &Value) -> String {
 }
 
 /// Formats a comparison, for example `2e-12 0.001`; with the verdict unless the kernels agree.
-fn cell(result: &Value) -> String {
+fn format_comparison(result: &Value) -> String {
     let verdict = result["verdict"].as_str().unwrap_or_default();
     let (volume, distance) = (result["volume"].as_f64(), result["distance_mm"].as_f64());
     let figures = match (volume, distance) {

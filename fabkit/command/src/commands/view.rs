@@ -2,41 +2,41 @@
 
 use std::sync::Arc;
 
-use fabkit_application::capturing::{LightConstants, Unit, lit as lit_by};
+use fabkit_application::capturing::{LightConstants, Unit, select_lighting as lit_by};
 use fabkit_application::fixtures::Project;
 use fabkit_application::geometry::Lighting;
 use fabkit_application::ground_truth::{SurfaceCoverage, Viewpoint};
-use fabkit_application::scene::{SensorView, viewpoint_from_files, words};
+use fabkit_application::scene::{SensorView, viewpoint_from_files, join_causes};
 use fabkit_application::source::{Source, Target};
 
 use super::{ErrorKind, Failure};
 use crate::cli::{CameraArgs, Design, LightArgs};
-use crate::roles::Roles;
+use crate::roles::FileRoles;
 
 /// Lists the files from which design, camera and pose are read.
-pub(super) fn roles(design: &Design, camera: &CameraArgs) -> Roles {
-    Roles::default()
+pub(super) fn roles(design: &Design, camera: &CameraArgs) -> FileRoles {
+    FileRoles::default()
         .reads("SENSOR", Target::new(&design.sensor).files())
         .reads("--camera", &camera.camera)
         .reads("--pose", &camera.pose)
 }
 
-pub(super) fn scene(design: &Design, camera: &CameraArgs) -> Result<SensorView, Failure> {
-    scene_of(design, camera, None)
+pub(super) fn build_scene(design: &Design, camera: &CameraArgs) -> Result<SensorView, Failure> {
+    build_unit_scene(design, camera, None)
 }
 
 /// Builds the scene of one unit.
-pub(super) fn scene_of(
+pub(super) fn build_unit_scene(
     design: &Design,
     camera: &CameraArgs,
     unit: Option<Unit>,
 ) -> Result<SensorView, Failure> {
-    let (project, viewpoint) = seen_from(design, camera, unit)?;
+    let (project, viewpoint) = load_viewpoint(design, camera, unit)?;
     Ok(SensorView::new(project, viewpoint)?)
 }
 
 /// Loads the sensor, or one unit of it, and its camera's viewpoint.
-pub(super) fn seen_from(
+pub(super) fn load_viewpoint(
     design: &Design,
     camera: &CameraArgs,
     unit: Option<Unit>,
@@ -50,7 +50,7 @@ pub(super) fn seen_from(
     let source = Source::find(target.sensor)?;
     let project = match unit {
         None => source.load(&design.set)?,
-        Some(unit) => source.unit(unit, &design.set)?,
+        Some(unit) => source.load_unit(unit, &design.set)?,
     };
     let viewpoint =
         viewpoint_from_files(&project, camera.camera.as_deref(), camera.pose.as_deref())?;
@@ -58,7 +58,7 @@ pub(super) fn seen_from(
 }
 
 /// Finds the selected lighting and its constants.
-pub(super) fn lit<'a>(
+pub(super) fn find_lighting<'a>(
     project: &'a Project,
     args: &LightArgs,
 ) -> Result<(&'a Lighting, LightConstants), Failure> {
@@ -66,7 +66,7 @@ pub(super) fn lit<'a>(
 }
 
 /// Returns the viewpoint of a lighting's own camera, unless another camera was named.
-pub(super) fn of_light(
+pub(super) fn lighting_viewpoint(
     lighting: &Lighting,
     args: &CameraArgs,
     viewpoint: Viewpoint,
@@ -80,15 +80,15 @@ pub(super) fn of_light(
 }
 
 /// Share of the surface below which a camera is probably misplaced, which is then stated.
-const LITTLE: f64 = 0.5;
+const MIN_COVERAGE: f64 = 0.5;
 
 /// Formats the visible share of the surface, and the reasons for the rest; with more details below [`LITTLE`].
 pub(super) fn coverage_text(coverage: &SurfaceCoverage) -> String {
     let SurfaceCoverage { area, lost, area_mm2, angles_rad, lens_rad } = coverage;
-    let rest = if lost.is_empty() { String::new() } else { format!("; {}", words(lost)) };
+    let rest = if lost.is_empty() { String::new() } else { format!("; {}", join_causes(lost)) };
     let share =
         format!("the camera sees {:.1} % of the surface's {area_mm2:.0} mm2{rest}", 100.0 * area);
-    if *area >= LITTLE {
+    if *area >= MIN_COVERAGE {
         return format!("{share}\n");
     }
     format!(

@@ -11,7 +11,7 @@ use crate::{ErrorKind, ErrorSubject, Explained};
 
 /// Reason why a folder cannot be filled or read.
 #[derive(Debug, thiserror::Error)]
-pub enum FolderError {
+pub enum ResumableFolderError {
     /// Folder that is not empty.
     #[error("{} is not empty", .folder.display())]
     NotEmpty {
@@ -61,7 +61,7 @@ pub enum FolderError {
         what: String,
     },
     /// Files of a complete folder whose content has changed.
-    #[error("{}", changed(what, paths))]
+    #[error("{}", describe_changed_files(what, paths))]
     Changed {
         /// Kind of folder, for example `data set`.
         what: &'static str,
@@ -97,14 +97,14 @@ pub enum FolderError {
     },
 }
 
-impl FolderError {
+impl ResumableFolderError {
     /// Creates an error of the operating system.
     pub(super) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
         Self::Io { action, path: path.into(), source }
     }
 }
 
-impl Explained for FolderError {
+impl Explained for ResumableFolderError {
     fn kind(&self) -> ErrorKind {
         match self {
             Self::NotEmpty { .. } | Self::OtherPlan { .. } | Self::OtherVersion { .. } => {
@@ -135,7 +135,7 @@ impl Explained for FolderError {
                 "if nobody edited them, the disk did: delete them, and going on makes them again"
             }
             Self::Link { .. } => "replace the link by a folder",
-            Self::Outside { .. } => SAME_VERSION,
+            Self::Outside { .. } => SAME_VERSION_HINT,
             Self::Staging(StagingError::Io { source, .. }) | Self::Io { source, .. } => {
                 return Some(format!("{}; then go on from here", io_hint(source)?));
             }
@@ -146,33 +146,33 @@ impl Explained for FolderError {
 
     fn subject(&self) -> ErrorSubject {
         match self {
-            Self::NotEmpty { folder } => ErrorSubject::at("folder_not_empty", folder),
-            Self::OtherPlan { folder, .. } => ErrorSubject::at("other_plan", folder),
-            Self::OtherVersion { path, .. } => ErrorSubject::at("other_version", path),
+            Self::NotEmpty { folder } => ErrorSubject::from_path("folder_not_empty", folder),
+            Self::OtherPlan { folder, .. } => ErrorSubject::from_path("other_plan", folder),
+            Self::OtherVersion { path, .. } => ErrorSubject::from_path("other_version", path),
             Self::Damaged { path, .. } | Self::DamagedDocument { path, .. } => {
-                ErrorSubject::at("damaged", path)
+                ErrorSubject::from_path("damaged", path)
             }
             Self::Changed { paths, .. } => match paths.first() {
-                Some(path) => ErrorSubject::at("damaged", path),
+                Some(path) => ErrorSubject::from_path("damaged", path),
                 None => ErrorSubject::new("damaged"),
             },
-            Self::Link { path } => ErrorSubject::at("symbolic_link", path),
-            Self::Outside { folder, .. } => ErrorSubject::at("outside_folder", folder),
+            Self::Link { path } => ErrorSubject::from_path("symbolic_link", path),
+            Self::Outside { folder, .. } => ErrorSubject::from_path("outside_folder", folder),
             Self::Staging(error) => error.subject(),
-            Self::Io { path, source, .. } => ErrorSubject::of_io(path, source, "cannot_write"),
+            Self::Io { path, source, .. } => ErrorSubject::from_io(path, source, "cannot_write"),
         }
     }
 }
 
 /// Hint for data from other processes that should be impossible.
-pub const SAME_VERSION: &str = "do all workers have this version of fabkit?";
+pub const SAME_VERSION_HINT: &str = "do all workers have this version of fabkit?";
 
 /// Maximum number of paths listed one by one.
-const MOST_SHOWN: usize = 8;
+const MAX_LISTED_PATHS: usize = 8;
 
 /// Describes files that have changed.
-fn changed(what: &str, paths: &[PathBuf]) -> String {
-    let shown = paths.iter().take(MOST_SHOWN).map(|path| path.display().to_string());
+fn describe_changed_files(what: &str, paths: &[PathBuf]) -> String {
+    let shown = paths.iter().take(MAX_LISTED_PATHS).map(|path| path.display().to_string());
     let shown: Vec<String> = shown.collect();
     let more = match paths.len() - shown.len() {
         0 => String::new(),
@@ -184,7 +184,7 @@ fn changed(what: &str, paths: &[PathBuf]) -> String {
 
 /// Lists the first values of `found` that differ from the plan `wanted`. Extra keys of `found` are ignored, because the
 /// document of a complete folder contains more than its plan.
-pub fn differences(found: &Value, wanted: &Value) -> Vec<String> {
+pub fn find_differences(found: &Value, wanted: &Value) -> Vec<String> {
     /// Maximum number of differences.
     const MOST: usize = 5;
     let none = Map::new();
@@ -192,20 +192,20 @@ pub fn differences(found: &Value, wanted: &Value) -> Vec<String> {
     // Only keys of the plan are compared.
     let found = found.as_object().unwrap_or(&none);
     for (key, wanted) in wanted.as_object().into_iter().flatten() {
-        differ(key, found.get(key).unwrap_or(&Value::Null), wanted, &mut lines);
+        collect_differences(key, found.get(key).unwrap_or(&Value::Null), wanted, &mut lines);
     }
     lines.truncate(MOST);
     lines
 }
 
 /// Appends the differences of two JSON values, by path.
-fn differ(path: &str, found: &Value, wanted: &Value, lines: &mut Vec<String>) {
+fn collect_differences(path: &str, found: &Value, wanted: &Value, lines: &mut Vec<String>) {
     match (found, wanted) {
         (Value::Object(a), Value::Object(b)) => {
             let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
             for key in keys {
                 let of = |map: &Map<String, Value>| map.get(key).cloned().unwrap_or_default();
-                differ(&format!("{path}.{key}"), &of(a), &of(b), lines);
+                collect_differences(&format!("{path}.{key}"), &of(a), &of(b), lines);
             }
         }
         // Lists of different lengths are not compared item by item.
@@ -214,7 +214,7 @@ fn differ(path: &str, found: &Value, wanted: &Value, lines: &mut Vec<String>) {
         }
         (Value::Array(a), Value::Array(b)) => {
             for (i, (a, b)) in a.iter().zip(b).enumerate() {
-                differ(&format!("{path}[{i}]"), a, b, lines);
+                collect_differences(&format!("{path}[{i}]"), a, b, lines);
             }
         }
         (a, b) if a == b => {}

@@ -22,9 +22,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use rayon::prelude::*;
 use serde_json::{Map, Value};
 
-pub use error::SAME_VERSION;
-pub use error::{FolderError, differences};
-pub use piece::{Piece, State, is_plain, read_regular};
+pub use error::SAME_VERSION_HINT;
+pub use error::{ResumableFolderError, find_differences};
+pub use piece::{Piece, PieceState, is_safe_name, read_regular};
 pub use seal::{SealError, seal, seal_text, unseal};
 
 use crate::staging::FolderLock;
@@ -36,7 +36,7 @@ const PLAN: &str = "plan.json";
 /// File name of the journal.
 const JOURNAL: &str = "journal";
 /// Name prefix of the lock file and other temporary files of a writer.
-const HIDDEN: &str = ".fabkit-";
+const HIDDEN_PREFIX: &str = ".fabkit-";
 
 /// Kind of a folder's content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,7 +66,7 @@ impl FolderKind {
     }
 
     /// Builds the sealed document of a complete folder: the plan, the results, and the list of files.
-    pub fn whole(self, plan: &Value, results: Map<String, Value>, files: &Files) -> Vec<u8> {
+    pub fn whole(self, plan: &Value, results: Map<String, Value>, files: &FilesByPath) -> Vec<u8> {
         let mut document = plan.as_object().cloned().unwrap_or_default();
         document.extend(results);
         let files = files.iter().map(|(name, piece)| (name.clone(), piece.to_json()));
@@ -78,61 +78,61 @@ impl FolderKind {
     ///
     /// # Errors
     /// [`FolderError::DamagedDocument`], [`FolderError::OtherVersion`] and [`FolderError::Io`].
-    pub fn read(self, path: &Path) -> Result<Option<Value>, FolderError> {
+    pub fn read(self, path: &Path) -> Result<Option<Value>, ResumableFolderError> {
         let Some(bytes) = read_regular(path, MAX_DOCUMENT_BYTES)? else { return Ok(None) };
         let damaged = |what: SealError| {
-            Err(FolderError::DamagedDocument { path: path.into(), what: what.to_string() })
+            Err(ResumableFolderError::DamagedDocument { path: path.into(), what: what.to_string() })
         };
         let document = match unseal(&bytes) {
             Ok(document) => document,
             // Documents of older versions have no seal: they are reported as an other version, not as damaged.
-            Err(SealError::None) => match serde_json::from_slice::<Value>(&bytes) {
+            Err(SealError::Missing) => match serde_json::from_slice::<Value>(&bytes) {
                 Ok(document) if document["version"] != self.version => document,
-                _ => return damaged(SealError::None),
+                _ => return damaged(SealError::Missing),
             },
             Err(error) => return damaged(error),
         };
         match document["version"].as_u64() {
-            Some(found) if found != self.version => Err(FolderError::OtherVersion {
+            Some(found) if found != self.version => Err(ResumableFolderError::OtherVersion {
                 what: self.what,
                 path: path.into(),
                 found,
                 known: self.version,
             }),
             Some(_) => Ok(Some(document)),
-            None => damaged(SealError::None),
+            None => damaged(SealError::Missing),
         }
     }
 }
 
 /// Files by their paths below the folder.
-pub type Files = BTreeMap<String, Piece>;
+pub type FilesByPath = BTreeMap<String, Piece>;
 
 /// Open folder, locked until it is dropped.
 #[derive(Debug)]
-pub struct Folder {
+pub struct ResumableFolder {
     kind: FolderKind,
     lock: FolderLock,
     plan: Value,
     /// The document, if the folder is complete.
-    whole: Option<Value>,
+    document: Option<Value>,
     /// Pieces that exist but do not have the recorded content.
     damaged: Vec<String>,
-    state: Mutex<Pieces>,
+    state: Mutex<FolderState>,
 }
 
 /// State that changes while a folder is filled.
 #[derive(Debug)]
-struct Pieces {
+struct FolderState {
     /// Finished pieces.
-    done: Files,
+    done: FilesByPath,
     /// Names requested by this run. Other names in the journal of an earlier run do not belong to the result.
-    asked: BTreeSet<String>,
+    requested: BTreeSet<String>,
     /// Open journal of finished pieces; `None` in a complete folder.
     journal: Option<File>,
 }
 
-impl Folder {
+impl ResumableFolder {
     /// Locks the folder and writes the plan into it. With `resume`, the folder may have been begun with the same plan,
     /// and every recorded piece is checked.
     ///
@@ -143,9 +143,9 @@ impl Folder {
         folder: &Path,
         plan: Value,
         resume: bool,
-    ) -> Result<Self, FolderError> {
-        let lock = FolderLock::take(folder)?;
-        let not_empty = || FolderError::NotEmpty { folder: folder.into() };
+    ) -> Result<Self, ResumableFolderError> {
+        let lock = FolderLock::acquire(folder)?;
+        let not_empty = || ResumableFolderError::NotEmpty { folder: folder.into() };
         let is_empty = is_empty(folder, kind)?;
         if !resume && !is_empty {
             return Err(not_empty());
@@ -156,55 +156,55 @@ impl Folder {
             return Err(not_empty());
         }
         for found in [&whole, &begun].into_iter().flatten() {
-            let differences = differences(found, &plan);
+            let differences = find_differences(found, &plan);
             if !differences.is_empty() {
                 let what = kind.what;
-                return Err(FolderError::OtherPlan { what, folder: folder.into(), differences });
+                return Err(ResumableFolderError::OtherPlan { what, folder: folder.into(), differences });
             }
         }
         let mut noted = read_journal(&folder.join(kind.partial(JOURNAL)))?;
         // The document of a complete folder replaces what the journal says.
-        noted.extend(whole.iter().flat_map(files_of));
-        let states: Vec<State> = noted
+        noted.extend(whole.iter().flat_map(listed_files));
+        let states: Vec<PieceState> = noted
             .par_iter()
-            .map(|(name, piece)| piece.state(folder, name))
+            .map(|(name, piece)| piece.verify(folder, name))
             .collect::<Result<_, _>>()?;
-        let is_whole = whole.is_some() && states.iter().all(|state| *state == State::Right);
-        let mut done = Files::new();
+        let is_whole = whole.is_some() && states.iter().all(|state| *state == PieceState::Intact);
+        let mut done = FilesByPath::new();
         let mut damaged = Vec::new();
         for ((name, piece), state) in noted.into_iter().zip(states) {
             match state {
-                State::Right => drop(done.insert(name, piece)),
-                State::Other(_) => damaged.push(name),
-                State::Missing => {}
+                PieceState::Intact => drop(done.insert(name, piece)),
+                PieceState::Changed(_) => damaged.push(name),
+                PieceState::Missing => {}
             }
         }
         if whole.is_some() && !damaged.is_empty() {
             // The user may have edited these files, so they are not replaced.
             let paths = damaged.iter().map(|name| folder.join(name)).collect();
-            return Err(FolderError::Changed { what: kind.what, paths });
+            return Err(ResumableFolderError::Changed { what: kind.what, paths });
         }
-        let state = Pieces { done, asked: BTreeSet::new(), journal: None };
+        let state = FolderState { done, requested: BTreeSet::new(), journal: None };
         let whole = whole.filter(|_| is_whole);
-        let folder = Self { kind, lock, plan, whole, damaged, state: Mutex::new(state) };
+        let folder = Self { kind, lock, plan, document: whole, damaged, state: Mutex::new(state) };
         if !is_whole {
-            folder.begin()?;
+            folder.write_plan()?;
         }
         Ok(folder)
     }
 
     /// Writes the plan, and a journal of the pieces that exist.
-    fn begin(&self) -> Result<(), FolderError> {
+    fn write_plan(&self) -> Result<(), ResumableFolderError> {
         let plan = seal(&self.plan.as_object().cloned().unwrap_or_default());
-        self.place(&self.kind.partial(PLAN), &plan)?;
+        self.write_within(&self.kind.partial(PLAN), &plan)?;
         let mut state = self.state();
-        let lines: String = state.done.iter().map(|(name, piece)| piece.line(name)).collect();
+        let lines: String = state.done.iter().map(|(name, piece)| piece.to_line(name)).collect();
         // Written anew, because the journal of a killed run may end within a line.
         let journal = self.kind.partial(JOURNAL);
-        self.place(&journal, lines.as_bytes())?;
+        self.write_within(&journal, lines.as_bytes())?;
         let path = self.path().join(journal);
         let file = OpenOptions::new().append(true).open(&path);
-        state.journal = Some(file.map_err(|e| FolderError::io("write", &path, e))?);
+        state.journal = Some(file.map_err(|e| ResumableFolderError::io("write", &path, e))?);
         Ok(())
     }
 
@@ -214,8 +214,8 @@ impl Folder {
     }
 
     /// Returns the document of a folder that was found complete. Only [finish](Self::finish) remains to be called.
-    pub fn whole(&self) -> Option<&Value> {
-        self.whole.as_ref()
+    pub fn document(&self) -> Option<&Value> {
+        self.document.as_ref()
     }
 
     /// Returns the pieces whose content is not what an earlier run wrote. They count as missing.
@@ -230,9 +230,9 @@ impl Folder {
     }
 
     /// Returns whether a piece is finished, and records the name as one of this run's.
-    pub fn has(&self, name: &str) -> bool {
+    pub fn is_finished(&self, name: &str) -> bool {
         let mut state = self.state();
-        state.asked.insert(name.to_owned());
+        state.requested.insert(name.to_owned());
         state.done.contains_key(name)
     }
 
@@ -240,16 +240,16 @@ impl Folder {
     ///
     /// # Errors
     /// [`FolderError`].
-    pub fn put(&self, name: &str, bytes: &[u8]) -> Result<(), FolderError> {
-        self.place(name, bytes)?;
-        let piece = Piece::of(bytes);
+    pub fn put(&self, name: &str, bytes: &[u8]) -> Result<(), ResumableFolderError> {
+        self.write_within(name, bytes)?;
+        let piece = Piece::from_bytes(bytes);
         let mut state = self.state();
         if let Some(journal) = &mut state.journal {
-            let noted = journal.write_all(piece.line(name).as_bytes());
+            let noted = journal.write_all(piece.to_line(name).as_bytes());
             let path = || self.path().join(self.kind.partial(JOURNAL));
-            noted.map_err(|e| FolderError::io("write", &path(), e))?;
+            noted.map_err(|e| ResumableFolderError::io("write", &path(), e))?;
         }
-        state.asked.insert(name.to_owned());
+        state.requested.insert(name.to_owned());
         state.done.insert(name.to_owned(), piece);
         Ok(())
     }
@@ -258,10 +258,10 @@ impl Folder {
     ///
     /// # Errors
     /// [`FolderError::Damaged`] if it is missing or its content has changed.
-    pub fn read(&self, name: &str) -> Result<Vec<u8>, FolderError> {
+    pub fn read(&self, name: &str) -> Result<Vec<u8>, ResumableFolderError> {
         let piece = self.state().done.get(name).copied();
         let missing =
-            || FolderError::Damaged { path: self.path().join(name), what: "it is missing".into() };
+            || ResumableFolderError::Damaged { path: self.path().join(name), what: "it is missing".into() };
         piece.ok_or_else(missing)?.read(self.path(), name)
     }
 
@@ -269,46 +269,46 @@ impl Folder {
     ///
     /// # Errors
     /// [`FolderError`].
-    pub fn finish(&self, results: Map<String, Value>) -> Result<(), FolderError> {
-        if self.whole.is_none() {
+    pub fn finish(&self, results: Map<String, Value>) -> Result<(), ResumableFolderError> {
+        if self.document.is_none() {
             let state = self.state();
             // Pieces that an earlier run of the same plan left, and that this run did not request, are not listed.
-            let is_ours = |name: &String| state.asked.contains(name) && !self.kind.is_partial(name);
+            let is_ours = |name: &String| state.requested.contains(name) && !self.kind.is_partial(name);
             let files = state.done.iter().filter(|(name, _)| is_ours(name));
             let files = files.map(|(name, piece)| (name.clone(), *piece)).collect();
             let document = self.kind.whole(&self.plan, results, &files);
-            self.place(&self.kind.document(), &document)?;
+            self.write_within(&self.kind.document(), &document)?;
         }
         let partial = self.path().join(format!("{}.partial", self.kind.name));
         match fs::remove_dir_all(&partial) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                Err(FolderError::io("remove", &partial, error))
+                Err(ResumableFolderError::io("remove", &partial, error))
             }
             _ => Ok(()),
         }
     }
 
     /// Writes a file within the folder. Names that leave the folder and links on the way are refused.
-    fn place(&self, name: &str, bytes: &[u8]) -> Result<(), FolderError> {
-        if !piece::is_plain(name) {
-            return Err(FolderError::Outside { name: name.into(), folder: self.path().into() });
+    fn write_within(&self, name: &str, bytes: &[u8]) -> Result<(), ResumableFolderError> {
+        if !piece::is_safe_name(name) {
+            return Err(ResumableFolderError::Outside { name: name.into(), folder: self.path().into() });
         }
-        if let Some(path) = piece::link_on_the_way(self.path(), name)? {
-            return Err(FolderError::Link { path });
+        if let Some(path) = piece::find_link_on_path(self.path(), name)? {
+            return Err(ResumableFolderError::Link { path });
         }
         Ok(self.lock.put(name, bytes)?)
     }
 
     /// Locks the state.
-    fn state(&self) -> MutexGuard<'_, Pieces> {
+    fn state(&self) -> MutexGuard<'_, FolderState> {
         // A panicking thread leaves the state valid, since each change is complete in itself.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// Returns whether the folder holds nothing but remains of a run that was killed before it wrote its plan.
-fn is_empty(folder: &Path, kind: FolderKind) -> Result<bool, FolderError> {
-    let failed = |error| FolderError::io("read the folder", folder, error);
+fn is_empty(folder: &Path, kind: FolderKind) -> Result<bool, ResumableFolderError> {
+    let failed = |error| ResumableFolderError::io("read the folder", folder, error);
     for entry in fs::read_dir(folder).map_err(failed)? {
         let entry = entry.map_err(failed)?;
         let name = entry.file_name();
@@ -316,7 +316,7 @@ fn is_empty(folder: &Path, kind: FolderKind) -> Result<bool, FolderError> {
         let is_leftover = is_partial
             && entry.file_type().map_err(failed)?.is_dir()
             && fs::read_dir(entry.path()).map_err(failed)?.next().is_none();
-        let is_ours = name.to_str().is_some_and(|name| name.starts_with(HIDDEN));
+        let is_ours = name.to_str().is_some_and(|name| name.starts_with(HIDDEN_PREFIX));
         if !is_ours && !is_leftover {
             return Ok(false);
         }
@@ -325,20 +325,20 @@ fn is_empty(folder: &Path, kind: FolderKind) -> Result<bool, FolderError> {
 }
 
 /// Reads the entries of a journal. Unreadable lines are skipped: their pieces are made again.
-fn read_journal(path: &Path) -> Result<Files, FolderError> {
+fn read_journal(path: &Path) -> Result<FilesByPath, ResumableFolderError> {
     let bytes = read_regular(path, MAX_DOCUMENT_BYTES)?.unwrap_or_default();
     Ok(String::from_utf8_lossy(&bytes).lines().filter_map(Piece::from_line).collect())
 }
 
 /// Returns the files that the document of a complete folder lists.
-pub fn files_of(document: &Value) -> Files {
+pub fn listed_files(document: &Value) -> FilesByPath {
     let files = document["files"].as_object();
     let piece = |(name, value): (&String, &Value)| Some((name.clone(), Piece::from_json(value)?));
     files
         .into_iter()
         .flatten()
         .filter_map(piece)
-        .filter(|(name, _)| piece::is_plain(name))
+        .filter(|(name, _)| piece::is_safe_name(name))
         .collect()
 }
 

@@ -7,8 +7,8 @@ use std::path::{Component, Path, PathBuf};
 use blake3::Hash;
 use serde_json::{Value, json};
 
-use super::FolderError;
-use crate::reading::{self, Expected, ReadError};
+use super::ResumableFolderError;
+use crate::reading::{self, ExpectedFile, ReadError};
 
 /// Size and hash of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,23 +19,23 @@ pub struct Piece {
 
 /// State of a recorded file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum State {
+pub enum PieceState {
     /// File with the recorded content.
-    Right,
+    Intact,
     /// No file.
     Missing,
     /// Something else under the name: other bytes, a folder, a link, a pipe. Holds the description.
-    Other(String),
+    Changed(String),
 }
 
 impl Piece {
     /// Computes size and hash of the content.
-    pub fn of(bytes: &[u8]) -> Self {
+    pub fn from_bytes(bytes: &[u8]) -> Self {
         Self { bytes: bytes.len() as u64, hash: blake3::hash(bytes) }
     }
 
     /// Formats a line of the journal.
-    pub(super) fn line(&self, name: &str) -> String {
+    pub(super) fn to_line(&self, name: &str) -> String {
         format!("{} {} {name}\n", self.hash.to_hex(), self.bytes)
     }
 
@@ -45,7 +45,7 @@ impl Piece {
         let (bytes, name) = rest.split_once(' ')?;
         let piece = Self { bytes: bytes.parse().ok()?, hash: Hash::from_hex(hash).ok()? };
         // Names that lead out of the folder come from a damaged journal.
-        is_plain(name).then(|| (name.to_owned(), piece))
+        is_safe_name(name).then(|| (name.to_owned(), piece))
     }
 
     /// Converts to an entry of a document's list of files.
@@ -60,7 +60,7 @@ impl Piece {
     }
 
     /// Creates a piece from another program's list: size, and BLAKE3 in hex; `None` if the hash is malformed.
-    pub fn listed(bytes: u64, blake3: &str) -> Option<Self> {
+    pub fn from_listing(bytes: u64, blake3: &str) -> Option<Self> {
         Some(Self { bytes, hash: Hash::from_hex(blake3).ok()? })
     }
 
@@ -74,9 +74,9 @@ impl Piece {
     ///
     /// # Errors
     /// [`FolderError::Io`].
-    pub fn state(&self, folder: &Path, name: &str) -> Result<State, FolderError> {
-        let other = |what: String| Ok(State::Other(what));
-        if let Some(link) = link_on_the_way(folder, name)? {
+    pub fn verify(&self, folder: &Path, name: &str) -> Result<PieceState, ResumableFolderError> {
+        let other = |what: String| Ok(PieceState::Changed(what));
+        if let Some(link) = find_link_on_path(folder, name)? {
             return other(format!("{} is a symbolic link", link.display()));
         }
         let path = folder.join(name);
@@ -88,7 +88,7 @@ impl Piece {
             Ok(_) => {
                 let mut hasher = blake3::Hasher::new();
                 let mut buffer = vec![0; 128 << 10];
-                let read = |e| FolderError::io("read", &path, e);
+                let read = |e| ResumableFolderError::io("read", &path, e);
                 // One byte more than recorded is read, so that a file that has grown is noticed.
                 let mut file = match reading::open(&path) {
                     Ok((file, _)) => file.take(self.bytes + 1),
@@ -105,12 +105,12 @@ impl Piece {
                     }
                 }
                 match hasher.finalize() == self.hash {
-                    true => Ok(State::Right),
+                    true => Ok(PieceState::Intact),
                     false => other("its checksum is another".into()),
                 }
             }
-            Err(error) if is_absent(&error) => Ok(State::Missing),
-            Err(error) => Err(FolderError::io("look at", &path, error)),
+            Err(error) if is_absent(&error) => Ok(PieceState::Missing),
+            Err(error) => Err(ResumableFolderError::io("look at", &path, error)),
         }
     }
 
@@ -118,11 +118,11 @@ impl Piece {
     ///
     /// # Errors
     /// [`FolderError::Damaged`] and [`FolderError::Io`].
-    pub fn read(&self, folder: &Path, name: &str) -> Result<Vec<u8>, FolderError> {
+    pub fn read(&self, folder: &Path, name: &str) -> Result<Vec<u8>, ResumableFolderError> {
         let path = folder.join(name);
-        let damaged = |what: &str| FolderError::Damaged { path: path.clone(), what: what.into() };
+        let damaged = |what: &str| ResumableFolderError::Damaged { path: path.clone(), what: what.into() };
         match read_regular(&path, self.bytes) {
-            Ok(Some(bytes)) if Self::of(&bytes) == *self => Ok(bytes),
+            Ok(Some(bytes)) if Self::from_bytes(&bytes) == *self => Ok(bytes),
             Ok(Some(bytes)) if bytes.len() as u64 == self.bytes => {
                 Err(damaged("its checksum is another"))
             }
@@ -137,12 +137,12 @@ impl Piece {
 ///
 /// # Errors
 /// [`FolderError::Damaged`] for something other than a file, or a file that is too long; [`FolderError::Io`].
-pub fn read_regular(path: &Path, max_bytes: u64) -> Result<Option<Vec<u8>>, FolderError> {
-    let damaged = |what| Err(FolderError::Damaged { path: path.into(), what });
-    match reading::read(path, Expected { what: "it", max_bytes, hint: "" }) {
+pub fn read_regular(path: &Path, max_bytes: u64) -> Result<Option<Vec<u8>>, ResumableFolderError> {
+    let damaged = |what| Err(ResumableFolderError::Damaged { path: path.into(), what });
+    match reading::read(path, ExpectedFile { what: "it", max_bytes, hint: "" }) {
         Ok(bytes) => Ok(Some(bytes)),
         Err(ReadError::Io { source, .. }) if is_absent(&source) => Ok(None),
-        Err(ReadError::Io { source, .. }) => Err(FolderError::io("read", path, source)),
+        Err(ReadError::Io { source, .. }) => Err(ResumableFolderError::io("read", path, source)),
         Err(ReadError::NotAFile { found, .. }) => damaged(format!("it is {found}, not a file")),
         Err(ReadError::TooLarge { found, .. }) => {
             damaged(format!("it has {found} bytes; it had at most {max_bytes}"))
@@ -157,7 +157,7 @@ fn is_absent(error: &io::Error) -> bool {
 }
 
 /// Returns whether a name stays within its folder on every operating system, and on one line.
-pub fn is_plain(name: &str) -> bool {
+pub fn is_safe_name(name: &str) -> bool {
     let is_normal = |part: Component| matches!(part, Component::Normal(_));
     // `\` and `:` separate paths on Windows.
     let is_clean = |c: char| !c.is_control() && !['\\', ':'].contains(&c);
@@ -168,7 +168,7 @@ pub fn is_plain(name: &str) -> bool {
 }
 
 /// Returns the first folder on the way to a file that is a symbolic link.
-pub(super) fn link_on_the_way(folder: &Path, name: &str) -> Result<Option<PathBuf>, FolderError> {
+pub(super) fn find_link_on_path(folder: &Path, name: &str) -> Result<Option<PathBuf>, ResumableFolderError> {
     let mut path = folder.to_path_buf();
     let mut parts: Vec<&str> = name.split('/').collect();
     parts.pop();
@@ -178,7 +178,7 @@ pub(super) fn link_on_the_way(folder: &Path, name: &str) -> Result<Option<PathBu
             Ok(found) if found.is_symlink() => return Ok(Some(path)),
             Ok(_) => {}
             Err(error) if is_absent(&error) => return Ok(None),
-            Err(error) => return Err(FolderError::io("look at", &path, error)),
+            Err(error) => return Err(ResumableFolderError::io("look at", &path, error)),
         }
     }
     Ok(None)

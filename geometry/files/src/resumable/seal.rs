@@ -4,8 +4,8 @@
 use serde_json::{Map, Value};
 
 /// Text between the document and its hash, and text after the hash.
-const BEFORE: &str = ",\n  \"blake3\": \"";
-const AFTER: &str = "\"\n}\n";
+const HASH_PREFIX: &str = ",\n  \"blake3\": \"";
+const HASH_SUFFIX: &str = "\"\n}\n";
 /// Length of a BLAKE3 hash in hex.
 const HASH_LENGTH: usize = 64;
 
@@ -14,10 +14,10 @@ const HASH_LENGTH: usize = 64;
 pub enum SealError {
     /// Document that does not end with a hash.
     #[error("it does not end with its checksum")]
-    None,
+    Missing,
     /// Document that ends with a wrong hash.
     #[error("its checksum is another")]
-    Other,
+    Mismatch,
 }
 
 /// Serializes a document with its hash in the last line.
@@ -42,9 +42,9 @@ pub fn seal_text(text: &str) -> Vec<u8> {
     // The hash takes the place of the closing brace.
     let mut text = text.strip_suffix('}').unwrap_or(text).trim_end_matches('\n').to_owned();
     let hash = blake3::hash(text.as_bytes()).to_hex();
-    text += BEFORE;
+    text += HASH_PREFIX;
     text += &hash;
-    text += AFTER;
+    text += HASH_SUFFIX;
     text.into_bytes()
 }
 
@@ -53,17 +53,17 @@ pub fn seal_text(text: &str) -> Vec<u8> {
 /// # Errors
 /// [`SealError`].
 pub fn unseal(bytes: &[u8]) -> Result<Value, SealError> {
-    let end = BEFORE.len() + HASH_LENGTH + AFTER.len();
+    let end = HASH_PREFIX.len() + HASH_LENGTH + HASH_SUFFIX.len();
     let (body, seal) = bytes.split_at(bytes.len().saturating_sub(end));
     let hash = blake3::hash(body).to_hex();
-    if seal == [BEFORE.as_bytes(), hash.as_bytes(), AFTER.as_bytes()].concat() {
+    if seal == [HASH_PREFIX.as_bytes(), hash.as_bytes(), HASH_SUFFIX.as_bytes()].concat() {
         // The hashed part ends before the closing brace.
         let text = [body, b"}"].concat();
-        return serde_json::from_slice(&text).map_err(|_| SealError::None);
+        return serde_json::from_slice(&text).map_err(|_| SealError::Missing);
     }
     // Either end of a seal shows that there was one, which is now damaged.
-    let is_sealed = seal.starts_with(BEFORE.as_bytes()) || seal.ends_with(AFTER.as_bytes());
-    Err(if is_sealed { SealError::Other } else { SealError::None })
+    let is_sealed = seal.starts_with(HASH_PREFIX.as_bytes()) || seal.ends_with(HASH_SUFFIX.as_bytes());
+    Err(if is_sealed { SealError::Mismatch } else { SealError::Missing })
 }
 
 #[cfg(test)]

@@ -8,8 +8,8 @@ fn plan(seed: u64) -> Value {
     json!({ "format": "thing", "version": 2, "seed": seed })
 }
 
-fn open(folder: &Path, resume: bool) -> Result<Folder, FolderError> {
-    Folder::open(KIND, folder, plan(1), resume)
+fn open(folder: &Path, resume: bool) -> Result<ResumableFolder, ResumableFolderError> {
+    ResumableFolder::open(KIND, folder, plan(1), resume)
 }
 
 /// Fills a folder with three pieces and leaves it unfinished.
@@ -21,11 +21,11 @@ fn begun(root: &Path) {
 }
 
 #[test]
-fn a_stopped_run_goes_on_and_ends_like_another() {
+fn a_resumed_run_ends_with_the_bytes_of_an_uninterrupted_one() {
     let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     begun(one.path());
     let folder = open(one.path(), true).unwrap();
-    assert!(folder.has("a") && folder.has("sub/b") && !folder.has("d"));
+    assert!(folder.is_finished("a") && folder.is_finished("sub/b") && !folder.is_finished("d"));
     assert_eq!(folder.names("thing.partial/"), ["thing.partial/c"]);
     assert_eq!(folder.read("sub/b").unwrap(), b"sub/b");
     folder.put("d", b"d").unwrap();
@@ -42,8 +42,8 @@ fn a_stopped_run_goes_on_and_ends_like_another() {
             fs::read_dir(root.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
         names.sort();
         assert_eq!(names, ["a", "d", "sub", "thing.json"]);
-        assert!(matches!(open(root.path(), false), Err(FolderError::NotEmpty { .. })));
-        assert!(open(root.path(), true).unwrap().whole().is_some());
+        assert!(matches!(open(root.path(), false), Err(ResumableFolderError::NotEmpty { .. })));
+        assert!(open(root.path(), true).unwrap().document().is_some());
         fs::read(root.path().join("thing.json")).unwrap()
     });
     assert_eq!(one, two);
@@ -56,23 +56,23 @@ fn one_writer_at_a_time_and_one_plan() {
     let error = open(root.path(), true).unwrap_err().to_string();
     assert!(error.contains(&format!("process {}", std::process::id())), "{error}");
     drop(first);
-    let other = Folder::open(KIND, root.path(), plan(2), true).unwrap_err().to_string();
+    let other = ResumableFolder::open(KIND, root.path(), plan(2), true).unwrap_err().to_string();
     assert!(other.contains("another thing") && other.contains("seed: 1 there, 2"), "{other}");
     let newer = FolderKind { version: 3, ..KIND };
-    let error = Folder::open(newer, root.path(), plan(1), true).unwrap_err();
-    assert!(matches!(error, FolderError::OtherVersion { found: 2, known: 3, .. }), "{error}");
+    let error = ResumableFolder::open(newer, root.path(), plan(1), true).unwrap_err();
+    assert!(matches!(error, ResumableFolderError::OtherVersion { found: 2, known: 3, .. }), "{error}");
 }
 
 /// Pieces that are no longer what was written count as missing.
 #[test]
-fn only_what_was_written_counts_as_finished() {
+fn changed_pieces_count_as_missing() {
     let root = tempfile::tempdir().unwrap();
     let path = |name: &str| root.path().join(name);
     begun(root.path());
     fs::write(path("a"), "A").unwrap();
     fs::remove_file(path("sub/b")).unwrap();
     let folder = open(root.path(), true).unwrap();
-    assert_eq!((folder.has("a"), folder.has("sub/b")), (false, false));
+    assert_eq!((folder.is_finished("a"), folder.is_finished("sub/b")), (false, false));
     assert_eq!(folder.damaged(), ["a"]);
     folder.put("a", b"a").unwrap();
     drop(folder);
@@ -82,7 +82,7 @@ fn only_what_was_written_counts_as_finished() {
         fs::rename(path("a"), path("elsewhere")).unwrap();
         std::os::unix::fs::symlink("elsewhere", path("a")).unwrap();
         let folder = open(root.path(), true).unwrap();
-        assert!(!folder.has("a"));
+        assert!(!folder.is_finished("a"));
         folder.put("a", b"a").unwrap();
         assert!(!fs::symlink_metadata(path("a")).unwrap().is_symlink());
     }
@@ -93,15 +93,15 @@ fn only_what_was_written_counts_as_finished() {
     let foreign = line.replace(" a", " ../a");
     fs::write(&journal, format!("{line}\n{foreign}\n\u{fffd}\n{}", &line[..20])).unwrap();
     let folder = open(root.path(), true).unwrap();
-    assert!(folder.has("a") && folder.names("").len() == 1, "{:?}", folder.names(""));
+    assert!(folder.is_finished("a") && folder.names("").len() == 1, "{:?}", folder.names(""));
 }
 
 #[test]
-fn what_was_changed_in_a_whole_folder_is_named_and_left_alone() {
+fn changed_files_of_a_complete_folder_are_named_and_kept() {
     let root = tempfile::tempdir().unwrap();
     begun(root.path());
     let folder = open(root.path(), true).unwrap();
-    assert!(folder.has("a") && folder.has("sub/b"));
+    assert!(folder.is_finished("a") && folder.is_finished("sub/b"));
     folder.finish(Map::new()).unwrap();
     drop(folder);
     fs::write(root.path().join("a"), "mine").unwrap();
@@ -110,17 +110,17 @@ fn what_was_changed_in_a_whole_folder_is_named_and_left_alone() {
     assert_eq!(fs::read(root.path().join("a")).unwrap(), b"mine");
     fs::remove_file(root.path().join("a")).unwrap();
     let folder = open(root.path(), true).unwrap();
-    assert!(folder.whole().is_none() && !folder.has("a") && folder.has("sub/b"));
+    assert!(folder.document().is_none() && !folder.is_finished("a") && folder.is_finished("sub/b"));
     folder.put("a", b"a").unwrap();
     folder.finish(Map::new()).unwrap();
     drop(folder);
-    assert!(open(root.path(), true).unwrap().whole().is_some());
+    assert!(open(root.path(), true).unwrap().document().is_some());
     // The document itself.
     let document = root.path().join("thing.json");
     let mut bytes = fs::read(&document).unwrap();
     bytes[20] ^= 4;
     fs::write(document, bytes).unwrap();
-    assert!(matches!(open(root.path(), true), Err(FolderError::DamagedDocument { .. })));
+    assert!(matches!(open(root.path(), true), Err(ResumableFolderError::DamagedDocument { .. })));
 }
 
 #[cfg(unix)]
@@ -131,8 +131,8 @@ fn nothing_is_written_outside_the_folder() {
     std::os::unix::fs::symlink(outside.path(), root.path().join("link")).unwrap();
     for name in ["../x", "/tmp/x", "a/../../x", "a//b", "", "./x", "C:\\x", "a\nb"] {
         let error = folder.put(name, b"x").unwrap_err();
-        assert!(matches!(error, FolderError::Outside { .. }), "{name}: {error}");
+        assert!(matches!(error, ResumableFolderError::Outside { .. }), "{name}: {error}");
     }
-    assert!(matches!(folder.put("link/x", b"x"), Err(FolderError::Link { .. })));
+    assert!(matches!(folder.put("link/x", b"x"), Err(ResumableFolderError::Link { .. })));
     assert_eq!(fs::read_dir(outside.path()).unwrap().count(), 0);
 }

@@ -121,10 +121,10 @@ pub(super) fn recover(folder: &Path) -> Result<(), StagingError> {
             // Locking the other folder undoes its part: its journal refers to this one, which is removed last.
             let is_open = |there: Journal| there.writer == journal.writer;
             if Journal::read(other)?.is_some_and(is_open) {
-                drop(FolderLock::take(other)?);
+                drop(FolderLock::acquire(other)?);
             }
         }
-        take_back(folder, &journal.records).map_err(Unreturned::into_error)?;
+        restore_files(folder, &journal.records).map_err(RestoreFailure::into_error)?;
         sync_folder(folder)?;
     }
     let path = folder.join(JOURNAL);
@@ -133,62 +133,62 @@ pub(super) fn recover(folder: &Path) -> Result<(), StagingError> {
 }
 
 /// Old file that could not be put back.
-struct Unreturned {
+struct RestoreFailure {
     place: PathBuf,
-    kept: PathBuf,
+    backup: PathBuf,
     source: io::Error,
 }
 
-impl Unreturned {
+impl RestoreFailure {
     fn into_error(self) -> StagingError {
-        let Self { place, kept, source } = self;
-        StagingError::Kept { cause: None, place, kept, source }
+        let Self { place, backup: kept, source } = self;
+        StagingError::NotRestored { cause: None, place, kept, source }
     }
 }
 
 /// Puts back as many old files as possible and returns the first failure.
-fn take_back(folder: &Path, records: &[Record]) -> Result<(), Unreturned> {
+fn restore_files(folder: &Path, records: &[Record]) -> Result<(), RestoreFailure> {
     let mut first = Ok(());
     // In reverse order of the switch.
     for record in records.iter().rev() {
         let place = folder.join(&record.name);
         let kept = record.previous.as_ref().map(|previous| folder.join(previous));
-        let result = match (there(&place, record), &kept) {
+        let result = match (inspect(&place, record), &kept) {
             (Err(error), _) => Err(error),
             // The file was never replaced, is back already, or was changed by somebody since.
-            (Ok(There::Other), _) | (Ok(There::Nothing), None) => Ok(()),
-            (Ok(There::New), None) => fs::remove_file(&place),
+            (Ok(FoundContent::Other), _) | (Ok(FoundContent::Nothing), None) => Ok(()),
+            (Ok(FoundContent::New), None) => fs::remove_file(&place),
             // The old file has the same content, so nothing needs to be put back.
-            (Ok(There::New), Some(kept)) if matches!(there(kept, record), Ok(There::New)) => Ok(()),
+            (Ok(FoundContent::New), Some(kept)) if matches!(inspect(kept, record), Ok(FoundContent::New)) => Ok(()),
             (Ok(_), Some(kept)) => match fs::rename(kept, &place) {
                 Err(error) if is_missing(&error) => Ok(()),
                 other => other,
             },
         };
         if let (Err(source), true) = (result, first.is_ok()) {
-            first = Err(Unreturned { kept: kept.unwrap_or_else(|| place.clone()), place, source });
+            first = Err(RestoreFailure { backup: kept.unwrap_or_else(|| place.clone()), place, source });
         }
     }
     first
 }
 
 /// Content found under a record's name.
-enum There {
+enum FoundContent {
     Nothing,
     New,
     Other,
 }
 
 /// Compares a file with the new content of its record.
-fn there(place: &Path, record: &Record) -> io::Result<There> {
+fn inspect(place: &Path, record: &Record) -> io::Result<FoundContent> {
     match fs::symlink_metadata(place) {
-        Err(error) if is_missing(&error) => return Ok(There::Nothing),
+        Err(error) if is_missing(&error) => return Ok(FoundContent::Nothing),
         Err(error) => return Err(error),
-        Ok(found) if !found.is_file() => return Ok(There::Other),
+        Ok(found) if !found.is_file() => return Ok(FoundContent::Other),
         Ok(_) => {}
     }
     let mut hasher = blake3::Hasher::new();
     hasher.update_reader(File::open(place)?)?;
     let is_new = record.blake3.as_deref() == Some(hasher.finalize().to_hex().as_str());
-    Ok(if is_new { There::New } else { There::Other })
+    Ok(if is_new { FoundContent::New } else { FoundContent::Other })
 }

@@ -13,9 +13,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use super::{StagingError, check_replaceable, failed, journal, sync_folder};
 
 /// Name prefix of all of fabkit's internal files in a folder.
-pub(super) const HIDDEN: &str = ".fabkit-";
+pub(super) const HIDDEN_PREFIX: &str = ".fabkit-";
 /// File name of the lock.
-const LOCK: &str = ".fabkit-lock";
+const LOCK_FILE: &str = ".fabkit-lock";
 /// Maximum number of attempts when the lock file vanishes between opening and locking it. More than that means that
 /// something else is wrong.
 const ATTEMPTS: usize = 100;
@@ -44,7 +44,7 @@ pub struct FolderLock {
     /// Identifier that differs from every other writer's, including writers in other containers with the same process
     /// number.
     writer: String,
-    next: AtomicU64,
+    next_temporary: AtomicU64,
 }
 
 impl FolderLock {
@@ -55,10 +55,10 @@ impl FolderLock {
     ///
     /// # Errors
     /// [`StagingError::Locked`] if another process writes there now; [`StagingError::Io`].
-    pub fn take(folder: &Path) -> Result<Self, StagingError> {
-        let path = folder.join(LOCK);
-        let writer = unique();
-        let holder = format!("process {} ({})\n{writer}\n", std::process::id(), command());
+    pub fn acquire(folder: &Path) -> Result<Self, StagingError> {
+        let path = folder.join(LOCK_FILE);
+        let writer = unique_id();
+        let holder = format!("process {} ({})\n{writer}\n", std::process::id(), command_line());
         for _ in 0..ATTEMPTS {
             fs::create_dir_all(folder).map_err(|e| failed("create the folder", folder, e))?;
             let mut options = OpenOptions::new();
@@ -85,7 +85,7 @@ impl FolderLock {
                 .and_then(|()| file.rewind())
                 .and_then(|()| file.write_all(holder.as_bytes()));
             written.map_err(|e| {
-                remove_ours(&file, &path);
+                remove_if_same(&file, &path);
                 failed("write", &path, e)
             })?;
             // The last holder may have removed the file between our opening and locking it. The locked file then has no
@@ -94,7 +94,7 @@ impl FolderLock {
                 Ok(there) => there,
                 Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
                 Err(error) => {
-                    remove_ours(&file, &path);
+                    remove_if_same(&file, &path);
                     return Err(failed("lock", &path, error));
                 }
             };
@@ -103,7 +103,7 @@ impl FolderLock {
                     folder: folder.into(),
                     file: Some(file),
                     writer,
-                    next: AtomicU64::new(0),
+                    next_temporary: AtomicU64::new(0),
                 };
                 journal::recover(folder)?;
                 lock.remove_leftovers()?;
@@ -129,7 +129,7 @@ impl FolderLock {
         let parent = place.parent().unwrap_or(&self.folder);
         fs::create_dir_all(parent).map_err(|e| failed("create the folder", parent, e))?;
         check_replaceable(&place)?;
-        let temporary = self.temporary();
+        let temporary = self.temporary_path();
         let written = File::create_new(&temporary).and_then(|mut file| {
             file.write_all(bytes)?;
             file.sync_all()
@@ -149,9 +149,9 @@ impl FolderLock {
     }
 
     /// Returns an unused path in the folder for a temporary file. Its name is short, whatever the final name is.
-    pub(super) fn temporary(&self) -> PathBuf {
-        let number = self.next.fetch_add(1, Ordering::Relaxed);
-        self.folder.join(format!("{HIDDEN}{}-{number}", self.writer))
+    pub(super) fn temporary_path(&self) -> PathBuf {
+        let number = self.next_temporary.fetch_add(1, Ordering::Relaxed);
+        self.folder.join(format!("{HIDDEN_PREFIX}{}-{number}", self.writer))
     }
 
     /// Removes temporary files of dead writers.
@@ -159,7 +159,7 @@ impl FolderLock {
         let unreadable = |e| failed("read the folder", &self.folder, e);
         for entry in fs::read_dir(&self.folder).map_err(unreadable)? {
             let name = entry.map_err(unreadable)?.file_name();
-            let is_ours = name.to_str().is_some_and(|n| n.starts_with(HIDDEN) && n != LOCK);
+            let is_ours = name.to_str().is_some_and(|n| n.starts_with(HIDDEN_PREFIX) && n != LOCK_FILE);
             if is_ours {
                 let path = self.folder.join(name);
                 fs::remove_file(&path).map_err(|e| failed("remove", &path, e))?;
@@ -173,14 +173,14 @@ impl Drop for FolderLock {
     fn drop(&mut self) {
         // The file is removed while the lock is still held, so that nobody locks a file without a name. Best effort: a
         // lock file that stays locks nobody out.
-        let _ = fs::remove_file(self.folder.join(LOCK));
+        let _ = fs::remove_file(self.folder.join(LOCK_FILE));
         drop(self.file.take());
     }
 }
 
 /// Removes a locked file, if `path` still refers to it. Best effort: a lock file that stays locks nobody out.
 #[cfg(unix)]
-fn remove_ours(file: &File, path: &Path) {
+fn remove_if_same(file: &File, path: &Path) {
     use std::os::unix::fs::MetadataExt;
     if let (Ok(ours), Ok(there)) = (file.metadata(), fs::metadata(path))
         && (ours.dev(), ours.ino()) == (there.dev(), there.ino())
@@ -209,7 +209,7 @@ fn read_holder(file: &mut File) -> String {
 }
 
 /// Returns the command line of this process, shortened.
-fn command() -> String {
+fn command_line() -> String {
     let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
     let line: String = words.collect::<Vec<_>>().join(" ");
     line.chars().map(|c| if c.is_control() { ' ' } else { c }).take(200).collect()
@@ -217,7 +217,7 @@ fn command() -> String {
 
 /// Creates an identifier that is unique with overwhelming likelihood, from process number, time, and a random seed that
 /// the standard library draws for each process.
-fn unique() -> String {
+fn unique_id() -> String {
     use std::hash::{BuildHasher, Hasher, RandomState};
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let mut hasher = RandomState::new().build_hasher();
@@ -233,24 +233,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_second_writer_is_told_of_the_first() {
+    fn a_locked_folder_names_its_holder() {
         let root = tempfile::tempdir().unwrap();
-        let lock = FolderLock::take(root.path()).unwrap();
-        let error = FolderLock::take(root.path()).unwrap_err();
+        let lock = FolderLock::acquire(root.path()).unwrap();
+        let error = FolderLock::acquire(root.path()).unwrap_err();
         let expected = format!("process {}", std::process::id());
         assert!(error.to_string().contains(&expected), "{error}");
         drop(lock);
         assert_eq!(fs::read_dir(root.path()).unwrap().count(), 0);
-        FolderLock::take(root.path()).unwrap();
+        FolderLock::acquire(root.path()).unwrap();
     }
 
     #[test]
     fn leftovers_of_a_dead_writer_are_removed_and_nothing_else() {
         let root = tempfile::tempdir().unwrap();
-        for name in [".fabkit-0123456789abcdef-7", LOCK, ".fabkitrc", "a.stl"] {
+        for name in [".fabkit-0123456789abcdef-7", LOCK_FILE, ".fabkitrc", "a.stl"] {
             fs::write(root.path().join(name), "x").unwrap();
         }
-        drop(FolderLock::take(root.path()).unwrap());
+        drop(FolderLock::acquire(root.path()).unwrap());
         let mut names: Vec<_> =
             fs::read_dir(root.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
         names.sort();
@@ -260,7 +260,7 @@ mod tests {
     #[test]
     fn long_names_can_be_written() {
         let root = tempfile::tempdir().unwrap();
-        let lock = FolderLock::take(root.path()).unwrap();
+        let lock = FolderLock::acquire(root.path()).unwrap();
         let name = "x".repeat(255);
         lock.put(&name, b"1").unwrap();
         assert_eq!(fs::read(root.path().join(name)).unwrap(), b"1");

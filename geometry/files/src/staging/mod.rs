@@ -19,7 +19,7 @@ pub use lock::FolderLock;
 pub use transaction::Transaction;
 
 /// File name of a folder's list of contents. It is absent while the files that it describes are being replaced.
-pub const CONTENTS: &str = "manifest.json";
+pub const MANIFEST_FILE: &str = "manifest.json";
 
 /// File to be written.
 #[derive(Clone, Debug)]
@@ -77,7 +77,7 @@ pub enum StagingError {
         .place.display(),
         .kept.display()
     )]
-    Kept {
+    NotRestored {
         /// Original failure; `None` for the remains of an earlier run.
         cause: Option<Box<StagingError>>,
         /// Place of the file.
@@ -102,7 +102,7 @@ impl Explained for StagingError {
             Self::Io { source, .. } => io_hint(source)?,
             Self::Occupied { .. } => "move it away, or choose another place",
             Self::Locked { .. } => "wait until it has finished, or choose another place",
-            Self::Kept { .. } => "nothing is lost: the next run that writes there puts it back",
+            Self::NotRestored { .. } => "nothing is lost: the next run that writes there puts it back",
             Self::Cancelled => return None,
         };
         Some(hint.into())
@@ -110,10 +110,10 @@ impl Explained for StagingError {
 
     fn subject(&self) -> ErrorSubject {
         match self {
-            Self::Io { path, source, .. } => ErrorSubject::of_io(path, source, "cannot_write"),
-            Self::Occupied { path, .. } => ErrorSubject::at("not_a_file", path),
-            Self::Locked { folder, .. } => ErrorSubject::at("folder_locked", folder),
-            Self::Kept { place, .. } => ErrorSubject::at("not_put_back", place),
+            Self::Io { path, source, .. } => ErrorSubject::from_io(path, source, "cannot_write"),
+            Self::Occupied { path, .. } => ErrorSubject::from_path("not_a_file", path),
+            Self::Locked { folder, .. } => ErrorSubject::from_path("folder_locked", folder),
+            Self::NotRestored { place, .. } => ErrorSubject::from_path("not_put_back", place),
             Self::Cancelled => ErrorSubject::new("interrupted"),
         }
     }

@@ -114,7 +114,7 @@ fn a_failed_rename_takes_the_others_back() {
 
 /// An interrupted switch is undone by the next writer, in whichever of the folders, at any moment of the interruption.
 #[test]
-fn the_next_writer_takes_an_interrupted_switch_back() {
+fn the_next_writer_undoes_an_interrupted_switch() {
     for next in ["one", "two"] {
         for renames in 0..=6 {
             let root = tempfile::tempdir().unwrap();
@@ -125,21 +125,21 @@ fn the_next_writer_takes_an_interrupted_switch_back() {
             let list = fs::read_to_string(one.join("manifest.json"));
             let files = [one.join("a"), two.join("b")].map(text);
             assert!(list.is_err() || files.iter().all(|f| Ok(f) == list.as_ref().map_err(drop)));
-            drop(FolderLock::take(&root.path().join(next)).unwrap());
-            drop(FolderLock::take(&one).unwrap());
-            drop(FolderLock::take(&two).unwrap());
+            drop(FolderLock::acquire(&root.path().join(next)).unwrap());
+            drop(FolderLock::acquire(&one).unwrap());
+            drop(FolderLock::acquire(&two).unwrap());
             assert_old(root.path());
         }
     }
 }
 
 #[test]
-fn what_somebody_changed_after_an_interrupted_switch_stays() {
+fn files_changed_after_an_interrupted_switch_are_kept() {
     let root = tempfile::tempdir().unwrap();
     staged(root.path()).interrupt_after(6);
     fs::write(root.path().join("one/a"), "mine").unwrap();
     fs::write(root.path().join("one/c"), "mine too").unwrap();
-    drop(FolderLock::take(&root.path().join("one")).unwrap());
+    drop(FolderLock::acquire(&root.path().join("one")).unwrap());
     assert_eq!(names(&root.path().join("one")), ["a", "c", "manifest.json"]);
     assert_eq!(text(root.path().join("one/a")), "mine");
     assert_eq!(text(root.path().join("one/c")), "mine too");
@@ -156,7 +156,7 @@ fn a_rename_that_cannot_be_taken_back_keeps_the_old_files() {
     fs::remove_file(one.join("a")).unwrap();
     fs::create_dir(one.join("a")).unwrap();
     let kept_before = names(&one);
-    drop(FolderLock::take(&one));
+    drop(FolderLock::acquire(&one));
     // A folder in the place of the file was made by somebody else and is kept.
     assert!(one.join("a").is_dir());
 
@@ -168,11 +168,11 @@ fn a_rename_that_cannot_be_taken_back_keeps_the_old_files() {
         return;
     }
     fs::set_permissions(&one, fs::Permissions::from_mode(0o555)).unwrap();
-    let error = FolderLock::take(&one).unwrap_err();
+    let error = FolderLock::acquire(&one).unwrap_err();
     fs::set_permissions(&one, fs::Permissions::from_mode(0o755)).unwrap();
     assert!(error.to_string().contains("Permission denied"), "{error}");
     assert_eq!(names(&one).len(), kept_before.len());
-    drop(FolderLock::take(&one).unwrap());
+    drop(FolderLock::acquire(&one).unwrap());
     assert_old(other.path());
 }
 
@@ -211,7 +211,7 @@ fn one_folder_may_be_spelled_in_several_ways() {
 }
 
 #[test]
-fn stopping_removes_what_was_made_folders_included() {
+fn cancelling_removes_created_files_and_folders() {
     let root = tempfile::tempdir().unwrap();
     let asked = std::cell::Cell::new(0);
     let cancelled = || asked.replace(asked.get() + 1) == 1;

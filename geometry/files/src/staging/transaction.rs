@@ -10,11 +10,11 @@ use std::time::{Duration, Instant};
 
 use super::journal::{JOURNAL, Journal, Record};
 use super::lock::FolderLock;
-use super::{CONTENTS, StagingError, check_replaceable, failed, sync_folder};
+use super::{MANIFEST_FILE, StagingError, check_replaceable, failed, sync_folder};
 
 /// Maximum time to wait for another writer of the same folder. Many runs may write there in parallel, and each takes
 /// less than a second.
-const PATIENCE: Duration = Duration::from_secs(20);
+const LOCK_TIMEOUT: Duration = Duration::from_secs(20);
 /// Time between two attempts to lock a folder.
 const POLL: Duration = Duration::from_millis(10);
 
@@ -37,7 +37,7 @@ const POLL: Duration = Duration::from_millis(10);
 #[derive(Debug)]
 pub struct Transaction {
     /// Folders created for this set, outermost first.
-    made: Vec<PathBuf>,
+    created_folders: Vec<PathBuf>,
     /// Canonical folders with their locks. The journal of the first one decides.
     folders: Vec<(PathBuf, FolderLock)>,
     /// Index into `folders`, by the spelling that the caller uses.
@@ -67,11 +67,11 @@ struct Staged {
 impl Entry {
     /// Returns whether the file is a folder's list of contents.
     fn is_contents(&self) -> bool {
-        self.place.file_name().is_some_and(|name| name == CONTENTS)
+        self.place.file_name().is_some_and(|name| name == MANIFEST_FILE)
     }
 
     /// Returns whether the old file is hidden while others are replaced: lists of contents and removed files.
-    fn leaves(&self) -> bool {
+    fn is_hidden_first(&self) -> bool {
         self.is_contents() || self.new.is_none()
     }
 }
@@ -88,22 +88,22 @@ impl Transaction {
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Self, StagingError> {
         let mut set = Self {
-            made: Vec::new(),
+            created_folders: Vec::new(),
             folders: Vec::new(),
             by_spelling: BTreeMap::new(),
             entries: Vec::new(),
             committed: false,
         };
-        let spellings: BTreeSet<PathBuf> = places.into_iter().map(folder_of).collect();
+        let spellings: BTreeSet<PathBuf> = places.into_iter().map(parent_folder).collect();
         let mut by_identity: BTreeMap<PathBuf, Vec<PathBuf>> = BTreeMap::new();
         for folder in spellings {
-            set.make(&folder)?;
+            set.create_folders(&folder)?;
             let real = fs::canonicalize(&folder).map_err(|e| failed("look at", &folder, e))?;
             by_identity.entry(real).or_default().push(folder);
         }
         // Everybody locks in the same order, so that no two processes wait for each other.
         for (real, spellings) in by_identity {
-            let lock = wait_for(&spellings[0], cancelled)?;
+            let lock = acquire_lock(&spellings[0], cancelled)?;
             let index = set.folders.len();
             set.by_spelling.extend(spellings.into_iter().map(|folder| (folder, index)));
             set.folders.push((real, lock));
@@ -118,7 +118,7 @@ impl Transaction {
     pub fn write(&mut self, place: &Path, bytes: &[u8]) -> Result<(), StagingError> {
         check_replaceable(place)?;
         let folder = self.index_of(place)?;
-        let temporary = self.folders[folder].1.temporary();
+        let temporary = self.folders[folder].1.temporary_path();
         let mut file = File::create_new(&temporary).map_err(|e| failed("write", place, e))?;
         // From here on, the temporary file is removed on drop.
         let new = Some(Staged { temporary, blake3: blake3::hash(bytes) });
@@ -158,8 +158,8 @@ impl Transaction {
         let records = self.records();
         self.write_journals(&records)?;
         let mut done = 0;
-        if let Err(cause) = self.switch(&mut done) {
-            return Err(self.take_back(done, cause));
+        if let Err(cause) = self.rename_all(&mut done) {
+            return Err(self.undo(done, cause));
         }
         self.committed = true;
         // Failures from here on are harmless: the next writer removes the remains.
@@ -173,20 +173,20 @@ impl Transaction {
     }
 
     /// Creates a folder with its missing parents.
-    fn make(&mut self, folder: &Path) -> Result<(), StagingError> {
+    fn create_folders(&mut self, folder: &Path) -> Result<(), StagingError> {
         let missing = folder
             .ancestors()
             .take_while(|path| !path.as_os_str().is_empty() && !path.exists())
             .map(Path::to_path_buf);
         let missing: Vec<PathBuf> = missing.collect();
         // Recorded before they are created, so that a partial creation is undone too.
-        self.made.extend(missing.into_iter().rev());
+        self.created_folders.extend(missing.into_iter().rev());
         fs::create_dir_all(folder).map_err(|e| failed("create the folder", folder, e))
     }
 
     /// Returns the index of a file's folder.
     fn index_of(&self, place: &Path) -> Result<usize, StagingError> {
-        let index = self.by_spelling.get(&folder_of(place)).copied();
+        let index = self.by_spelling.get(&parent_folder(place)).copied();
         let closed = || io::Error::other("its folder was not opened for this");
         index.ok_or_else(|| failed("write", place, closed()))
     }
@@ -197,9 +197,9 @@ impl Transaction {
             if fs::symlink_metadata(&entry.place).is_err() {
                 continue;
             }
-            let previous = self.folders[entry.folder].1.temporary();
+            let previous = self.folders[entry.folder].1.temporary_path();
             // Files that are hidden first are moved there during the switch.
-            let stays = !entry.leaves();
+            let stays = !entry.is_hidden_first();
             let (place, to) = (&entry.place, &previous);
             let kept = match stays {
                 // File systems without hard links get a copy.
@@ -246,7 +246,7 @@ impl Transaction {
 
     /// Renames all files. Only here old and new are mixed, so there is nothing but renames, and no list of contents
     /// that could be wrong. `done` counts the renames.
-    fn switch(&self, done: &mut usize) -> Result<(), StagingError> {
+    fn rename_all(&self, done: &mut usize) -> Result<(), StagingError> {
         for Rename { from, to, .. } in self.renames() {
             fs::rename(from, to).map_err(|e| failed("write", to, e))?;
             *done += 1;
@@ -264,22 +264,22 @@ impl Transaction {
     /// Lists the renames in order: removed files and old lists of contents leave first, new lists come last.
     fn renames(&self) -> Vec<Rename<'_>> {
         let mut renames = Vec::new();
-        for entry in self.entries.iter().filter(|entry| entry.leaves()) {
+        for entry in self.entries.iter().filter(|entry| entry.is_hidden_first()) {
             if let Some(previous) = entry.previous.as_deref() {
                 renames.push(Rename {
                     from: &entry.place,
                     to: previous,
-                    back: Back::Rename(previous),
+                    back: Undo::Rename(previous),
                 });
             }
         }
         for entry in &self.entries {
             let Some(new) = &entry.new else { continue };
             let back = match entry.previous.as_deref() {
-                None => Back::Remove,
+                None => Undo::Remove,
                 // The old file returns when its own renaming is undone.
-                Some(_) if entry.leaves() => Back::Nothing,
-                Some(previous) => Back::Rename(previous),
+                Some(_) if entry.is_hidden_first() => Undo::Nothing,
+                Some(previous) => Undo::Rename(previous),
             };
             renames.push(Rename { from: &new.temporary, to: &entry.place, back });
         }
@@ -287,15 +287,15 @@ impl Transaction {
     }
 
     /// Undoes the first `done` renames. What cannot be undone now is left, with its journal, to the next writer.
-    fn take_back(&mut self, done: usize, cause: StagingError) -> StagingError {
+    fn undo(&mut self, done: usize, cause: StagingError) -> StagingError {
         let mut unreturned = None;
         for Rename { from, to, back } in self.renames().into_iter().take(done).rev() {
             // A hidden file returns to where it came from; any other old file replaces the new one.
             let (place, kept, result) = match back {
-                Back::Nothing => continue,
-                Back::Remove => (to, to, fs::remove_file(to)),
-                Back::Rename(previous) if previous == to => (from, to, fs::rename(to, from)),
-                Back::Rename(previous) => (to, previous, fs::rename(previous, to)),
+                Undo::Nothing => continue,
+                Undo::Remove => (to, to, fs::remove_file(to)),
+                Undo::Rename(previous) if previous == to => (from, to, fs::rename(to, from)),
+                Undo::Rename(previous) => (to, previous, fs::rename(previous, to)),
             };
             if let (Err(source), None) = (result, &unreturned) {
                 unreturned = Some((place.to_owned(), kept.to_owned(), source));
@@ -304,8 +304,8 @@ impl Transaction {
         let Some((place, kept, source)) = unreturned else { return cause };
         // Nothing is removed on drop, because these may be the last copies of the old files.
         self.entries.clear();
-        self.made.clear();
-        StagingError::Kept { cause: Some(Box::new(cause)), place, kept, source }
+        self.created_folders.clear();
+        StagingError::NotRestored { cause: Some(Box::new(cause)), place, kept, source }
     }
 }
 
@@ -313,11 +313,11 @@ impl Transaction {
 struct Rename<'a> {
     from: &'a Path,
     to: &'a Path,
-    back: Back<'a>,
+    back: Undo<'a>,
 }
 
 /// Way to undo a renaming: nothing to do, removal of the new file, or renaming of the old one.
-enum Back<'a> {
+enum Undo<'a> {
     Nothing,
     Remove,
     Rename(&'a Path),
@@ -334,7 +334,7 @@ impl Transaction {
             fs::rename(from, to).unwrap();
         }
         self.entries.clear();
-        self.made.clear();
+        self.created_folders.clear();
     }
 }
 
@@ -355,7 +355,7 @@ impl Drop for Transaction {
         }
         self.folders.clear();
         if !self.committed {
-            for folder in self.made.iter().rev() {
+            for folder in self.created_folders.iter().rev() {
                 // Fails for folders that are not empty, as intended.
                 let _ = fs::remove_dir(folder);
             }
@@ -364,7 +364,7 @@ impl Drop for Transaction {
 }
 
 /// Returns the folder of a file; `.` for a bare name.
-pub(super) fn folder_of(place: &Path) -> PathBuf {
+pub(super) fn parent_folder(place: &Path) -> PathBuf {
     match place.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
         _ => PathBuf::from("."),
@@ -372,12 +372,12 @@ pub(super) fn folder_of(place: &Path) -> PathBuf {
 }
 
 /// Locks a folder, waiting for other writers up to [`PATIENCE`].
-fn wait_for(folder: &Path, cancelled: &dyn Fn() -> bool) -> Result<FolderLock, StagingError> {
+fn acquire_lock(folder: &Path, cancelled: &dyn Fn() -> bool) -> Result<FolderLock, StagingError> {
     let start = Instant::now();
     loop {
-        match FolderLock::take(folder) {
+        match FolderLock::acquire(folder) {
             Err(StagingError::Locked { .. }) if cancelled() => return Err(StagingError::Cancelled),
-            Err(StagingError::Locked { .. }) if start.elapsed() < PATIENCE => sleep(POLL),
+            Err(StagingError::Locked { .. }) if start.elapsed() < LOCK_TIMEOUT => sleep(POLL),
             result => return result,
         }
     }

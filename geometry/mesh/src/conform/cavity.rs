@@ -3,9 +3,9 @@
 use fabkit_geometry::{Point3, Pose};
 
 use super::EVERYWHERE;
-use super::pin::Pin;
-use super::sheet::{NONE, Sheet};
-use super::trim::Curve;
+use super::revolved_tool::RevolvedTool;
+use super::base_mesh::{NONE, BaseMesh};
+use super::intersection_curves::Curve;
 
 /// Base triangles that touch a curve or the area enclosed by it.
 pub(super) struct Cavity {
@@ -32,7 +32,7 @@ impl Candidate {
 
     /// Returns whether it may come nearer than `margin_mm` to the part of the tool between two heights. Conservative:
     /// never false if it does.
-    pub fn reaches_into(&self, pin: &Pin, [low, high]: [f64; 2], margin_mm: f64) -> bool {
+    pub fn reaches_into(&self, pin: &RevolvedTool, [low, high]: [f64; 2], margin_mm: f64) -> bool {
         let Some(widest_mm) = pin.radius_between_mm(EVERYWHERE) else { return false };
         let Some([bottom, top]) = self.z_range_within_mm(widest_mm + margin_mm) else {
             return false;
@@ -125,7 +125,7 @@ impl Cavity {
     ///
     /// The triangles get the mark `stamp`.
     pub fn new(
-        sheet: &mut Sheet,
+        sheet: &mut BaseMesh,
         candidates: &[Candidate],
         curve: &Curve,
         face: u32,
@@ -182,7 +182,7 @@ impl Cavity {
 }
 
 /// Chains edges to loops. `None` where two loops touch in a vertex.
-fn loops(sheet: &Sheet, mut rim: Vec<u32>) -> Option<Vec<Vec<u32>>> {
+fn loops(sheet: &BaseMesh, mut rim: Vec<u32>) -> Option<Vec<Vec<u32>>> {
     // Sorted by start vertex, so that the next edge of a loop is found by binary search.
     rim.sort_unstable_by_key(|&edge| sheet.from(edge));
     if rim.windows(2).any(|w| sheet.from(w[0]) == sheet.from(w[1])) {

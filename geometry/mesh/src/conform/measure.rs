@@ -12,12 +12,12 @@ const SAMPLES: [[f64; 3]; 4] =
 /// largest deviation is not at its midpoint.
 const SAMPLED_SHARE: f64 = 0.95;
 
-pub(super) struct Measure {
+pub(super) struct DeviationCheck {
     surface: LeafSurface,
     most_mm: f64,
 }
 
-impl Measure {
+impl DeviationCheck {
     /// Prepares the comparison with one face of a leaf; `None` if there is no such face.
     pub fn new(leaf: &PlacedPrimitive, face: u32, tolerance_mm: f64) -> Option<Self> {
         let surface = LeafSurface::new(&leaf.primitive, face, leaf.body_from_leaf)?;
@@ -25,7 +25,7 @@ impl Measure {
     }
 
     /// Returns whether the triangle deviates from the face by less than the tolerance.
-    pub fn holds(&self, corners: [[f64; 3]; 3]) -> bool {
+    pub fn is_within_tolerance(&self, corners: [[f64; 3]; 3]) -> bool {
         SAMPLES.iter().all(|weights| {
             let [a, b, c] = [0, 1, 2].map(|i| weights[i] * Vector3::from(corners[i]));
             self.surface.offset((a + b + c).into()).distance_mm.abs() <= self.most_mm

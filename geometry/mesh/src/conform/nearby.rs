@@ -6,7 +6,7 @@ use fabkit_geometry::Aabb;
 const MOST_CELLS: f64 = 24.0;
 
 /// Grid of cells with the tools' boxes, and for each tool the triangles whose boxes overlap its own.
-pub(super) struct Nearby {
+pub(super) struct CandidateGrid {
     boxes: Vec<Aabb>,
     cells: Vec<Vec<u32>>,
     counts: [usize; 3],
@@ -14,7 +14,7 @@ pub(super) struct Nearby {
     pub triangles: Vec<Vec<u32>>,
 }
 
-impl Nearby {
+impl CandidateGrid {
     pub fn new(boxes: Vec<Aabb>) -> Self {
         let around = boxes.iter().fold(Aabb::nothing(), |all, one| all.hull(one));
         let size = around.size_mm();

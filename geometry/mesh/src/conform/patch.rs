@@ -2,12 +2,12 @@
 
 use fabkit_geometry::{Point3, Vector3};
 
-use super::bend::bend;
+use super::curvature::compute_curvatures;
 use super::cavity::{Candidate, Cavity};
 use super::fill::Fill;
-use super::measure::Measure;
-use super::sheet::Sheet;
-use super::trim::Curve;
+use super::measure::DeviationCheck;
+use super::base_mesh::BaseMesh;
+use super::intersection_curves::Curve;
 use super::{Base, Feature};
 
 /// Smallest sine of the angle between a tool's axis and a surface; surfaces met at a flatter angle are left to the
@@ -34,19 +34,19 @@ fn curve_order(count: usize, facing: f64) -> impl Iterator<Item = usize> {
 }
 
 /// One curve of one feature on the base.
-pub(super) struct Place<'a> {
+pub(super) struct CurveOnBase<'a> {
     pub base: &'a Base<'a>,
     pub feature: &'a Feature,
     pub curve: &'a Curve,
     pub tolerance_mm: f64,
 }
 
-impl Place<'_> {
+impl CurveOnBase<'_> {
     /// Computes the patch. The cavity's triangles get the mark `stamp`. `None` if they do not form a simple hole in one
     /// face, or if the fill deviates too far from the face.
     pub fn patch(
         &self,
-        sheet: &mut Sheet,
+        sheet: &mut BaseMesh,
         candidates: &[Candidate],
         clear_mm: f64,
         stamp: u32,
@@ -86,12 +86,12 @@ impl Place<'_> {
 
         let leaf = &base.body.leaves()[leaf as usize];
         // The curvature at one point of the curve serves for the whole patch; the result is measured below.
-        let bend = bend(leaf, number, Point3::from(curve.in_base[0]), curve.normal);
+        let bend = compute_curvatures(leaf, number, Point3::from(curve.in_base[0]), curve.normal);
         let scaled: Vec<[f64; 2]> = points.iter().map(|&p| bend.scaled(p)).collect();
         let fill = Fill::new(&flat, &scaled, &loops)?;
-        let measure = Measure::new(leaf, number, tolerance_mm)?;
+        let measure = DeviationCheck::new(leaf, number, tolerance_mm)?;
         let corners = |t: &[u32; 3]| t.map(|v| points[v as usize]);
-        let holds = fill.triangles.iter().all(|t| measure.holds(corners(t)));
+        let holds = fill.triangles.iter().all(|t| measure.is_within_tolerance(corners(t)));
         holds.then_some(Patch { cavity, fill, face })
     }
 }

@@ -7,7 +7,7 @@ use fabkit_geometry_testing::{cases, directions, poses, primitives};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
-use crate::evaluate::{evaluate_by, evaluate_lifted};
+use crate::evaluate::{evaluate_without_fusion, evaluate_with_deferred_features};
 use crate::facets::Facets;
 use crate::oracle;
 use crate::{DEFAULT_TOLERANCE_MM, MeshError, TriMesh, to_mesh};
@@ -89,7 +89,7 @@ fn stray_mm(solid: &Solid, mesh: &TriMesh) -> f64 {
 }
 
 fn by(solid: &Solid, conforming: bool) -> Result<TriMesh, MeshError> {
-    evaluate_by(solid, TOLERANCE_MM, conforming).map(|facets: Facets| to_mesh(solid, facets))
+    evaluate_without_fusion(solid, TOLERANCE_MM, conforming).map(|facets: Facets| to_mesh(solid, facets))
 }
 
 /// Compares both methods. Returns whether the meshes differ at all, that is, whether any feature conformed.
@@ -125,7 +125,7 @@ fn run<S: Strategy>(count: u32, strategy: &S, solid: impl Fn(S::Value) -> Solid)
 }
 
 #[test]
-fn conforming_features_are_those_that_booleans_make() {
+fn conforming_features_equal_booleans() {
     let strategy = (bases(), prop::collection::vec(features(), 1..5), any::<bool>());
     let conformed = run(200, &strategy, |(base, drawn, adding)| {
         let tools = placed(&CompiledSolid::new(&base).unwrap(), drawn);
@@ -179,10 +179,10 @@ fn nests() -> impl Strategy<Value = Solid> {
 }
 
 #[test]
-fn features_of_operands_are_those_that_booleans_make() {
+fn operand_features_equal_booleans() {
     let lifted = Cell::new(0);
     run(120, &nests(), |solid| {
-        let facets = evaluate_lifted(&solid, TOLERANCE_MM);
+        let facets = evaluate_with_deferred_features(&solid, TOLERANCE_MM);
         lifted.set(lifted.get() + u32::from(facets.is_ok_and(|f| f.is_some())));
         solid
     });

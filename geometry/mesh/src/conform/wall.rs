@@ -1,8 +1,8 @@
 //! Part of the tool's own surface that becomes part of the body.
 
-use super::pin::Pin;
-use super::trim::Curve;
-use crate::tessellate::{Spread, Strip, stitch};
+use super::revolved_tool::RevolvedTool;
+use super::intersection_curves::Curve;
+use crate::tessellate::{RingPoints, StripTriangle, stitch};
 
 /// Corner of a wall's triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub(super) enum Corner {
 
 /// Emits the part of the tool's surface inside (or outside) the base, with the orientation of the tool.
 pub(super) fn wall(
-    pin: &Pin,
+    pin: &RevolvedTool,
     curves: &[Curve],
     keep_inside: bool,
     mut emit: impl FnMut([Corner; 3], u32),
@@ -32,7 +32,7 @@ pub(super) fn wall(
 
 /// Emits the stretch from one curve to another; `None` stands for the start or the end of the profile.
 fn stretch(
-    pin: &Pin,
+    pin: &RevolvedTool,
     curves: &[Curve],
     from: Option<usize>,
     to: Option<usize>,
@@ -57,8 +57,8 @@ fn stretch(
         let (lower, upper) = (ring(starts_here, 0), ring(ends_here, 1));
         stitch(lower.spread(), upper.spread(), |strip| {
             let corners = match strip {
-                Strip::Lower { a, b } => [lower.corner(a), lower.corner(a + 1), upper.corner(b)],
-                Strip::Upper { a, b } => [lower.corner(a), upper.corner(b + 1), upper.corner(b)],
+                StripTriangle::Lower { a, b } => [lower.corner(a), lower.corner(a + 1), upper.corner(b)],
+                StripTriangle::Upper { a, b } => [lower.corner(a), upper.corner(b + 1), upper.corner(b)],
             };
             emit(corners, stroke.face);
         });
@@ -71,12 +71,12 @@ enum Ring<'a> {
 }
 
 impl Ring<'_> {
-    fn spread(&self) -> Spread {
+    fn spread(&self) -> RingPoints {
         let count = match self {
             Self::Curve(_, count) => *count,
             Self::Tool(vertices) => vertices.len(),
         };
-        Spread { count, staggered: false }
+        RingPoints { count, staggered: false }
     }
 
     fn corner(&self, k: usize) -> Corner {

@@ -12,11 +12,11 @@ use crate::halfedges::{next, twins};
 const CLEAR_MM: f64 = 0.5;
 
 /// Smallest number of removable triangles that makes the search worth while.
-const WORTH_IT: usize = 400;
+const MIN_REMOVABLE_TRIANGLES: usize = 400;
 
 /// Removes the triangles beyond one side of the box, the one with most of them; `None` if that is not worth while.
-pub(super) fn culled(tool: &Facets, base: &Aabb) -> Option<Facets> {
-    if tool.triangles.len() < WORTH_IT {
+pub(super) fn cull_beyond_base(tool: &Facets, base: &Aabb) -> Option<Facets> {
+    if tool.triangles.len() < MIN_REMOVABLE_TRIANGLES {
         return None;
     }
     let sides = [0, 1, 2].into_iter().flat_map(|axis| [(axis, -1.0), (axis, 1.0)]);
@@ -28,7 +28,7 @@ pub(super) fn culled(tool: &Facets, base: &Aabb) -> Option<Facets> {
     };
     let count = |gone: &[bool]| gone.iter().filter(|g| **g).count();
     let gone = sides.map(beyond).max_by_key(|gone| count(gone))?;
-    if count(&gone) < WORTH_IT {
+    if count(&gone) < MIN_REMOVABLE_TRIANGLES {
         return None;
     }
     let mut rest = Facets { vertices: tool.vertices.clone(), ..Facets::default() };

@@ -4,9 +4,9 @@ use std::rc::Rc;
 
 use fabkit_geometry::{CompiledSolid as ExactBody, Solid};
 
-use super::{Evaluator, Item, Shape};
+use super::{Evaluator, Subtree, Shape};
 use crate::MeshError;
-use crate::conform::{Base, Effect, Feature, Pin, conform};
+use crate::conform::{Base, Effect, Feature, RevolvedTool, conform};
 use crate::shape_key::shape_key;
 use crate::tessellate::face_count;
 
@@ -15,20 +15,20 @@ pub(super) const LARGEST_SHARE: f64 = 0.6;
 
 /// Operands that may conform to the base, and all others.
 pub(super) struct Split<'a> {
-    pub features: Vec<(Item<'a>, Rc<Pin>)>,
-    pub others: Vec<Item<'a>>,
+    pub features: Vec<(Subtree<'a>, Rc<RevolvedTool>)>,
+    pub others: Vec<Subtree<'a>>,
 }
 
 impl Evaluator {
     /// Splits operands into features and others, by kind and by size relative to the base.
     pub(super) fn split<'a>(
         &mut self,
-        items: Vec<Item<'a>>,
+        items: Vec<Subtree<'a>>,
         base_diagonal_mm: f64,
     ) -> Result<Split<'a>, MeshError> {
         let mut split = Split { features: Vec::new(), others: Vec::new() };
         for item in items {
-            let small = |pin: &Rc<Pin>| pin.diagonal_mm() <= LARGEST_SHARE * base_diagonal_mm;
+            let small = |pin: &Rc<RevolvedTool>| pin.diagonal_mm() <= LARGEST_SHARE * base_diagonal_mm;
             match self.pin(&item)?.filter(small) {
                 Some(pin) if self.conforming => split.features.push((item, pin)),
                 _ => split.others.push(item),
@@ -37,8 +37,8 @@ impl Evaluator {
         Ok(split)
     }
 
-    pub(super) fn pin(&mut self, item: &Item) -> Result<Option<Rc<Pin>>, MeshError> {
-        if !Pin::may_be(item.core) {
+    pub(super) fn pin(&mut self, item: &Subtree) -> Result<Option<Rc<RevolvedTool>>, MeshError> {
+        if !RevolvedTool::may_be(item.core) {
             return Ok(None);
         }
         // The cache also stores that a shape is no pin.
@@ -47,20 +47,20 @@ impl Evaluator {
             return Ok(pin.clone());
         }
         let body = self.body(item, &fabkit_geometry::Aabb::everything())?;
-        let pin = Pin::new(item.core, body.shape.facets(), self.tolerance_mm).map(Rc::new);
+        let pin = RevolvedTool::new(item.core, body.shape.facets(), self.tolerance_mm).map(Rc::new);
         self.pins.insert(key, pin.clone());
         Ok(pin)
     }
 
     /// Adds features to the mesh of an exact solid, or cuts them away. Returns the mesh and the features that are left
     /// to the kernel.
-    pub(super) fn conformed<'a>(
+    pub(super) fn conform_features<'a>(
         &self,
         shape: Rc<Shape>,
-        exact: &Exact,
-        features: Vec<(Item<'a>, Rc<Pin>)>,
+        exact: &ExactBase,
+        features: Vec<(Subtree<'a>, Rc<RevolvedTool>)>,
         effect: &Effect,
-    ) -> (Rc<Shape>, Vec<Item<'a>>) {
+    ) -> (Rc<Shape>, Vec<Subtree<'a>>) {
         let Some(body) = &exact.body else {
             return (shape, features.into_iter().map(|(item, _)| item).collect());
         };
@@ -75,15 +75,15 @@ impl Evaluator {
     }
 }
 
-fn feature((item, pin): &(Item, Rc<Pin>)) -> Feature {
+fn feature((item, pin): &(Subtree, Rc<RevolvedTool>)) -> Feature {
     let (base_from_tool, first_face) = (item.pose, item.first_face);
     Feature { pin: pin.clone(), base_from_tool, first_face, operand: None }
 }
 
 impl<'a> Split<'a> {
     /// Moves features that cannot conform to the others, so that the kernel processes them only once.
-    pub fn settle(&mut self, exact: &Exact) {
-        let can = |one: &(Item, Rc<Pin>)| {
+    pub fn reject_nonconforming(&mut self, exact: &ExactBase) {
+        let can = |one: &(Subtree, Rc<RevolvedTool>)| {
             exact.body.as_ref().is_some_and(|body| feature(one).has_curves(body))
         };
         let (features, rest): (Vec<_>, Vec<_>) =
@@ -94,15 +94,15 @@ impl<'a> Split<'a> {
 }
 
 /// Base as an exact solid, with the number of the first face of each leaf.
-pub(super) struct Exact {
+pub(super) struct ExactBase {
     /// Exact solid; `None` if the tree is no valid solid without its features.
     body: Option<ExactBody>,
     first_faces: Vec<u32>,
 }
 
-impl Exact {
+impl ExactBase {
     /// Creates the exact solid of `of` minus the items.
-    pub fn difference(of: &Solid, items: &[Item]) -> Self {
+    pub fn difference(of: &Solid, items: &[Subtree]) -> Self {
         let mut first_faces = Vec::new();
         number_leaves(of, 0, &mut first_faces);
         let tools = placed(items, &mut first_faces);
@@ -110,15 +110,15 @@ impl Exact {
     }
 
     /// Creates the exact solid of the union of all items.
-    pub fn union(items: &[Item]) -> Self {
+    pub fn union(items: &[Subtree]) -> Self {
         let mut first_faces = Vec::new();
         let solids = placed(items, &mut first_faces);
         Self { body: ExactBody::new(&Solid::union(solids)).ok(), first_faces }
     }
 }
 
-fn placed(items: &[Item], first_faces: &mut Vec<u32>) -> Vec<Solid> {
-    let place = |item: &Item| {
+fn placed(items: &[Subtree], first_faces: &mut Vec<u32>) -> Vec<Solid> {
+    let place = |item: &Subtree| {
         number_leaves(item.core, item.first_face, first_faces);
         item.core.clone().placed(item.pose)
     };

@@ -12,14 +12,14 @@ const ON_AXIS_MM: f64 = 1e-9;
 
 /// Boolean operation on two profiles.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Rule {
+pub(super) enum ProfileOperation {
     Add,
     Cut,
 }
 
 /// Arc of an axis-aligned ellipse.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Bend {
+pub(super) struct EllipseArc {
     pub centre: [f64; 2],
     pub axes: [f64; 2],
     pub ccw: bool,
@@ -29,23 +29,23 @@ pub(super) struct Bend {
 
 /// Segment of an outline; coordinates are distance from the axis and z, mm.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Seg {
+pub(super) struct OutlineSegment {
     pub from: [f64; 2],
     pub to: [f64; 2],
-    pub bend: Option<Bend>,
+    pub bend: Option<EllipseArc>,
     face: u32,
 }
 
 /// Closed outline, counter-clockwise, without its segments on the axis.
 #[derive(Clone, Debug)]
 pub(super) struct Outline {
-    pub segs: Vec<Seg>,
+    pub segs: Vec<OutlineSegment>,
 }
 
 /// Error: two segments come too near each other for a decision.
-struct Unclear;
+struct Undecidable;
 
-impl Bend {
+impl EllipseArc {
     fn angle(&self, p: [f64; 2]) -> f64 {
         let [x, y] = self.unit(p);
         y.atan2(x)
@@ -66,7 +66,7 @@ impl Bend {
     }
 }
 
-impl Seg {
+impl OutlineSegment {
     fn line(from: [f64; 2], to: [f64; 2], face: u32) -> Self {
         Self { from, to, bend: None, face }
     }
@@ -84,7 +84,7 @@ impl Seg {
     }
 
     /// Returns the start angle of an arc, followed counter-clockwise, and the angle that it sweeps, rad.
-    fn sweep(&self, bend: &Bend) -> [f64; 2] {
+    fn sweep(&self, bend: &EllipseArc) -> [f64; 2] {
         let [from, to] = if bend.ccw { [self.from, self.to] } else { [self.to, self.from] };
         let start = bend.angle(from);
         [start, (bend.angle(to) - start).rem_euclid(TAU)]
@@ -168,7 +168,7 @@ impl Seg {
     }
 
     /// Finds the crossings with another segment.
-    fn meets(&self, other: &Self) -> Result<Vec<[f64; 2]>, Unclear> {
+    fn find_crossings(&self, other: &Self) -> Result<Vec<[f64; 2]>, Undecidable> {
         let ([low, high], [other_low, other_high]) = (self.bounds(), other.bounds());
         if (0..2).any(|i| low[i] > other_high[i] + NEAR_MM || other_low[i] > high[i] + NEAR_MM) {
             return Ok(Vec::new());
@@ -190,14 +190,14 @@ impl Seg {
             match (beyond, inside) {
                 (true, _) => {}
                 (false, true) => found.push(point),
-                (false, false) => return Err(Unclear),
+                (false, false) => return Err(Undecidable),
             }
         }
         Ok(found)
     }
 
     /// Sets a coordinate that both ends of the line share exactly, so that rounding does not change it.
-    fn keep(&self, point: &mut [f64; 2]) {
+    fn snap_shared_coordinates(&self, point: &mut [f64; 2]) {
         for (x, (from, to)) in point.iter_mut().zip(self.from.iter().zip(&self.to)) {
             if from == to {
                 *x = *from;
@@ -205,7 +205,7 @@ impl Seg {
         }
     }
 
-    fn line_with_line(&self, other: &Self) -> Result<Vec<[f64; 2]>, Unclear> {
+    fn line_with_line(&self, other: &Self) -> Result<Vec<[f64; 2]>, Undecidable> {
         let (a, b) = (minus(self.to, self.from), minus(other.to, other.from));
         let gap = minus(other.from, self.from);
         let scale = self.length_mm() * other.length_mm();
@@ -213,7 +213,7 @@ impl Seg {
             let t = cross(gap, b) / cross(a, b);
             let mut point = [0, 1].map(|i| self.from[i] + t * a[i]);
             for seg in [self, other] {
-                seg.keep(&mut point);
+                seg.snap_shared_coordinates(&mut point);
             }
             return Ok(vec![point]);
         }
@@ -222,10 +222,10 @@ impl Seg {
         let margin = NEAR_MM / self.length_mm();
         let passes =
             shares.iter().all(|s| *s < -margin) || shares.iter().all(|s| *s > 1.0 + margin);
-        if apart_mm > NEAR_MM || passes { Ok(Vec::new()) } else { Err(Unclear) }
+        if apart_mm > NEAR_MM || passes { Ok(Vec::new()) } else { Err(Undecidable) }
     }
 
-    fn line_with(&self, bend: &Bend) -> Result<Vec<[f64; 2]>, Unclear> {
+    fn line_with(&self, bend: &EllipseArc) -> Result<Vec<[f64; 2]>, Undecidable> {
         let (p, q) = (bend.unit(self.from), bend.unit(self.to));
         let way = minus(q, p);
         let (a, b, c) = (dot(way, way), dot(p, way), dot(p, p) - 1.0);
@@ -234,20 +234,20 @@ impl Seg {
         let margin = NEAR_MM / bend.axes[0].min(bend.axes[1]);
         // Near a tangent the crossings are ill-conditioned.
         if root2.abs() < a * margin {
-            return Err(Unclear);
+            return Err(Undecidable);
         }
         if root2 < 0.0 {
             return Ok(Vec::new());
         }
         let at = |t: f64| {
             let mut point = [0, 1].map(|i| self.from[i] + t * (self.to[i] - self.from[i]));
-            self.keep(&mut point);
+            self.snap_shared_coordinates(&mut point);
             point
         };
         Ok([-1.0, 1.0].map(|sign| at((-b + sign * root2.sqrt()) / a)).to_vec())
     }
 
-    fn bend_with(&self, other: &Self, a: &Bend, b: &Bend) -> Result<Vec<[f64; 2]>, Unclear> {
+    fn bend_with(&self, other: &Self, a: &EllipseArc, b: &EllipseArc) -> Result<Vec<[f64; 2]>, Undecidable> {
         let way = minus(b.centre, a.centre);
         let apart_mm = way[0].hypot(way[1]);
         let wider = [0, 1].map(|i| a.axes[i] - b.axes[i]);
@@ -256,18 +256,18 @@ impl Seg {
             if wider.iter().all(|w| *w > NEAR_MM) || wider.iter().all(|w| *w < -NEAR_MM) {
                 return Ok(Vec::new());
             }
-            return Err(Unclear);
+            return Err(Undecidable);
         }
         // Two different ellipses have no closed form here.
         if !a.is_circle() || !b.is_circle() {
-            return Err(Unclear);
+            return Err(Undecidable);
         }
         let (r, s) = (a.axes[0], b.axes[0]);
         // Distance of the common chord from the centre of the first circle.
         let along = (apart_mm * apart_mm + r * r - s * s) / (2.0 * apart_mm);
         let height2 = r * r - along * along;
         if height2.abs() < 2.0 * r.max(s) * NEAR_MM {
-            return Err(Unclear);
+            return Err(Undecidable);
         }
         if height2 < 0.0 {
             return Ok(Vec::new());
@@ -299,7 +299,7 @@ impl Seg {
 
 impl Outline {
     /// Returns the outline of a primitive that is solid up to its axis; `faces` are the numbers of its faces.
-    pub fn of(primitive: &Solid, faces: &[u32]) -> Option<Self> {
+    pub fn from_primitive(primitive: &Solid, faces: &[u32]) -> Option<Self> {
         let face = |i: usize| faces.get(i).copied().unwrap_or_default();
         let segs = match primitive {
             Solid::Cylinder(s) => frustum([s.radius_mm; 2], s.height_mm, face),
@@ -307,15 +307,15 @@ impl Outline {
             Solid::Sphere(s) => {
                 let [low, high] = [[0.0, -s.radius_mm], [0.0, s.radius_mm]];
                 let axes = [s.radius_mm; 2];
-                let bend = Bend { centre: [0.0; 2], axes, ccw: true, round: true };
-                vec![Seg { bend: Some(bend), ..Seg::line(low, high, face(0)) }]
+                let bend = EllipseArc { centre: [0.0; 2], axes, ccw: true, round: true };
+                vec![OutlineSegment { bend: Some(bend), ..OutlineSegment::line(low, high, face(0)) }]
             }
             Solid::Revolution(s) if s.profile.holes.is_empty() => {
                 let path = &s.profile.outer;
                 let segs = of_path(path, face);
                 match path.signed_area_mm2() > 0.0 {
                     true => segs,
-                    false => segs.into_iter().rev().map(Seg::reversed).collect(),
+                    false => segs.into_iter().rev().map(OutlineSegment::reversed).collect(),
                 }
             }
             _ => return None,
@@ -344,14 +344,14 @@ impl Outline {
     pub fn combined(
         &self,
         other: &Self,
-        rule: Rule,
-        may_divide: impl Fn(&Seg) -> bool,
+        rule: ProfileOperation,
+        may_divide: impl Fn(&OutlineSegment) -> bool,
     ) -> Option<Self> {
         let mut own: Vec<Vec<[f64; 2]>> = vec![Vec::new(); self.segs.len()];
         let mut others: Vec<Vec<[f64; 2]>> = vec![Vec::new(); other.segs.len()];
         for (a, own) in self.segs.iter().zip(&mut own) {
             for (b, others) in other.segs.iter().zip(&mut others) {
-                let points = a.meets(b).ok()?;
+                let points = a.find_crossings(b).ok()?;
                 own.extend(&points);
                 others.extend(points);
             }
@@ -362,7 +362,7 @@ impl Outline {
         }
         let mut pieces = Vec::new();
         for (segs, at, beyond) in [(&self.segs, own, other), (&other.segs, others, self)] {
-            let is_tool = std::ptr::eq(beyond, self) && rule == Rule::Cut;
+            let is_tool = std::ptr::eq(beyond, self) && rule == ProfileOperation::Cut;
             for (seg, at) in segs.iter().zip(at) {
                 let is_divided = !at.is_empty();
                 let divided = seg.divided(at);
@@ -386,7 +386,7 @@ impl Outline {
     pub fn into_path(self) -> (Path, Vec<u32>) {
         let mut path = Path::from(self.segs[0].from);
         let mut faces = Vec::with_capacity(self.segs.len() + 1);
-        for Seg { from, to, bend, face } in self.segs {
+        for OutlineSegment { from, to, bend, face } in self.segs {
             if path.end() != from {
                 path = path.line(from);
                 faces.push(face);
@@ -406,9 +406,9 @@ impl Outline {
 }
 
 /// Orders pieces to one closed outline; `None` if they do not form one. It may run along the axis once.
-fn in_order(mut pieces: Vec<Seg>) -> Option<Vec<Seg>> {
+fn in_order(mut pieces: Vec<OutlineSegment>) -> Option<Vec<OutlineSegment>> {
     let on_axis = |p: [f64; 2]| p[0] < ON_AXIS_MM;
-    let from_axis = |piece: &Seg| on_axis(piece.from);
+    let from_axis = |piece: &OutlineSegment| on_axis(piece.from);
     match pieces.iter().filter(|piece| from_axis(piece)).count() {
         0 => {}
         1 => {
@@ -428,13 +428,13 @@ fn in_order(mut pieces: Vec<Seg>) -> Option<Vec<Seg>> {
 }
 
 /// Returns the outline of a cylinder or cone. The side is face 0, the bottom 1 and the top 2.
-fn frustum([bottom, top]: [f64; 2], height_mm: f64, face: impl Fn(usize) -> u32) -> Vec<Seg> {
+fn frustum([bottom, top]: [f64; 2], height_mm: f64, face: impl Fn(usize) -> u32) -> Vec<OutlineSegment> {
     let corners = [[0.0, 0.0], [bottom, 0.0], [top, height_mm], [0.0, height_mm]];
     let sides = corners.windows(2).zip([1, 0, 2]);
-    sides.map(|(ends, i)| Seg::line(ends[0], ends[1], face(i))).collect()
+    sides.map(|(ends, i)| OutlineSegment::line(ends[0], ends[1], face(i))).collect()
 }
 
-fn of_path(path: &Path, face: impl Fn(usize) -> u32) -> Vec<Seg> {
+fn of_path(path: &Path, face: impl Fn(usize) -> u32) -> Vec<OutlineSegment> {
     let mut from = path.start;
     let seg = |(i, segment): (usize, &Segment)| {
         let to = segment.to();
@@ -443,13 +443,13 @@ fn of_path(path: &Path, face: impl Fn(usize) -> u32) -> Vec<Seg> {
             Segment::Arc { centre, ccw, .. } => {
                 // The radius is taken from the same end in both directions, so that shared arcs have equal radii.
                 let end = minus(if ccw { to } else { from }, centre);
-                Some(Bend { centre, axes: [end[0].hypot(end[1]); 2], ccw, round: true })
+                Some(EllipseArc { centre, axes: [end[0].hypot(end[1]); 2], ccw, round: true })
             }
             Segment::EllipticArc { centre, semi_axes_mm, ccw, .. } => {
-                Some(Bend { centre, axes: semi_axes_mm, ccw, round: false })
+                Some(EllipseArc { centre, axes: semi_axes_mm, ccw, round: false })
             }
         };
-        let seg = Seg { bend, ..Seg::line(from, to, face(i)) };
+        let seg = OutlineSegment { bend, ..OutlineSegment::line(from, to, face(i)) };
         from = to;
         seg
     };

@@ -7,8 +7,8 @@ use fabkit_geometry_testing::cases;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
-use super::fused;
-use crate::evaluate::evaluate_by;
+use super::fuse_coaxial;
+use crate::evaluate::evaluate_without_fusion;
 use crate::oracle;
 use crate::{FaceId, MeshError, TriMesh, mesh, to_mesh};
 
@@ -56,7 +56,7 @@ fn stacks() -> impl Strategy<Value = Solid> {
 }
 
 fn unfused(solid: &Solid) -> Result<TriMesh, MeshError> {
-    Ok(to_mesh(solid, evaluate_by(solid, TOLERANCE_MM, true)?))
+    Ok(to_mesh(solid, evaluate_without_fusion(solid, TOLERANCE_MM, true)?))
 }
 
 fn distance_mm(solid: &Solid, id: FaceId, at: [f64; 3]) -> f64 {
@@ -67,10 +67,10 @@ fn distance_mm(solid: &Solid, id: FaceId, at: [f64; 3]) -> f64 {
 }
 
 #[test]
-fn stacks_in_one_piece_are_what_booleans_make() {
+fn fused_stacks_equal_booleans() {
     let (count, differ, solids) = (Cell::new(0), Cell::new(0), stacks());
     let check = |solid: Solid| {
-        let Some(fused) = fused(&solid) else { return Ok(()) };
+        let Some(fused) = fuse_coaxial(&solid) else { return Ok(()) };
         count.set(count.get() + 1);
         // Vertices made by the kernel lie on its triangles, not on the exact faces.
         let whole = fused.solid.leaves().len() == 1;
@@ -127,7 +127,7 @@ fn a_dome_on_a_flange_needs_no_boolean_for_its_round_parts() {
     let seat = Solid::cylinder(2.0, 30.0).at(0.0, 0.0, 17.0).placed(side);
     let outside = Solid::cylinder(25.0, 2.0).at(0.0, 0.0, -1.0).plus(dome(18.0, -0.9));
     let solid = outside.minus_all([dome(15.0, -2.0), hole, seat]);
-    let one = fused(&solid).unwrap().solid;
+    let one = fuse_coaxial(&solid).unwrap().solid;
     assert_eq!(one.leaves().len(), 2, "{one:?}");
     let [volume_mm3, before_mm3] =
         [mesh(&solid, TOLERANCE_MM), unfused(&solid)].map(|m| m.unwrap().volume_mm3());
@@ -139,16 +139,16 @@ fn a_dome_on_a_flange_needs_no_boolean_for_its_round_parts() {
 fn faces_that_other_leaves_share_are_not_divided() {
     let ball = || Solid::sphere(10.0);
     let flange = || Solid::cylinder(14.0, 2.0).at(0.0, 0.0, -1.0);
-    assert!(fused(&ball().plus(flange())).is_some());
+    assert!(fuse_coaxial(&ball().plus(flange())).is_some());
     let block = Solid::cuboid(40.0, 40.0, 40.0).at(0.0, 0.0, -20.0);
     let around = block.minus(ball());
     let both = Solid::union([ball().plus(flange()), around]);
-    assert!(fused(&both).is_none());
+    assert!(fuse_coaxial(&both).is_none());
 }
 
 /// Contacts, overlapping faces, voids and solids that would fall apart are left to the kernel.
 #[test]
-fn unclear_pairs_stay_as_they_are() {
+fn undecidable_pairs_are_not_fused() {
     let post = || Solid::cylinder(5.0, 10.0);
     let cases = [
         post().plus(post().at(0.0, 0.0, 10.0)),
@@ -159,6 +159,6 @@ fn unclear_pairs_stay_as_they_are() {
         post().plus(post().at(0.0, 0.0, 20.0)),
     ];
     for (i, case) in cases.iter().enumerate() {
-        assert!(fused(case).is_none(), "{i}");
+        assert!(fuse_coaxial(case).is_none(), "{i}");
     }
 }

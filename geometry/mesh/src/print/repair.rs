@@ -2,7 +2,7 @@
 
 use super::halfedges::Halfedges;
 use crate::halfedges::previous;
-use crate::measure::{dot, double_area, subtract};
+use crate::measure::{dot, doubled_area_normal, subtract};
 
 /// Altitude up to which triangles are removed if possible, in `f32` spacings.
 const LOW_ULPS: f64 = 1.0;
@@ -24,7 +24,7 @@ pub(super) fn repair(mesh: &mut Halfedges, ulp_mm: f64) -> Vec<u32> {
     for _ in 0..PASSES {
         let low: Vec<usize> = repair.mesh.alive().filter(|&t| repair.is_low(t)).collect();
         let has_equals = repair.has_equals();
-        let mut changed = has_equals && repair.part_equals(part_neighbours);
+        let mut changed = has_equals && repair.separate_equal_vertices(part_neighbours);
         for t in low {
             changed |= repair.mesh.is_alive(t) && repair.is_low(t) && repair.remove(t);
         }
@@ -48,7 +48,7 @@ impl Repair<'_> {
         let points = self.mesh.points(t);
         let longest = (0..3).map(|i| distance2(points[i], points[(i + 1) % 3])).fold(0.0, f64::max);
         let low_mm = LOW_ULPS * self.ulp_mm;
-        norm2(double_area(points)) <= longest * low_mm * low_mm
+        norm2(doubled_area_normal(points)) <= longest * low_mm * low_mm
     }
 
     /// Removes one low triangle: a needle by collapsing its short edge, a cap by flipping its long one. Returns whether
@@ -93,7 +93,7 @@ impl Repair<'_> {
             let old = mesh.points(t);
             let mut new = old;
             new[e % 3] = target;
-            let (before, after) = (double_area(old), double_area(new));
+            let (before, after) = (doubled_area_normal(old), doubled_area_normal(new));
             // A low triangle may turn over: its own normal is noise.
             norm2(after) > 0.0 && (dot(before, after) > 0.0 || self.is_low(t))
         };
@@ -116,8 +116,8 @@ impl Repair<'_> {
         }
         let points = |corners: [u32; 3]| corners.map(|v| mesh.positions[v as usize]);
         // The neighbour's normal tells where outside is: that of the low triangle is noise.
-        let outside = double_area(mesh.points(twin / 3));
-        let after = [points([d, b, c]), points([c, a, d])].map(double_area);
+        let outside = doubled_area_normal(mesh.points(twin / 3));
+        let after = [points([d, b, c]), points([c, a, d])].map(doubled_area_normal);
         let lowest_before = self.height2(edge / 3).min(self.height2(twin / 3));
         let better = [points([d, b, c]), points([c, a, d])].map(height2);
         let improves = better.into_iter().all(|h| h > lowest_before);
@@ -144,7 +144,7 @@ impl Repair<'_> {
 
     /// Moves vertices with equal positions apart: two parts of the surface that touch. Each moves into its own side of
     /// the solid.
-    fn part_equals(&mut self, neighbours_too: bool) -> bool {
+    fn separate_equal_vertices(&mut self, neighbours_too: bool) -> bool {
         let mut start = vec![usize::MAX; self.mesh.positions.len()];
         for t in self.mesh.alive() {
             for e in 3 * t..3 * t + 3 {
@@ -173,7 +173,7 @@ impl Repair<'_> {
     fn nudge(&mut self, vertex: u32, edge: usize) {
         let mut outward = [0.0; 3];
         for e in self.mesh.around(edge) {
-            let normal = double_area(self.mesh.points(e / 3));
+            let normal = doubled_area_normal(self.mesh.points(e / 3));
             let length = norm2(normal).sqrt().max(f64::MIN_POSITIVE);
             outward = std::array::from_fn(|i| outward[i] + normal[i] / length);
         }
@@ -190,7 +190,7 @@ impl Repair<'_> {
 /// Computes the square of the altitude over the longest edge, mm^2.
 fn height2(points: [[f64; 3]; 3]) -> f64 {
     let longest = (0..3).map(|i| distance2(points[i], points[(i + 1) % 3])).fold(0.0, f64::max);
-    if longest == 0.0 { 0.0 } else { norm2(double_area(points)) / longest }
+    if longest == 0.0 { 0.0 } else { norm2(doubled_area_normal(points)) / longest }
 }
 
 fn norm2(v: [f64; 3]) -> f64 {

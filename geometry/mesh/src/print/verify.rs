@@ -2,10 +2,10 @@
 
 use super::{PrintDefect, PrintMesh};
 use crate::TriMesh;
-use crate::measure::{double_area, genus, subtract, volume_mm3};
+use crate::measure::{doubled_area_normal, genus, subtract, volume_mm3};
 
 /// Checks all properties that [`PrintMesh`] guarantees.
-pub(super) fn sound(print: &PrintMesh, original: &TriMesh) -> Result<(), PrintDefect> {
+pub(super) fn check_validity(print: &PrintMesh, original: &TriMesh) -> Result<(), PrintDefect> {
     let vertices: Vec<[f64; 3]> = print.vertices.iter().map(|v| v.map(f64::from)).collect();
     let at = |v: u32| vertices[v as usize];
     let defect = |problem, at_mm| Err(PrintDefect { problem, at_mm });
@@ -20,7 +20,7 @@ pub(super) fn sound(print: &PrintMesh, original: &TriMesh) -> Result<(), PrintDe
     if let Some(pair) = places.windows(2).find(|w| w[0] >> 32 == w[1] >> 32) {
         return defect("two vertices fall together", at(pair[0] as u32));
     }
-    if let Some(&[a, ..]) = print.triangles.iter().find(|t| double_area(t.map(at)) == [0.0; 3]) {
+    if let Some(&[a, ..]) = print.triangles.iter().find(|t| doubled_area_normal(t.map(at)) == [0.0; 3]) {
         return defect("a triangle has no area", at(a));
     }
     if let Some(vertex) = open_fan(vertices.len(), &print.triangles) {
@@ -92,7 +92,7 @@ fn is_single_cycle(steps: &[[u32; 2]], are_few: bool) -> bool {
 }
 
 /// Checks the distance of each original vertex from the one it was merged into.
-pub(super) fn within(
+pub(super) fn check_displacement(
     original: &[[f64; 3]],
     positions: &[[f64; 3]],
     moved_to: &[u32],

@@ -7,7 +7,7 @@ const TABLE: usize = 512;
 
 /// Step of Newton's method below which it stops: the remaining error of the distance is the step's square times the
 /// radius of curvature.
-const ENOUGH_RAD: f64 = 1e-5;
+const NEWTON_TOLERANCE_RAD: f64 = 1e-5;
 
 /// Counter-clockwise arc in the (distance from axis, z) half plane: the points at `offset_mm` along the outward normal
 /// of an ellipse, for its parameter between `from_rad` and `to_rad`.
@@ -81,7 +81,7 @@ impl Arc {
             // The rotation is by the step's arc tangent, which equals the step when it is small enough to matter.
             let length = (1.0 + step * step).sqrt();
             (s, c) = ((s + step * c) / length, (c - step * s) / length);
-            if step.abs() < ENOUGH_RAD {
+            if step.abs() < NEWTON_TOLERANCE_RAD {
                 break;
             }
         }

@@ -51,7 +51,7 @@ pub(super) fn arc_count(radius_mm: f64, angle_rad: f64, tolerance_mm: f64) -> us
 /// Computes cosine and sine of `numerator / denominator` of a full turn.
 ///
 /// Exact at quarter turns, and exactly symmetric between the eight octants.
-pub(crate) fn turn(numerator: usize, denominator: usize) -> [f64; 2] {
+pub(crate) fn cos_sin_of_turn(numerator: usize, denominator: usize) -> [f64; 2] {
     let quarters = 4 * (numerator % denominator);
     let (quadrant, rest) = (quarters / denominator, quarters % denominator);
     let angle = |part: usize| std::f64::consts::FRAC_PI_2 * part as f64 / denominator as f64;
@@ -78,10 +78,10 @@ mod tests {
     #[test]
     fn quarter_turns_are_exact_and_octants_are_mirrored() {
         for n in [8, 12, 100, 128] {
-            assert_eq!(turn(0, n), [1.0, 0.0]);
-            assert_eq!(turn(n / 4, n).map(f64::abs), [0.0, 1.0]);
+            assert_eq!(cos_sin_of_turn(0, n), [1.0, 0.0]);
+            assert_eq!(cos_sin_of_turn(n / 4, n).map(f64::abs), [0.0, 1.0]);
             for k in 1..n / 4 {
-                let ([c, s], [c2, s2]) = (turn(k, n), turn(n / 4 - k, n));
+                let ([c, s], [c2, s2]) = (cos_sin_of_turn(k, n), cos_sin_of_turn(n / 4 - k, n));
                 assert_eq!((c, s), (s2, c2));
                 assert!((c * c + s * s - 1.0).abs() < 1e-15);
             }

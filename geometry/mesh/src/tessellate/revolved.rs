@@ -4,8 +4,8 @@ use fabkit_geometry::{Path, Segment};
 
 use super::arc::Arc;
 use super::circle::ring_count;
-use super::rings::{Ring, between};
-use super::stitch::{Spread, Strip, stitch};
+use super::rings::{Ring, find_rings};
+use super::stitch::{RingPoints, StripTriangle, stitch};
 use crate::facets::Facets;
 
 /// Distance below which a point counts as on the axis, mm.
@@ -125,9 +125,9 @@ fn runs_forward(stroke: &Stroke, rings: &[Ring]) -> bool {
 fn end_ring(at: [f64; 2], t: f64, tolerance_mm: f64) -> Ring {
     if at[0] < ON_AXIS_MM {
         // Exactly on the axis, so that both strokes at a pole use the same point.
-        return Ring { t, at: [0.0, at[1]], spread: Spread::pole() };
+        return Ring { t, at: [0.0, at[1]], spread: RingPoints::pole() };
     }
-    Ring { t, at, spread: Spread { count: ring_count(at[0], tolerance_mm), staggered: false } }
+    Ring { t, at, spread: RingPoints { count: ring_count(at[0], tolerance_mm), staggered: false } }
 }
 
 fn rings_of(from: [f64; 2], stroke: &Stroke, tolerance_mm: f64) -> Option<Vec<Ring>> {
@@ -141,7 +141,7 @@ fn rings_of(from: [f64; 2], stroke: &Stroke, tolerance_mm: f64) -> Option<Vec<Ri
         let end = if i + 1 == pieces.len() { last } else { arc.point(piece.to_rad) };
         let end = end_ring(end, piece.to_rad, tolerance_mm);
         let start = Ring { t: piece.from_rad, ..rings[rings.len() - 1] };
-        rings.extend(between(piece, [start, end], tolerance_mm)?);
+        rings.extend(find_rings(piece, [start, end], tolerance_mm)?);
         rings.push(end);
     }
     if !stroke.ccw {
@@ -184,8 +184,8 @@ impl Placed {
 fn connect(out: &mut Facets, lower: Placed, upper: Placed, face: u32, flip: bool) {
     stitch(lower.ring.spread, upper.ring.spread, |strip| {
         let [p, q, r] = match strip {
-            Strip::Lower { a, b } => [lower.vertex(a), lower.vertex(a + 1), upper.vertex(b)],
-            Strip::Upper { a, b } => [lower.vertex(a), upper.vertex(b + 1), upper.vertex(b)],
+            StripTriangle::Lower { a, b } => [lower.vertex(a), lower.vertex(a + 1), upper.vertex(b)],
+            StripTriangle::Upper { a, b } => [lower.vertex(a), upper.vertex(b + 1), upper.vertex(b)],
         };
         out.triangle(if flip { [p, r, q] } else { [p, q, r] }, face);
     });

@@ -7,7 +7,7 @@
 
 use super::arc::{Arc, ScaledLength};
 use super::circle::{chords_per_turn, tolerance_for};
-use super::stitch::{Spread, Strip, stitch_part};
+use super::stitch::{RingPoints, StripTriangle, stitch_sector};
 
 /// Fraction of the tolerance that the measured deviation may reach; the rest covers the error of the measurement, which
 /// is of second order along each edge.
@@ -18,7 +18,7 @@ const MEASURED_SHARE: f64 = 0.9;
 const END_STRIPS: [f64; 4] = [0.4, 0.55, 0.75, 1.0];
 
 /// Ratio of successive steps around the axis to try, beginning with the longest that could hold.
-const SHORTER: f64 = 0.97;
+const CHORD_STEP_RATIO: f64 = 0.97;
 
 /// Fraction of the best number of triangles so far above which a candidate is not measured.
 const WORTH_MEASURING: f64 = 0.985;
@@ -43,12 +43,12 @@ pub(super) struct Ring {
     pub t: f64,
     /// Distance from the axis and z, mm.
     pub at: [f64; 2],
-    pub spread: Spread,
+    pub spread: RingPoints,
 }
 
 /// Finds the rings strictly between the two ends of an arc, in its direction. `None` if too many would be needed for
 /// the tolerance.
-pub(super) fn between(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Option<Vec<Ring>> {
+pub(super) fn find_rings(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Option<Vec<Ring>> {
     let [a, b] = arc.semi_axes_mm;
     // The rings at the ends are given: none of them may be coarser than the arc.
     let widest_mm = (a.max(b) + arc.offset_mm).max(ends[0].at[0]).max(ends[1].at[0]);
@@ -68,14 +68,14 @@ pub(super) fn between(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Option<V
             let Some(limit) = search.longest_chord(strips, weights, longest) else { continue };
             let mut shorter = 0;
             while shorter < CHORDS {
-                let rings = search.candidate(strips, weights, limit * SHORTER.powi(shorter));
+                let rings = search.candidate(strips, weights, limit * CHORD_STEP_RATIO.powi(shorter));
                 let cost = triangles(&ends, &rings);
                 let enough =
                     |(least, _): &(usize, _)| cost as f64 > WORTH_MEASURING * *least as f64;
                 if best.as_ref().is_some_and(enough) {
                     break; // Shorter chords only cost more.
                 }
-                let excess = search.excess(&rings);
+                let excess = search.deviation_ratio(&rings);
                 if excess <= 1.0 {
                     if best.is_none() {
                         last = strips + TRIES;
@@ -94,7 +94,7 @@ pub(super) fn between(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Option<V
 /// Returns the smallest number of steps of [`SHORTER`] that can remove the excess deviation, which falls at most with
 /// the square of the chord.
 fn steps_shorter(excess: f64) -> i32 {
-    let steps = 0.5 * excess.ln() / -SHORTER.ln();
+    let steps = 0.5 * excess.ln() / -CHORD_STEP_RATIO.ln();
     // The cast saturates, and the number never comes near that limit.
     1.max(steps.floor() as i32)
 }
@@ -180,14 +180,14 @@ impl Search<'_> {
             let room = (next[0] - at[0]).hypot(next[1] - at[1]);
             let clear = chords_per_turn(at[0], 0.5 * room);
             let count = (around.max(clear) - 1e-9).ceil().max(3.0) as usize;
-            rings.push(Ring { t, at, spread: Spread { count, staggered: i % 2 == 0 } });
+            rings.push(Ring { t, at, spread: RingPoints { count, staggered: i % 2 == 0 } });
         }
         rings
     }
 
     /// Returns the ratio of the measured deviation to the allowed one. If it exceeds 1, it is that of some triangle
     /// that deviates too far, not necessarily the worst.
-    fn excess(&self, rings: &[Ring]) -> f64 {
+    fn deviation_ratio(&self, rings: &[Ring]) -> f64 {
         let [first, last] = &self.ends;
         let at = |i: usize| match i {
             0 => first,
@@ -198,7 +198,7 @@ impl Search<'_> {
         let others = (0..=rings.len()).filter(|i| !likely.contains(i));
         let mut worst = 0.0;
         for i in likely.into_iter().chain(others) {
-            worst = self.strip_excess(at(i), at(i + 1));
+            worst = self.strip_deviation_ratio(at(i), at(i + 1));
             if worst > 1.0 {
                 break;
             }
@@ -207,19 +207,19 @@ impl Search<'_> {
     }
 
     /// Returns the same ratio for the triangles between two rings.
-    fn strip_excess(&self, lower: &Ring, upper: &Ring) -> f64 {
+    fn strip_deviation_ratio(&self, lower: &Ring, upper: &Ring) -> f64 {
         let mut worst = 0.0f64;
         let (mut a_old, mut a_new) = (corner(lower, 0), corner(lower, 1));
         let (mut b_old, mut b_new) = (corner(upper, 0), corner(upper, 1));
         let (lower_chord, upper_chord) = (self.edge(a_old, a_new), self.edge(b_old, b_new));
         let mut cross = self.edge(a_old, b_old);
-        stitch_part(lower.spread, upper.spread, |strip| {
+        stitch_sector(lower.spread, upper.spread, |strip| {
             if worst > 1.0 {
                 return;
             }
             let (corners, base) = match strip {
-                Strip::Lower { .. } => ([a_new, b_old, a_old], lower_chord),
-                Strip::Upper { .. } => ([b_new, a_old, b_old], upper_chord),
+                StripTriangle::Lower { .. } => ([a_new, b_old, a_old], lower_chord),
+                StripTriangle::Upper { .. } => ([b_new, a_old, b_old], upper_chord),
             };
             let next_cross = self.edge(corners[0], corners[1]);
             // Edges in the order of the corners: new diagonal, old diagonal, chord.
@@ -227,8 +227,8 @@ impl Search<'_> {
             worst = worst.max(deviation / (MEASURED_SHARE * self.tolerance_mm));
             cross = next_cross;
             match strip {
-                Strip::Lower { a, .. } => (a_old, a_new) = (a_new, corner(lower, a + 2)),
-                Strip::Upper { b, .. } => (b_old, b_new) = (b_new, corner(upper, b + 2)),
+                StripTriangle::Lower { a, .. } => (a_old, a_new) = (a_new, corner(lower, a + 2)),
+                StripTriangle::Upper { b, .. } => (b_old, b_new) = (b_new, corner(upper, b + 2)),
             }
         });
         worst

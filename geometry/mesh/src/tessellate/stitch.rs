@@ -2,14 +2,14 @@
 
 /// Distribution of a ring's points around the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Spread {
+pub(crate) struct RingPoints {
     /// Number of points; 1 for a pole.
     pub count: usize,
     /// True if the ring is rotated by half a step.
     pub staggered: bool,
 }
 
-impl Spread {
+impl RingPoints {
     pub fn pole() -> Self {
         Self { count: 1, staggered: false }
     }
@@ -22,13 +22,13 @@ impl Spread {
     /// Computes cosine and sine of the azimuth of point `k`.
     pub fn direction(&self, k: usize) -> [f64; 2] {
         let (numerator, denominator) = self.fraction(k);
-        super::circle::turn(numerator, denominator)
+        super::circle::cos_sin_of_turn(numerator, denominator)
     }
 }
 
 /// Triangle of two neighbours on one ring and one point on the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Strip {
+pub(crate) enum StripTriangle {
     /// Points `a`, `a + 1` of the lower ring and `b` of the upper.
     Lower { a: usize, b: usize },
     /// Point `a` of the lower ring and `b`, `b + 1` of the upper.
@@ -37,17 +37,17 @@ pub(crate) enum Strip {
 
 /// Emits all triangles between two rings, always with the diagonal that spans the smaller azimuth. Indices run up to
 /// and including the counts: the caller wraps them.
-pub(crate) fn stitch(lower: Spread, upper: Spread, mut emit: impl FnMut(Strip)) {
+pub(crate) fn stitch(lower: RingPoints, upper: RingPoints, mut emit: impl FnMut(StripTriangle)) {
     let repeats = repeats(lower, upper);
     let (part_a, part_b) = (steps(lower) / repeats, steps(upper) / repeats);
     for part in 0..repeats {
-        stitch_part(lower, upper, |strip| {
+        stitch_sector(lower, upper, |strip| {
             emit(match strip {
-                Strip::Lower { a, b } => {
-                    Strip::Lower { a: a + part * part_a, b: b + part * part_b }
+                StripTriangle::Lower { a, b } => {
+                    StripTriangle::Lower { a: a + part * part_a, b: b + part * part_b }
                 }
-                Strip::Upper { a, b } => {
-                    Strip::Upper { a: a + part * part_a, b: b + part * part_b }
+                StripTriangle::Upper { a, b } => {
+                    StripTriangle::Upper { a: a + part * part_a, b: b + part * part_b }
                 }
             });
         });
@@ -57,7 +57,7 @@ pub(crate) fn stitch(lower: Spread, upper: Spread, mut emit: impl FnMut(Strip)) 
 /// Emits the triangles of the first repeating sector between two rings.
 ///
 /// No triangle is wider than one step of the coarser ring.
-pub(super) fn stitch_part(lower: Spread, upper: Spread, mut emit: impl FnMut(Strip)) {
+pub(super) fn stitch_sector(lower: RingPoints, upper: RingPoints, mut emit: impl FnMut(StripTriangle)) {
     let repeats = repeats(lower, upper);
     let (steps_a, steps_b) = (steps(lower) / repeats, steps(upper) / repeats);
     // Azimuths over the common denominator, as integers: ties are ties on every machine.
@@ -70,22 +70,22 @@ pub(super) fn stitch_part(lower: Spread, upper: Spread, mut emit: impl FnMut(Str
         let advance_a = (azimuth_a(a + 1) - azimuth_b(b)).abs();
         let advance_b = (azimuth_b(b + 1) - azimuth_a(a)).abs();
         if b == steps_b || (a < steps_a && advance_a <= advance_b) {
-            emit(Strip::Lower { a, b });
+            emit(StripTriangle::Lower { a, b });
             a += 1;
         } else {
-            emit(Strip::Upper { a, b });
+            emit(StripTriangle::Upper { a, b });
             b += 1;
         }
     }
 }
 
 /// Returns the number of equal sectors of a turn in which the pattern between two rings repeats.
-fn repeats(lower: Spread, upper: Spread) -> usize {
+fn repeats(lower: RingPoints, upper: RingPoints) -> usize {
     let (a, b) = (steps(lower), steps(upper));
     if a == 0 || b == 0 { a.max(b) } else { gcd(a, b) }
 }
 
-fn steps(spread: Spread) -> usize {
+fn steps(spread: RingPoints) -> usize {
     if spread.count == 1 { 0 } else { spread.count }
 }
 

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use fabkit_geometry::{Path, Point3, Pose, Solid, Vector3};
 use fabkit_geometry_testing::{cases, trees};
 use fabkit_mesh::{
-    DEFAULT_TOLERANCE_MM, Intersections, MeshError, TriMesh, intersection_volume_mm3, mesh,
+    DEFAULT_TOLERANCE_MM, IntersectionCache, MeshError, TriMesh, intersection_volume_mm3, mesh,
 };
 use proptest::prelude::*;
 
@@ -86,13 +86,13 @@ fn layers_cut_from_solids_do_not_overlap_either() {
 }
 
 #[test]
-fn pairs_have_in_common_what_they_have_alone() {
+fn cached_intersections_equal_single_ones() {
     let ball = Solid::sphere(5.0).minus(Solid::cylinder(1.0, 12.0).at_z(-6.0));
     let block = Solid::cuboid(6.0, 6.0, 6.0).minus(Solid::cylinder(2.0, 8.0).at_z(-1.0));
     let half = Solid::sphere(4.0).and(Solid::behind(Point3::origin(), Vector3::z()));
     let turned = block.clone().placed(Pose::translation(1.0, 2.0, -3.0));
     let solids = [ball, block, half, turned];
-    let mut all = Intersections::new(DEFAULT_TOLERANCE_MM);
+    let mut all = IntersectionCache::new(DEFAULT_TOLERANCE_MM);
     let mut overlaps = 0;
     for (i, a) in solids.iter().enumerate() {
         for b in &solids[i + 1..] {
@@ -142,7 +142,7 @@ fn features_name_their_triangles() {
 }
 
 #[test]
-fn what_is_no_finite_solid_is_refused() {
+fn unbounded_empty_and_invalid_solids_are_refused() {
     let ball = || Solid::sphere(1.0);
     let error = |solid: Solid| mesh(&solid, 0.1).unwrap_err();
     assert_eq!(error(Solid::below(0.0)), MeshError::Unbounded);

@@ -57,7 +57,7 @@ fn vertices_between_faces_lie_on_all_of_them() {
 }
 
 #[test]
-fn no_triangle_is_folded_by_it() {
+fn seam_correction_folds_no_triangle() {
     for solid in met() {
         let mesh = mesh(&solid, 0.05).unwrap();
         // Folded triangles would increase the area.

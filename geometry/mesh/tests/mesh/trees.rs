@@ -65,7 +65,7 @@ fn write(triangles: &TriMesh, solid: &Solid) {
     assert_eq!(file.genus(), triangles.genus());
     let bounds = triangles.bounds();
     let farthest = bounds.min.coords.abs().max().max(bounds.max.coords.abs().max()) as f32;
-    let moved_mm = PrintMesh::MOST_ULPS * f64::from(farthest.next_up() - farthest);
+    let moved_mm = PrintMesh::MAX_DISPLACEMENT_ULPS * f64::from(farthest.next_up() - farthest);
     let off_mm3 = (file.volume_mm3() - triangles.volume_mm3()).abs();
     assert!(off_mm3 <= triangles.area_mm2() * moved_mm, "{off_mm3} mm3 off: {solid:?}");
 }

@@ -38,7 +38,7 @@ impl Line {
 const GROWTH: f64 = 1e-9;
 
 /// Enlarges the box by [`GROWTH`] to cover rounding errors.
-pub(crate) fn generous(bounds: &Aabb) -> Aabb {
+pub(crate) fn enlarge_for_rounding(bounds: &Aabb) -> Aabb {
     let reach = bounds.min.iter().chain(bounds.max.iter()).filter(|v| v.is_finite());
     bounds.grown(GROWTH * reach.fold(1.0f64, |r, v| r.max(v.abs())))
 }
@@ -54,7 +54,7 @@ const MAX_STACK: usize = 64;
 
 /// Children of a boolean, searched by bounding box.
 #[derive(Clone, Debug)]
-pub(crate) struct Children {
+pub(crate) struct BoxTree {
     /// Node numbers and boxes: in the order of the solid tree if there are few, else in the order of the buckets.
     items: Vec<(u32, Aabb)>,
     tree: Vec<Branch>,
@@ -70,7 +70,7 @@ struct Branch {
     second: Option<u32>,
 }
 
-impl Children {
+impl BoxTree {
     /// Builds the tree from node numbers and their (enlarged) boxes.
     pub(crate) fn new(mut items: Vec<(u32, Aabb)>) -> Self {
         let mut tree = Vec::new();
@@ -163,7 +163,7 @@ mod tests {
     fn the_tree_finds_what_a_plain_search_finds() {
         let items: Vec<_> =
             (0..400u32).map(|i| (i, cube(f64::from(i % 20), f64::from(i / 20)))).collect();
-        let children = Children::new(items.clone());
+        let children = BoxTree::new(items.clone());
         assert!(!children.tree.is_empty());
         for k in 0..200 {
             let angle = f64::from(k) * 0.1;
@@ -187,7 +187,7 @@ mod tests {
     fn a_line_along_a_grown_face_meets_the_box() {
         let bounds = cube(0.0, 0.0);
         let line = Line::new(Point3::new(0.0, -3.0, 0.5), Vector3::y());
-        assert!(line.meets(&generous(&bounds)));
-        assert!(!line.meets(&generous(&cube(1.0, 0.0))));
+        assert!(line.meets(&enlarge_for_rounding(&bounds)));
+        assert!(!line.meets(&enlarge_for_rounding(&cube(1.0, 0.0))));
     }
 }

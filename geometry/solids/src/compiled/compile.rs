@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::boxes::{Children, generous};
+use super::boxes::{BoxTree, enlarge_for_rounding};
 use super::shape::Primitive;
 use crate::{Aabb, Pose, Solid};
 
@@ -22,9 +22,9 @@ pub(crate) struct CompiledLeaf {
 #[derive(Clone, Debug)]
 pub(crate) enum Node {
     Leaf(u32),
-    Any(Children),
-    All(Vec<u32>),
-    Minus { of: u32, tools: u32 },
+    Union(BoxTree),
+    Intersection(Vec<u32>),
+    Difference { of: u32, tools: u32 },
 }
 
 #[derive(Clone, Debug, Default)]
@@ -48,14 +48,14 @@ impl Compiler {
                 let bounds = all
                     .iter()
                     .fold(Aabb::everything(), |b, &child| b.common(&self.bounds[child as usize]));
-                self.push(Node::All(all), bounds)
+                self.push(Node::Intersection(all), bounds)
             }
             Solid::Difference { of, minus } => {
                 let of = self.add(of, root_from_here, is_tool);
                 let tools = self.any(minus, root_from_here, !is_tool);
                 // Tools only remove material, so the bounds of the minuend remain valid (if not tight).
                 let bounds = self.bounds[of as usize];
-                self.push(Node::Minus { of, tools }, bounds)
+                self.push(Node::Difference { of, tools }, bounds)
             }
             primitive => self.leaf(primitive, root_from_here, is_tool),
         }
@@ -72,8 +72,8 @@ impl Compiler {
         }
         let bounds = |&node: &u32| self.bounds[node as usize];
         let hull = members.iter().map(bounds).fold(Aabb::nothing(), |all, b| all.hull(&b));
-        let items = members.iter().map(|node| (*node, generous(&bounds(node)))).collect();
-        self.push(Node::Any(Children::new(items)), hull)
+        let items = members.iter().map(|node| (*node, enlarge_for_rounding(&bounds(node)))).collect();
+        self.push(Node::Union(BoxTree::new(items)), hull)
     }
 
     fn members(&mut self, solid: &Solid, pose: Pose, is_tool: bool, members: &mut Vec<u32>) {

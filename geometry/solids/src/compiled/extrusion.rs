@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::region::Region;
-use super::shape::{Candidate, LocalRay, Shape, Work};
+use super::shape::{Candidate, LocalRay, Shape, CastBuffers};
 use crate::{Extrusion, roots::quadratic};
 
 const BOTTOM: u32 = 0;
@@ -29,7 +29,7 @@ impl Prism {
     }
 
     /// Adds candidates where the line may cross a wall, for parameters within `limits`.
-    fn walls(&self, ray: &LocalRay, limits: [f64; 2], work: &mut Work) {
+    fn walls(&self, ray: &LocalRay, limits: [f64; 2], work: &mut CastBuffers) {
         let (o, d) = (ray.origin.xy(), ray.direction.xy());
         let mut offer = |k: usize, t_mm: f64| {
             let within = limits[0] < t_mm && t_mm < limits[1];
@@ -39,7 +39,7 @@ impl Prism {
         };
         for (k, edge) in self.region.edges.iter().enumerate() {
             match &edge.ellipse {
-                None if edge.is_passed(o, d) => {}
+                None if edge.is_missed_by_line(o, d) => {}
                 None => {
                     let along = edge.to - edge.from;
                     let approach = d.perp(&along);
@@ -65,8 +65,8 @@ impl Shape for Prism {
         self.region.support(u.xy()) + (self.height_mm * u.z).max(0.0)
     }
 
-    fn holds(&self, p: &Vector3<f64>) -> bool {
-        0.0 < p.z && p.z < self.height_mm && self.region.holds(p.xy())
+    fn contains(&self, p: &Vector3<f64>) -> bool {
+        0.0 < p.z && p.z < self.height_mm && self.region.contains(p.xy())
     }
 
     fn normal(&self, face: u32, p: &Vector3<f64>) -> Vector3<f64> {
@@ -80,7 +80,7 @@ impl Shape for Prism {
         }
     }
 
-    fn cast(&self, ray: &LocalRay, work: &mut Work) {
+    fn cast(&self, ray: &LocalRay, work: &mut CastBuffers) {
         let (z, dz) = (ray.origin.z, ray.direction.z);
         let mut limits = [-ray.reach_mm, ray.reach_mm];
         // A horizontal line crosses no cap: it is within the slab along its whole length, or never.
@@ -96,6 +96,6 @@ impl Shape for Prism {
             }
         }
         self.walls(ray, limits, work);
-        work.keep_changes(|t_mm| self.region.holds(ray.at(t_mm).xy()));
+        work.candidates_to_chords(|t_mm| self.region.contains(ray.at(t_mm).xy()));
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::shape::{Chord, LocalRay, Shape, Wall, Work};
+use super::shape::{Chord, LocalRay, Shape, Wall, CastBuffers};
 use crate::{Cuboid, HalfSpace};
 
 impl Cuboid {
@@ -17,7 +17,7 @@ impl Shape for Cuboid {
         (0..3).map(|i| self.limits()[i].map(|v| v * u[i])).map(|[a, b]| a.max(b)).sum()
     }
 
-    fn holds(&self, p: &Vector3<f64>) -> bool {
+    fn contains(&self, p: &Vector3<f64>) -> bool {
         self.limits().iter().zip(p.iter()).all(|([low, high], v)| low < v && v < high)
     }
 
@@ -27,7 +27,7 @@ impl Shape for Cuboid {
         normal
     }
 
-    fn cast(&self, ray: &LocalRay, work: &mut Work) {
+    fn cast(&self, ray: &LocalRay, work: &mut CastBuffers) {
         let limits = self.limits();
         let slab = |i: usize| {
             let face = 2 * i as u32;
@@ -44,7 +44,7 @@ impl Shape for HalfSpace {
         if u.x == 0.0 && u.y == 0.0 && u.z > 0.0 { 0.0 } else { f64::INFINITY }
     }
 
-    fn holds(&self, p: &Vector3<f64>) -> bool {
+    fn contains(&self, p: &Vector3<f64>) -> bool {
         p.z < 0.0
     }
 
@@ -52,7 +52,7 @@ impl Shape for HalfSpace {
         Vector3::z()
     }
 
-    fn cast(&self, ray: &LocalRay, work: &mut Work) {
+    fn cast(&self, ray: &LocalRay, work: &mut CastBuffers) {
         let below = Wall { at: f64::NEG_INFINITY, face: 0 };
         work.chords.extend(Chord::slab(
             ray.origin.z,

@@ -4,7 +4,7 @@ mod boxes;
 mod compile;
 mod extrusion;
 mod flat;
-mod local;
+mod subdivision;
 mod offset;
 mod region;
 mod revolution;
@@ -16,11 +16,11 @@ mod span;
 use nalgebra::{Point3, Vector3};
 
 pub(crate) use self::boxes::Line;
-use self::boxes::generous;
+use self::boxes::enlarge_for_rounding;
 use self::compile::{CompiledLeaf, Compiler, Node};
-pub(crate) use self::local::{held_boxes, meeting_boxes};
+pub(crate) use self::subdivision::{subdivide_for_obstacles, subdivide_for_overlap};
 pub(crate) use self::region::{Edge, Region, path_length, signed_area};
-use self::shape::{LocalRay, Work};
+use self::shape::{LocalRay, CastBuffers};
 use self::span::SLIVER_MM;
 pub(crate) use self::span::{Hit, Span};
 use crate::{Aabb, InvalidSolid, Pose, Solid};
@@ -73,7 +73,7 @@ pub struct PlacedPrimitive {
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     spans: Vec<Span>,
-    work: Work,
+    work: CastBuffers,
 }
 
 /// Validated [`Solid`], flattened for queries of bounds, containment and line crossings.
@@ -113,7 +113,7 @@ impl CompiledSolid {
                 is_tool: compiled.is_tool,
             })
             .collect();
-        let boxes = bounds.iter().map(generous).collect();
+        let boxes = bounds.iter().map(enlarge_for_rounding).collect();
         Ok(Self { nodes, boxes, compiled, leaves, root, bounds: bounds[root as usize] })
     }
 
@@ -145,13 +145,13 @@ impl CompiledSolid {
         match &self.nodes[node as usize] {
             Node::Leaf(leaf) => {
                 let leaf = &self.compiled[*leaf as usize];
-                leaf.primitive.shape().holds(&leaf.leaf_from_root.point(*point).coords)
+                leaf.primitive.shape().contains(&leaf.leaf_from_root.point(*point).coords)
             }
-            Node::Any(children) => {
+            Node::Union(children) => {
                 children.find(|b| b.contains(point), |child| self.node_contains(child, point))
             }
-            Node::All(children) => children.iter().all(|&child| self.node_contains(child, point)),
-            Node::Minus { of, tools } => {
+            Node::Intersection(children) => children.iter().all(|&child| self.node_contains(child, point)),
+            Node::Difference { of, tools } => {
                 self.node_contains(*of, point) && !self.node_contains(*tools, point)
             }
         }
@@ -268,7 +268,7 @@ impl CompiledSolid {
         let from = scratch.spans.len();
         match &self.nodes[node as usize] {
             Node::Leaf(leaf) => self.cast_leaf(*leaf, line, scratch),
-            Node::Any(children) => {
+            Node::Union(children) => {
                 // The spans of a single child are sorted already: the union is needed only if several were hit.
                 let mut hit_children = 0;
                 children.find(
@@ -284,7 +284,7 @@ impl CompiledSolid {
                     span::unite(&mut scratch.spans, from);
                 }
             }
-            Node::All(children) => {
+            Node::Intersection(children) => {
                 for (i, &child) in children.iter().enumerate() {
                     let middle = scratch.spans.len();
                     if line.meets(&self.boxes[child as usize]) {
@@ -299,7 +299,7 @@ impl CompiledSolid {
                     }
                 }
             }
-            Node::Minus { of, tools } => {
+            Node::Difference { of, tools } => {
                 self.cast(*of, line, scratch);
                 let middle = scratch.spans.len();
                 if middle > from && line.meets(&self.boxes[*tools as usize]) {

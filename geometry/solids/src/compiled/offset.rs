@@ -2,8 +2,8 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::ring::{meridian, turned};
-use super::shape::{Chord, LocalRay, Shape, Work};
+use super::ring::{meridian, rotate_to_azimuth};
+use super::shape::{Chord, LocalRay, Shape, CastBuffers};
 use crate::{Ellipsoid, EllipsoidOffset};
 
 /// First quadrant of an ellipse around the origin, in units of its short half axis and with the long one first.
@@ -107,7 +107,7 @@ impl EllipsoidOffset {
         let (from_ellipse, mut normal) = Quadrant::new(self.half_axes())
             .distance(Vector2::new(flat.x, flat.y.abs()), self.offset_mm);
         normal.y = normal.y.copysign(p.z);
-        (from_ellipse - self.offset_mm, turned(normal, p))
+        (from_ellipse - self.offset_mm, rotate_to_azimuth(normal, p))
     }
 
     /// Returns an ellipsoid that encloses the solid, for a first guess and for early misses, and one that lies within
@@ -134,12 +134,12 @@ impl EllipsoidOffset {
     /// line misses.
     ///
     /// `outer_mm` are parameters before each crossing, and `guess_mm` parameters near it.
-    fn ends(&self, ray: &LocalRay, outer_mm: [f64; 2], guess_mm: [f64; 2]) -> Option<[f64; 2]> {
+    fn find_chord_ends(&self, ray: &LocalRay, outer_mm: [f64; 2], guess_mm: [f64; 2]) -> Option<[f64; 2]> {
         let ellipse = Quadrant::new(self.half_axes());
         let offset = self.offset_mm / ellipse.short_mm;
         let mut ends = [0, 1].map(|end| {
             let sign = [1.0, -1.0][end];
-            End {
+            ChordEndIteration {
                 sign,
                 outside_mm: sign * outer_mm[end],
                 t_mm: sign * guess_mm[end],
@@ -168,7 +168,7 @@ impl EllipsoidOffset {
 /// what Newton's method on the distance would require. Therefore each iteration takes one step on the line and one
 /// towards the nearest point. The line is followed from one side only, and both unknowns converge as fast as in
 /// Newton's method in two unknowns.
-struct End {
+struct ChordEndIteration {
     /// Direction along the line that leads into the solid: 1 or -1.
     sign: f64,
     /// Parameter no farther than the crossing, mm along the line in the inward direction. From the second step on, the
@@ -180,7 +180,7 @@ struct End {
     is_found: bool,
 }
 
-impl End {
+impl ChordEndIteration {
     /// Takes one step. `None` if the line misses.
     #[inline]
     fn step(&mut self, ellipse: &Quadrant, offset: f64, ray: &LocalRay) -> Option<()> {
@@ -238,7 +238,7 @@ impl Shape for EllipsoidOffset {
         meridian(u).component_mul(&self.half_axes()).norm() + self.offset_mm
     }
 
-    fn holds(&self, p: &Vector3<f64>) -> bool {
+    fn contains(&self, p: &Vector3<f64>) -> bool {
         self.distance(p).0 < 0.0
     }
 
@@ -246,12 +246,12 @@ impl Shape for EllipsoidOffset {
         self.distance(p).1
     }
 
-    fn cast(&self, ray: &LocalRay, work: &mut Work) {
+    fn cast(&self, ray: &LocalRay, work: &mut CastBuffers) {
         let (around, within) = self.bounding();
         let Some(outer) = around.chord(ray) else { return };
         let inner = within.and_then(|within| within.chord(ray)).unwrap_or(outer);
         let chord = self
-            .ends(ray, outer.t_mm, inner.t_mm)
+            .find_chord_ends(ray, outer.t_mm, inner.t_mm)
             .map(|[enter, exit]| Chord::on_face(0, enter, exit));
         work.chords.extend(chord.filter(|c| c.t_mm[0] < c.t_mm[1]));
     }

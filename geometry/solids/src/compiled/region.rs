@@ -65,7 +65,7 @@ impl Edge {
 
     /// Returns whether the line through `origin` meets a straight edge's line only beyond the ends of the edge and
     /// beyond their slack.
-    pub(crate) fn is_passed(&self, origin: Vector2<f64>, direction: Vector2<f64>) -> bool {
+    pub(crate) fn is_missed_by_line(&self, origin: Vector2<f64>, direction: Vector2<f64>) -> bool {
         let (a, b) = (direction.perp(&(self.from - origin)), direction.perp(&(self.to - origin)));
         a * b > 0.0 && a.abs().min(b.abs()) > SLACK * (a - b).abs()
     }
@@ -267,7 +267,7 @@ impl Region {
     }
 
     /// Returns whether the point lies inside the outer path and outside every hole.
-    pub(crate) fn holds(&self, p: Vector2<f64>) -> bool {
+    pub(crate) fn contains(&self, p: Vector2<f64>) -> bool {
         let within = |path: &Range<usize>| {
             // Even-odd rule for each path.
             self.pieces[path.clone()].iter().filter(|piece| piece.is_right_of(p)).count() % 2 == 1

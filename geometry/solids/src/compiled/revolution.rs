@@ -3,17 +3,17 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::region::{Edge, Region};
-use super::ring::{meridian, polished, swept_ellipse, turned};
-use super::shape::{Candidate, LocalRay, Shape, Work};
+use super::ring::{meridian, refine_root, swept_ellipse, rotate_to_azimuth};
+use super::shape::{Candidate, LocalRay, Shape, CastBuffers};
 use crate::{Revolution, roots::quadratic};
 
 /// [`Revolution`] prepared for queries.
 #[derive(Clone, Debug)]
-pub(crate) struct Spun {
+pub(crate) struct RevolutionShape {
     region: Region,
 }
 
-impl Spun {
+impl RevolutionShape {
     pub(crate) fn new(solid: &Revolution) -> Self {
         Self { region: Region::new(&solid.profile) }
     }
@@ -25,7 +25,7 @@ impl Spun {
 }
 
 /// Line in coordinates (distance from z, z), for rejecting edges far from it cheaply.
-struct Passing<'a> {
+struct MeridianLine<'a> {
     ray: &'a LocalRay,
     /// Squared distance from z along the line: `s[2] t^2 + 2 s[1] t + s[0]`.
     s: [f64; 3],
@@ -34,7 +34,7 @@ struct Passing<'a> {
     per_height: f64,
 }
 
-impl<'a> Passing<'a> {
+impl<'a> MeridianLine<'a> {
     fn new(ray: &'a LocalRay) -> Self {
         let (o, d) = (ray.origin.xy(), ray.direction.xy());
         let s = [o.norm_squared(), o.dot(&d), d.norm_squared()];
@@ -48,7 +48,7 @@ impl<'a> Passing<'a> {
 
     /// Returns the parameters between which the line has the heights of the edge, mm; `None` if it is nowhere near the
     /// edge there.
-    fn beside(&self, edge: &Edge) -> Option<[f64; 2]> {
+    fn parameter_range(&self, edge: &Edge) -> Option<[f64; 2]> {
         let (z, reach_mm) = (self.ray.origin.z, 2.0 * self.ray.reach_mm);
         let mut between = [-reach_mm, reach_mm];
         if self.ray.direction.z == 0.0 {
@@ -107,23 +107,23 @@ fn swept_line(edge: &Edge, ray: &LocalRay, mut offer: impl FnMut(f64)) {
     }
 }
 
-impl Shape for Spun {
+impl Shape for RevolutionShape {
     fn support(&self, u: &Vector3<f64>) -> f64 {
         self.region.support(meridian(u))
     }
 
-    fn holds(&self, p: &Vector3<f64>) -> bool {
-        self.region.holds(meridian(p))
+    fn contains(&self, p: &Vector3<f64>) -> bool {
+        self.region.contains(meridian(p))
     }
 
     fn normal(&self, face: u32, p: &Vector3<f64>) -> Vector3<f64> {
-        turned(self.region.edges[face as usize].outward(meridian(p)), p)
+        rotate_to_azimuth(self.region.edges[face as usize].outward(meridian(p)), p)
     }
 
-    fn cast(&self, ray: &LocalRay, work: &mut Work) {
-        let passing = Passing::new(ray);
+    fn cast(&self, ray: &LocalRay, work: &mut CastBuffers) {
+        let passing = MeridianLine::new(ray);
         for (k, edge) in self.region.edges.iter().enumerate() {
-            let Some(between_mm) = passing.beside(edge) else { continue };
+            let Some(between_mm) = passing.parameter_range(edge) else { continue };
             let mut offer = |t_mm: f64| {
                 let p: Vector2<f64> = meridian(&ray.at(t_mm));
                 if edge.accepts(p) {
@@ -136,11 +136,11 @@ impl Shape for Spun {
                 None => swept_line(edge, ray, offer),
                 Some(ellipse) => {
                     for &root in swept_ellipse(ellipse, ray, between_mm).as_slice() {
-                        offer(polished(ellipse, ray, root));
+                        offer(refine_root(ellipse, ray, root));
                     }
                 }
             }
         }
-        work.keep_changes(|t_mm| self.holds(&ray.at(t_mm)));
+        work.candidates_to_chords(|t_mm| self.contains(&ray.at(t_mm)));
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::region::Ellipse;
-use super::shape::{Candidate, LocalRay, Shape, Work};
+use super::shape::{Candidate, LocalRay, Shape, CastBuffers};
 use crate::{
     Torus,
     roots::{Roots, polynomial, quadratic},
@@ -54,7 +54,7 @@ pub(crate) fn swept_ellipse(ellipse: &Ellipse, ray: &LocalRay, between_mm: [f64;
 
 /// Refines a root by two Newton steps on the implicit function of the surface itself: the squared equation costs digits
 /// where the tube is thin.
-pub(crate) fn polished(ellipse: &Ellipse, ray: &LocalRay, t_mm: f64) -> f64 {
+pub(crate) fn refine_root(ellipse: &Ellipse, ray: &LocalRay, t_mm: f64) -> f64 {
     let mut t_mm = t_mm;
     for _ in 0..2 {
         let p = ray.at(t_mm);
@@ -86,28 +86,28 @@ impl Shape for Torus {
         self.ring_radius_mm * u.x.hypot(u.y) + self.tube_radius_mm
     }
 
-    fn holds(&self, p: &Vector3<f64>) -> bool {
+    fn contains(&self, p: &Vector3<f64>) -> bool {
         let from_tube = meridian(p) - self.tube().centre;
         from_tube.norm_squared() < self.tube_radius_mm * self.tube_radius_mm
     }
 
     fn normal(&self, _face: u32, p: &Vector3<f64>) -> Vector3<f64> {
         let from_tube = meridian(p) - self.tube().centre;
-        turned(from_tube, p)
+        rotate_to_azimuth(from_tube, p)
     }
 
-    fn cast(&self, ray: &LocalRay, work: &mut Work) {
+    fn cast(&self, ray: &LocalRay, work: &mut CastBuffers) {
         let tube = self.tube();
         for &t_mm in swept_ellipse(&tube, ray, [-ray.reach_mm, ray.reach_mm]).as_slice() {
-            let t_mm = polished(&tube, ray, t_mm);
+            let t_mm = refine_root(&tube, ray, t_mm);
             work.candidates.push(Candidate { t_mm, face: 0 });
         }
-        work.keep_changes(|t_mm| self.holds(&ray.at(t_mm)));
+        work.candidates_to_chords(|t_mm| self.contains(&ray.at(t_mm)));
     }
 }
 
 /// Rotates a direction of the (distance from z, height) half plane to the azimuth of `p`.
-pub(crate) fn turned(flat: Vector2<f64>, p: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn rotate_to_azimuth(flat: Vector2<f64>, p: &Vector3<f64>) -> Vector3<f64> {
     let across = meridian(p).x;
     if across == 0.0 {
         return Vector3::new(0.0, 0.0, flat.y);

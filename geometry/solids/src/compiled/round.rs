@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::shape::{Chord, LocalRay, Shape, Wall, Work};
+use super::shape::{Chord, LocalRay, Shape, Wall, CastBuffers};
 use crate::{Cone, Cylinder, Ellipsoid, Sphere, roots::quadratic};
 
 const SIDE: u32 = 0;
@@ -14,7 +14,7 @@ impl Shape for Sphere {
         self.radius_mm
     }
 
-    fn holds(&self, p: &Vector3<f64>) -> bool {
+    fn contains(&self, p: &Vector3<f64>) -> bool {
         p.norm_squared() < self.radius_mm * self.radius_mm
     }
 
@@ -22,7 +22,7 @@ impl Shape for Sphere {
         *p
     }
 
-    fn cast(&self, ray: &LocalRay, work: &mut Work) {
+    fn cast(&self, ray: &LocalRay, work: &mut CastBuffers) {
         // The discriminant is computed from the foot of the perpendicular, not as b^2 - c: Haines et al., "Precision
         // Improvements for Ray/Sphere Intersection", Ray Tracing Gems (2019).
         let b = ray.origin.dot(&ray.direction);
@@ -36,14 +36,14 @@ impl Shape for Sphere {
 }
 
 impl Ellipsoid {
-    fn shrunk(&self, p: &Vector3<f64>) -> Vector3<f64> {
+    fn to_unit_sphere(&self, p: &Vector3<f64>) -> Vector3<f64> {
         p.component_div(&Vector3::from(self.semi_axes_mm))
     }
 
     /// Returns the stretch of a line inside.
     pub(crate) fn chord(&self, ray: &LocalRay) -> Option<Chord> {
         // In coordinates scaled by the semi-axes it is a unit sphere.
-        let (origin, direction) = (self.shrunk(&ray.origin), self.shrunk(&ray.direction));
+        let (origin, direction) = (self.to_unit_sphere(&ray.origin), self.to_unit_sphere(&ray.direction));
         let a = direction.norm_squared();
         let b = origin.dot(&direction) / a;
         let foot = origin - b * direction;
@@ -60,15 +60,15 @@ impl Shape for Ellipsoid {
         u.component_mul(&Vector3::from(self.semi_axes_mm)).norm()
     }
 
-    fn holds(&self, p: &Vector3<f64>) -> bool {
-        self.shrunk(p).norm_squared() < 1.0
+    fn contains(&self, p: &Vector3<f64>) -> bool {
+        self.to_unit_sphere(p).norm_squared() < 1.0
     }
 
     fn normal(&self, _face: u32, p: &Vector3<f64>) -> Vector3<f64> {
-        self.shrunk(&self.shrunk(p))
+        self.to_unit_sphere(&self.to_unit_sphere(p))
     }
 
-    fn cast(&self, ray: &LocalRay, work: &mut Work) {
+    fn cast(&self, ray: &LocalRay, work: &mut CastBuffers) {
         work.chords.extend(self.chord(ray));
     }
 }
@@ -103,7 +103,7 @@ impl Shape for Cylinder {
         self.radius_mm * u.x.hypot(u.y) + (self.height_mm * u.z).max(0.0)
     }
 
-    fn holds(&self, p: &Vector3<f64>) -> bool {
+    fn contains(&self, p: &Vector3<f64>) -> bool {
         let inside_side = p.xy().norm_squared() < self.radius_mm * self.radius_mm;
         inside_side && 0.0 < p.z && p.z < self.height_mm
     }
@@ -116,7 +116,7 @@ impl Shape for Cylinder {
         }
     }
 
-    fn cast(&self, ray: &LocalRay, work: &mut Work) {
+    fn cast(&self, ray: &LocalRay, work: &mut CastBuffers) {
         let ends = between_ends(ray, self.height_mm);
         work.chords.extend(ends.and_then(|ends| self.side(ray)?.meet(ends)));
     }
@@ -144,7 +144,7 @@ impl Shape for Cone {
         (self.bottom_radius_mm * across).max(self.top_radius_mm * across + self.height_mm * u.z)
     }
 
-    fn holds(&self, p: &Vector3<f64>) -> bool {
+    fn contains(&self, p: &Vector3<f64>) -> bool {
         0.0 < p.z && p.z < self.height_mm && p.x.hypot(p.y) < self.radius_at(p.z)
     }
 
@@ -161,7 +161,7 @@ impl Shape for Cone {
         }
     }
 
-    fn cast(&self, ray: &LocalRay, work: &mut Work) {
+    fn cast(&self, ray: &LocalRay, work: &mut CastBuffers) {
         let Some(ends) = between_ends(ray, self.height_mm) else { return };
         let (o, d, slope) = (&ray.origin, &ray.direction, self.slope());
         let radius = self.radius_at(o.z);

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{extrusion::Prism, revolution::Spun};
+use super::{extrusion::Prism, revolution::RevolutionShape};
 use crate::{
     Cone, Cuboid, Cylinder, Ellipsoid, EllipsoidOffset, HalfSpace, Pose, Solid, Sphere, Torus,
 };
@@ -80,7 +80,7 @@ pub(crate) struct Candidate {
 
 /// Buffers that are reused from ray to ray.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Work {
+pub(crate) struct CastBuffers {
     pub(crate) chords: Vec<Chord>,
     pub(crate) candidates: Vec<Candidate>,
 }
@@ -89,13 +89,13 @@ pub(crate) struct Work {
 /// stretch between the two is rounding.
 const SAME_MM: f64 = 1e-11;
 
-impl Work {
+impl CastBuffers {
     /// Turns candidates into chords: sorts them, calls `inside` once between each two neighbours, and keeps those where
     /// the result changes.
     ///
     /// A surplus candidate costs time but never correctness. So edges may accept with a tolerance, and no vertex,
     /// tangent or seam needs special treatment.
-    pub(crate) fn keep_changes(&mut self, inside: impl Fn(f64) -> bool) {
+    pub(crate) fn candidates_to_chords(&mut self, inside: impl Fn(f64) -> bool) {
         let Self { chords, candidates } = self;
         candidates.sort_unstable_by(|a, b| a.t_mm.total_cmp(&b.t_mm).then(a.face.cmp(&b.face)));
         // Sorted by face too, so that the survivor of equal candidates is always the same.
@@ -127,13 +127,13 @@ pub(crate) trait Shape {
     fn support(&self, u: &Vector3<f64>) -> f64;
 
     /// Returns whether the point lies inside.
-    fn holds(&self, p: &Vector3<f64>) -> bool;
+    fn contains(&self, p: &Vector3<f64>) -> bool;
 
     /// Returns the outward normal of a face at a point on it; need not be of unit length.
     fn normal(&self, face: u32, p: &Vector3<f64>) -> Vector3<f64>;
 
     /// Appends the stretches of the line inside, in order.
-    fn cast(&self, ray: &LocalRay, work: &mut Work);
+    fn cast(&self, ray: &LocalRay, work: &mut CastBuffers);
 }
 
 /// Primitive prepared for line casting.
@@ -147,7 +147,7 @@ pub(crate) enum Primitive {
     Torus(Torus),
     HalfSpace(HalfSpace),
     Extrusion(Prism),
-    Revolution(Spun),
+    Revolution(RevolutionShape),
     EllipsoidOffset(EllipsoidOffset),
 }
 
@@ -163,7 +163,7 @@ impl Primitive {
             Solid::Torus(s) => Self::Torus(s.clone()),
             Solid::HalfSpace(s) => Self::HalfSpace(s.clone()),
             Solid::Extrusion(s) => Self::Extrusion(Prism::new(s)),
-            Solid::Revolution(s) => Self::Revolution(Spun::new(s)),
+            Solid::Revolution(s) => Self::Revolution(RevolutionShape::new(s)),
             Solid::EllipsoidOffset(s) => Self::EllipsoidOffset(s.clone()),
             Solid::Union(_)
             | Solid::Intersection(_)

@@ -8,7 +8,7 @@ proptest! {
     #![proptest_config(cases(1000))]
 
     #[test]
-    fn every_bit_survives(solid in trees(), outward in 0.1f64..1.0) {
+    fn json_roundtrip_is_exact(solid in trees(), outward in 0.1f64..1.0) {
         let direction = Vector3::new(outward, 0.2, 0.3);
         let solid = solid.and(Solid::behind(Point3::new(0.0, 0.0, outward), direction)).named("x");
         let text = serde_json::to_string(&solid).unwrap();

@@ -1,6 +1,6 @@
 //! Proofs must never exclude an overlap that lines or points would find.
 
-use fabkit_geometry::proofs::{meetings, obstacles};
+use fabkit_geometry::proofs::{find_overlap_boxes, find_obstacle_boxes};
 use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
 use fabkit_geometry_testing::{cases, poses, primitives, trees};
 use proptest::prelude::*;
@@ -23,7 +23,7 @@ fn molds(solid: Solid, shift: Vector3<f64>) -> Solid {
 
 fn assert_meetings_hold(a: &Solid, b: &Solid) -> Result<(), TestCaseError> {
     let (a, b) = (CompiledSolid::new(a).unwrap(), CompiledSolid::new(b).unwrap());
-    let Some(boxes) = meetings(&a, &b) else { return Ok(()) };
+    let Some(boxes) = find_overlap_boxes(&a, &b) else { return Ok(()) };
     for point in points(&a.bounds().common(&b.bounds()), 2_000) {
         if a.contains(&point) && b.contains(&point) {
             prop_assert!(boxes.iter().any(|b| b.contains(&point)), "{point} of {a:?} and {b:?}");
@@ -43,7 +43,7 @@ fn assert_obstacles_hold(tool: &Solid, other: &Solid) -> Result<(), TestCaseErro
         for sign in [-1.0, 1.0] {
             let mut direction = Vector3::zeros();
             direction[axis] = sign;
-            let Some(boxes) = obstacles(&tool, &[&other], &direction) else { continue };
+            let Some(boxes) = find_obstacle_boxes(&tool, &[&other], &direction) else { continue };
             for origin in points(&bounds, 500) {
                 let ray = Ray { origin, direction };
                 let ends = tool.crossings(&ray);
@@ -71,7 +71,7 @@ proptest! {
     #![proptest_config(cases(96))]
 
     #[test]
-    fn what_random_solids_have_in_common_lies_in_the_boxes(
+    fn overlaps_of_random_solids_lie_in_the_boxes(
         a in trees(), b in trees(), pose in poses(4.0),
     ) {
         let b = b.placed(pose);
@@ -80,13 +80,13 @@ proptest! {
     }
 
     #[test]
-    fn a_mold_is_apart_from_what_it_casts_and_no_further(
+    fn a_mold_is_proven_not_to_overlap_its_cast(
         solid in primitives(), upright in any::<bool>(), pose in poses(3.0), shift in -0.2f64..0.2,
     ) {
         let solid = if upright { solid } else { solid.placed(pose) };
         let mold = molds(solid.clone(), Vector3::zeros());
         let [a, b] = [&solid, &mold].map(|s| CompiledSolid::new(s).unwrap());
-        prop_assert_eq!(meetings(&a, &b), Some(vec![]));
+        prop_assert_eq!(find_overlap_boxes(&a, &b), Some(vec![]));
         let off = molds(solid.clone(), Vector3::new(0.0, shift, 0.5 * shift));
         assert_meetings_hold(&solid, &off)?;
         // Half of the mold, pulled any way.
@@ -96,7 +96,7 @@ proptest! {
     }
 
     #[test]
-    fn a_mold_of_a_tree_holds_what_lies_in_both(solid in trees(), shift in -0.2f64..0.2) {
+    fn overlaps_with_a_shifted_mold_lie_in_the_boxes(solid in trees(), shift in -0.2f64..0.2) {
         prop_assume!(!CompiledSolid::new(&solid).unwrap().bounds().is_empty());
         let off = molds(solid.clone(), Vector3::new(shift, 0.0, 0.0));
         assert_meetings_hold(&solid, &off)?;
@@ -117,6 +117,6 @@ fn nested_shells_and_clearances_are_apart() {
         (Solid::torus(8.0, 2.0), Solid::cuboid(30.0, 30.0, 2.0).minus(Solid::torus(8.0, 2.05))),
     ] {
         let [a, b] = [a, b].map(|s| CompiledSolid::new(&s.placed(turned)).unwrap());
-        assert_eq!(meetings(&a, &b), Some(vec![]), "{a:?} {b:?}");
+        assert_eq!(find_overlap_boxes(&a, &b), Some(vec![]), "{a:?} {b:?}");
     }
 }

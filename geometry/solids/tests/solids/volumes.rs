@@ -2,12 +2,12 @@
 
 use std::f64::consts::PI;
 
-use fabkit_geometry::measure::{Estimate, MeasureError, overlap_volume, ray_volume};
+use fabkit_geometry::measure::{VolumeEstimate, MeasureError, overlap_volume, ray_volume};
 use fabkit_geometry::{Angle, CompiledSolid, Path, Point3, Pose, Profile, Solid, Vector3};
 use fabkit_geometry_testing::{cases, dimpled_mold, perforated_dome, poses, trees};
 use proptest::prelude::*;
 
-fn volume(solid: &Solid, lines: u32) -> Estimate {
+fn volume(solid: &Solid, lines: u32) -> VolumeEstimate {
     ray_volume(&CompiledSolid::new(solid).unwrap(), lines).unwrap()
 }
 
@@ -18,7 +18,7 @@ fn volume(solid: &Solid, lines: u32) -> Estimate {
 fn assert_volume(solid: &Solid, exact_mm3: f64) {
     let pose = Pose::z_to(Vector3::new(0.3, -0.5, 0.7), Point3::new(1.0, 2.0, 3.0));
     for solid in [solid.clone(), solid.clone().placed(pose)] {
-        let Estimate { value_mm3, error_mm3 } = volume(&solid, 200_000);
+        let VolumeEstimate { value_mm3, error_mm3 } = volume(&solid, 200_000);
         let off = (value_mm3 - exact_mm3).abs();
         assert!(off <= 2.0 * error_mm3, "{solid:?}: {value_mm3} +- {error_mm3}, not {exact_mm3}");
         assert!(error_mm3 < 5e-4 * exact_mm3, "{solid:?}: {value_mm3} +- {error_mm3}");
@@ -119,12 +119,12 @@ fn parallel_surfaces_by_steiner() {
 }
 
 #[test]
-fn perforated_dome_and_dimpled_mold() {
+fn perforated_dome_and_dimpled_mold_have_their_exact_volumes() {
     for ((solid, exact), stated) in
         [(perforated_dome(), 4910.254750), (dimpled_mold(), 24219.930363)]
     {
         assert!((exact - stated).abs() < 5e-7, "{exact}");
-        let Estimate { value_mm3, error_mm3 } = volume(&solid, 400_000);
+        let VolumeEstimate { value_mm3, error_mm3 } = volume(&solid, 400_000);
         let off = (value_mm3 - exact).abs();
         println!("{value_mm3} +- {error_mm3}, exact {exact}");
         assert!(off <= 2.0 * error_mm3 && error_mm3 < 1e-4 * exact, "{value_mm3} +- {error_mm3}");
@@ -154,7 +154,7 @@ fn holes_and_dimples_keep_apart() {
 }
 
 #[test]
-fn an_unbounded_solid_has_no_volume_and_an_empty_one_has_none_of_it() {
+fn unbounded_volume_is_an_error_and_empty_volume_is_zero() {
     let ground = CompiledSolid::new(&Solid::below(0.0)).unwrap();
     assert_eq!(ray_volume(&ground, 1000), Err(MeasureError::Unbounded));
     let apart = Solid::sphere(1.0).and(Solid::sphere(1.0).at(5.0, 0.0, 0.0));
@@ -217,7 +217,7 @@ proptest! {
         let overlap = overlap_volume(&CompiledSolid::new(&a).unwrap(), &CompiledSolid::new(&b).unwrap(), 8_000)
             .unwrap().volume;
         let (a, b) = (volume(&a, 8_000), volume(&b, 8_000));
-        let near = |x: f64, errors: [Estimate; 4]| {
+        let near = |x: f64, errors: [VolumeEstimate; 4]| {
             let error: f64 = errors.iter().map(|e| e.error_mm3).sum();
             x.abs() <= 2.0 * error + 1e-9
         };

@@ -15,7 +15,7 @@ pub(crate) use resolve::resolve;
 
 use std::collections::BTreeSet;
 
-use crate::{TextLayer, shown};
+use crate::{TextLayer, printable};
 use quantity::{Dimension, Function, Quantity};
 
 /// Maximum length of an expression, characters.
@@ -24,7 +24,7 @@ pub const MAX_CHARACTERS: usize = 1000;
 pub const MAX_DEPTH: usize = 64;
 
 /// Returns the text of an expression written in place of a value; `None` if it is not an expression.
-pub(crate) fn text_of(written: &str) -> Option<&str> {
+pub(crate) fn expression_text(written: &str) -> Option<&str> {
     written.trim().strip_prefix('=').map(str::trim)
 }
 
@@ -41,7 +41,7 @@ pub struct Formula {
 
 /// Error in an expression.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Wrong {
+struct ExpressionError {
     /// Completes the sentence "`surface.radius` is `= ...`, which ...".
     says: String,
     hint: String,
@@ -49,7 +49,7 @@ struct Wrong {
     code: &'static str,
 }
 
-impl Wrong {
+impl ExpressionError {
     /// Creates an error with the code `bad_expression`.
     fn new(says: impl Into<String>, hint: impl Into<String>) -> Self {
         Self { says: says.into(), hint: hint.into(), code: "bad_expression" }
@@ -65,17 +65,17 @@ impl Wrong {
 #[derive(Clone, Debug, PartialEq)]
 struct Term {
     text: String,
-    what: What,
+    kind: TermKind,
 }
 
 /// Kind of a term, with its operands.
 #[derive(Clone, Debug, PartialEq)]
-enum What {
+enum TermKind {
     Quantity(Quantity),
     /// Value of a parameter, by path.
     Name(String),
     Negative(Box<Term>),
-    Both(Operation, Box<Term>, Box<Term>),
+    Binary(Operation, Box<Term>, Box<Term>),
     Call(Function, Vec<Term>),
     /// `given(name, otherwise)`: the value of a parameter if it is written as a plain value, otherwise the second
     /// argument.
@@ -83,7 +83,7 @@ enum What {
 }
 
 /// Source of the values of names.
-trait Lookup {
+trait NameLookup {
     /// Returns the dimension of a name, whatever its value.
     fn dimension(&self, name: &str) -> Result<Dimension, Failure>;
     /// Returns the value of a name.
@@ -103,31 +103,31 @@ enum Operation {
 
 /// Reason why there is no value.
 enum Failure {
-    Wrong(Wrong),
+    Error(ExpressionError),
     /// An input has no value either; the problem is reported there.
-    Elsewhere,
+    ReportedElsewhere,
 }
 
 impl Term {
     /// Collects the names that the value is computed from. `is_plain` tells which names are written as plain values.
     ///
     /// The parameter of an unfulfilled `given` is not among them: it may itself be computed from this one.
-    fn names(&self, is_plain: &dyn Fn(&str) -> bool, names: &mut BTreeSet<String>) {
-        match &self.what {
-            What::Quantity(_) => {}
-            What::Name(name) => {
+    fn collect_names(&self, is_plain: &dyn Fn(&str) -> bool, names: &mut BTreeSet<String>) {
+        match &self.kind {
+            TermKind::Quantity(_) => {}
+            TermKind::Name(name) => {
                 names.insert(name.clone());
             }
-            What::Negative(inner) => inner.names(is_plain, names),
-            What::Both(_, left, right) => {
-                left.names(is_plain, names);
-                right.names(is_plain, names);
+            TermKind::Negative(inner) => inner.collect_names(is_plain, names),
+            TermKind::Binary(_, left, right) => {
+                left.collect_names(is_plain, names);
+                right.collect_names(is_plain, names);
             }
-            What::Call(_, values) => values.iter().for_each(|value| value.names(is_plain, names)),
+            TermKind::Call(_, values) => values.iter().for_each(|value| value.collect_names(is_plain, names)),
             // Only the argument that is used counts as an input.
-            What::Given(of, otherwise) => {
+            TermKind::Given(of, otherwise) => {
                 let used = if is_plain(&of.text) { of } else { otherwise };
-                used.names(is_plain, names);
+                used.collect_names(is_plain, names);
             }
         }
     }
@@ -135,68 +135,68 @@ impl Term {
     /// Computes the dimension without the value.
     ///
     /// Units in `given` are thus checked whether or not its second argument is used.
-    fn dimension(&self, lookup: &dyn Lookup) -> Result<Dimension, Failure> {
-        Ok(match &self.what {
-            What::Quantity(quantity) => quantity.dimension,
-            What::Name(name) => lookup.dimension(name)?,
-            What::Negative(inner) => inner.dimension(lookup)?,
-            What::Both(operation, left, right) => {
+    fn dimension(&self, lookup: &dyn NameLookup) -> Result<Dimension, Failure> {
+        Ok(match &self.kind {
+            TermKind::Quantity(quantity) => quantity.dimension,
+            TermKind::Name(name) => lookup.dimension(name)?,
+            TermKind::Negative(inner) => inner.dimension(lookup)?,
+            TermKind::Binary(operation, left, right) => {
                 let (a, b) = (left.dimension(lookup)?, right.dimension(lookup)?);
                 match operation {
-                    Operation::Multiply => a.combined(b, 1),
-                    Operation::Divide => a.combined(b, -1),
+                    Operation::Multiply => a.multiply(b, 1),
+                    Operation::Divide => a.multiply(b, -1),
                     Operation::Add | Operation::Subtract => {
-                        same_unit(operation.word(), (left, a), (right, b))?;
+                        check_same_unit(operation.word(), (left, a), (right, b))?;
                         a
                     }
                 }
             }
-            What::Call(function, terms) => {
+            TermKind::Call(function, terms) => {
                 let mut dimensions = Vec::with_capacity(terms.len());
                 for term in terms {
                     dimensions.push(term.dimension(lookup)?);
                 }
-                self.checked(*function, terms, &dimensions)?
+                self.call_dimension(*function, terms, &dimensions)?
             }
-            What::Given(of, otherwise) => self.either(of, otherwise, lookup)?,
+            TermKind::Given(of, otherwise) => self.given_dimension(of, otherwise, lookup)?,
         })
     }
 
     /// Returns the common dimension of both arguments of `given`.
-    fn either(
+    fn given_dimension(
         &self,
         of: &Self,
         otherwise: &Self,
-        lookup: &dyn Lookup,
+        lookup: &dyn NameLookup,
     ) -> Result<Dimension, Failure> {
         let (a, b) = (of.dimension(lookup)?, otherwise.dimension(lookup)?);
-        same_unit("put in place of each other", (of, a), (otherwise, b))?;
+        check_same_unit("put in place of each other", (of, a), (otherwise, b))?;
         Ok(a)
     }
 
     /// Computes the value, which must be finite.
-    fn value(&self, lookup: &mut dyn Lookup) -> Result<Quantity, Failure> {
-        let value = match &self.what {
-            What::Quantity(quantity) => *quantity,
-            What::Name(name) => lookup.value(name)?,
-            What::Negative(inner) => {
+    fn value(&self, lookup: &mut dyn NameLookup) -> Result<Quantity, Failure> {
+        let value = match &self.kind {
+            TermKind::Quantity(quantity) => *quantity,
+            TermKind::Name(name) => lookup.value(name)?,
+            TermKind::Negative(inner) => {
                 let inner = inner.value(lookup)?;
                 Quantity { value: -inner.value, ..inner }
             }
-            What::Both(operation, left, right) => {
+            TermKind::Binary(operation, left, right) => {
                 let (a, b) = (left.value(lookup)?, right.value(lookup)?);
-                self.combined(*operation, (left, a), (right, b))?
+                self.combine(*operation, (left, a), (right, b))?
             }
-            What::Call(function, terms) => {
+            TermKind::Call(function, terms) => {
                 let mut values = Vec::with_capacity(terms.len());
                 for term in terms {
                     values.push(term.value(lookup)?);
                 }
-                self.called(*function, terms, &values)?
+                self.call(*function, terms, &values)?
             }
-            What::Given(of, otherwise) => {
+            TermKind::Given(of, otherwise) => {
                 // Checked even though only one argument is used.
-                self.either(of, otherwise, lookup)?;
+                self.given_dimension(of, otherwise, lookup)?;
                 match lookup.plain(&of.text)? {
                     Some(plain) => plain,
                     None => otherwise.value(lookup)?,
@@ -207,27 +207,27 @@ impl Term {
         if value.value.is_finite() {
             return Ok(value);
         }
-        let says = format!("is not finite at `{}`", shown(&self.text));
-        Err(Failure::Wrong(Wrong::new(says, "use smaller numbers").code("not_finite")))
+        let says = format!("is not finite at `{}`", to_printable(&self.text));
+        Err(Failure::Error(ExpressionError::new(says, "use smaller numbers").code("not_finite")))
     }
 
     /// Applies an operation to two values.
-    fn combined(
+    fn combine(
         &self,
         operation: Operation,
         (left, a): (&Self, Quantity),
         (right, b): (&Self, Quantity),
     ) -> Result<Quantity, Failure> {
         match operation {
-            Operation::Multiply => Ok(a.times(b, 1)),
+            Operation::Multiply => Ok(a.multiply(b, 1)),
             Operation::Divide if b.value == 0.0 => {
-                let says = format!("divides by `{}`, which is 0", shown(&right.text));
-                let wrong = Wrong::new(says, "divide by something that cannot become 0");
-                Err(Failure::Wrong(wrong.code("division_by_zero")))
+                let says = format!("divides by `{}`, which is 0", to_printable(&right.text));
+                let wrong = ExpressionError::new(says, "divide by something that cannot become 0");
+                Err(Failure::Error(wrong.code("division_by_zero")))
             }
-            Operation::Divide => Ok(a.times(b, -1)),
+            Operation::Divide => Ok(a.multiply(b, -1)),
             Operation::Add | Operation::Subtract => {
-                same_unit(operation.word(), (left, a.dimension), (right, b.dimension))?;
+                check_same_unit(operation.word(), (left, a.dimension), (right, b.dimension))?;
                 // Both have the same unit here.
                 let sign = if operation == Operation::Add { 1.0 } else { -1.0 };
                 Ok(Quantity { value: a.value + sign * b.value, ..a })
@@ -236,38 +236,38 @@ impl Term {
     }
 
     /// Returns the dimension of a function's result.
-    fn checked(
+    fn call_dimension(
         &self,
         function: Function,
         terms: &[Self],
         dimensions: &[Dimension],
     ) -> Result<Dimension, Failure> {
         let (Some(first), [one, ..]) = (dimensions.first(), terms) else {
-            return Err(Failure::Elsewhere); // The parser accepts no call without values.
+            return Err(Failure::ReportedElsewhere); // The parser accepts no call without values.
         };
         for (term, dimension) in terms.iter().zip(dimensions).skip(1) {
-            same_unit("compared", (one, *first), (term, *dimension))?;
+            check_same_unit("compared", (one, *first), (term, *dimension))?;
         }
-        function.makes(*first).map_err(|takes| {
+        function.result_dimension(*first).map_err(|takes| {
             let says =
-                format!("has `{}`, but `{}` is {first}", shown(&self.text), shown(&one.text));
-            let wrong = Wrong::new(says, format!("that function takes {takes}"));
-            Failure::Wrong(wrong.code("wrong_unit"))
+                format!("has `{}`, but `{}` is {first}", to_printable(&self.text), to_printable(&one.text));
+            let wrong = ExpressionError::new(says, format!("that function takes {takes}"));
+            Failure::Error(wrong.code("wrong_unit"))
         })
     }
 
     /// Applies a function to its arguments.
-    fn called(
+    fn call(
         &self,
         function: Function,
         terms: &[Self],
         values: &[Quantity],
     ) -> Result<Quantity, Failure> {
         let (Some(first), [one, ..]) = (values.first(), terms) else {
-            return Err(Failure::Elsewhere); // The parser accepts no call without values.
+            return Err(Failure::ReportedElsewhere); // The parser accepts no call without values.
         };
         for (term, value) in terms.iter().zip(values).skip(1) {
-            same_unit("compared", (one, first.dimension), (term, value.dimension))?;
+            check_same_unit("compared", (one, first.dimension), (term, value.dimension))?;
         }
         // All arguments have the dimension of the first.
         let numbers = values.iter().map(|value| value.value);
@@ -278,16 +278,16 @@ impl Term {
             Function::Max => {
                 Ok(Quantity { value: numbers.fold(f64::NEG_INFINITY, f64::max), ..*first })
             }
-            _ => function.of(*first).map_err(|takes| {
+            _ => function.apply(*first).map_err(|takes| {
                 let says = format!(
                     "has `{}`, but `{}` is {}, {}",
-                    shown(&self.text),
-                    shown(&one.text),
-                    first.shown(),
+                    to_printable(&self.text),
+                    to_printable(&one.text),
+                    first.to_text(),
                     first.dimension
                 );
-                let wrong = Wrong::new(says, format!("that function takes {takes}"));
-                Failure::Wrong(wrong.code("wrong_unit"))
+                let wrong = ExpressionError::new(says, format!("that function takes {takes}"));
+                Failure::Error(wrong.code("wrong_unit"))
             }),
         }
     }
@@ -306,7 +306,7 @@ impl Operation {
 }
 
 /// Returns an error unless both terms have the same dimension. `word` names the operation, for the message.
-fn same_unit(
+fn check_same_unit(
     word: &str,
     (left, a): (&Term, Dimension),
     (right, b): (&Term, Dimension),
@@ -316,19 +316,19 @@ fn same_unit(
     }
     let says = format!(
         "is wrong in its units: `{}` is {} and `{}` is {}, which cannot be {word}",
-        shown(&left.text),
+        to_printable(&left.text),
         a,
-        shown(&right.text),
+        to_printable(&right.text),
         b
     );
     // A plain number beside a length or an angle most likely lacks its unit.
     let bare = [(left, b), (right, a)].into_iter().find_map(|(term, other)| {
         let is_bare = |q: &Quantity| q.dimension == Dimension::NUMBER;
-        match (&term.what, other) {
-            (What::Quantity(q), Dimension::LENGTH) if is_bare(q) => {
+        match (&term.kind, other) {
+            (TermKind::Quantity(q), Dimension::LENGTH) if is_bare(q) => {
                 Some(format!("{} mm", term.text))
             }
-            (What::Quantity(q), Dimension::ANGLE) if is_bare(q) => {
+            (TermKind::Quantity(q), Dimension::ANGLE) if is_bare(q) => {
                 Some(format!("{} deg", term.text))
             }
             _ => None,
@@ -338,7 +338,7 @@ fn same_unit(
         Some(unit) => format!("write `{unit}`"),
         None => "make both of one unit".into(),
     };
-    Err(Failure::Wrong(Wrong::new(says, hint).code("wrong_unit")))
+    Err(Failure::Error(ExpressionError::new(says, hint).code("wrong_unit")))
 }
 
 #[cfg(test)]

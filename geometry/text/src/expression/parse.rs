@@ -3,31 +3,31 @@
 use fabkit_geometry::{Angle, Length};
 
 use super::quantity::{Dimension, Function, Quantity};
-use super::{MAX_CHARACTERS, MAX_DEPTH, Operation, Term, What, Wrong};
-use crate::{Scalar, did_you_mean, shown, similar};
+use super::{MAX_CHARACTERS, MAX_DEPTH, Operation, Term, TermKind, ExpressionError};
+use crate::{Scalar, did_you_mean, printable, find_similar};
 
 /// Hint that lists the parts of an expression.
-const FORM: &str = "an expression has names such as `section.name`, numbers with units, + - * / ( ), \
+const SYNTAX_HINT: &str = "an expression has names such as `section.name`, numbers with units, + - * / ( ), \
                     min, max, abs, sqrt, sin, cos, tan, asin, acos, atan, floor, ceil, round, given and pi";
 
 /// Function `given(name, b)`: the value of a parameter if it is written as a plain value, otherwise `b`.
 const GIVEN: &str = "given";
 
 /// Parses the text behind the `=`.
-pub(super) fn parse(text: &str) -> Result<Term, Wrong> {
+pub(super) fn parse(text: &str) -> Result<Term, ExpressionError> {
     let count = text.chars().count();
     if count > MAX_CHARACTERS {
-        return Err(Wrong::new(
+        return Err(ExpressionError::new(
             format!("has {count} characters; at most {MAX_CHARACTERS} are read"),
             "divide it among several parameters",
         )
         .code("expression_too_large"));
     }
     let mut parser = Parser { text, at: 0, depth: 0 };
-    let term = parser.sum()?;
+    let term = parser.parse_sum()?;
     match parser.peek() {
         None => Ok(term),
-        Some(')') => Err(parser.wrong("has a `)` without a `(`", "remove it, or add the `(`")),
+        Some(')') => Err(parser.error("has a `)` without a `(`", "remove it, or add the `(`")),
         // Something follows a complete expression.
         Some(_) => Err(parser.unexpected()),
     }
@@ -54,7 +54,7 @@ impl<'a> Parser<'a> {
     }
 
     /// Consumes `sign` if it comes next, and returns whether it did.
-    fn takes(&mut self, sign: char) -> bool {
+    fn take_if_next(&mut self, sign: char) -> bool {
         let is_next = self.peek() == Some(sign);
         if is_next {
             self.at += sign.len_utf8();
@@ -63,69 +63,69 @@ impl<'a> Parser<'a> {
     }
 
     /// Creates an error at the present position.
-    fn wrong(&self, says: impl Into<String>, hint: impl Into<String>) -> Wrong {
+    fn error(&self, says: impl Into<String>, hint: impl Into<String>) -> ExpressionError {
         let character = self.text[..self.at].chars().count() + 1;
-        Wrong::new(format!("{} (character {character} of it)", says.into()), hint)
+        ExpressionError::new(format!("{} (character {character} of it)", says.into()), hint)
     }
 
     /// Creates the error for an unexpected character.
-    fn unexpected(&mut self) -> Wrong {
+    fn unexpected(&mut self) -> ExpressionError {
         let Some(next) = self.peek() else {
-            return self.wrong("ends too early", FORM);
+            return self.error("ends too early", SYNTAX_HINT);
         };
         match next {
-            '^' => self.wrong("has a `^`", "write a product, for example `a.b * a.b`"),
+            '^' => self.error("has a `^`", "write a product, for example `a.b * a.b`"),
             ',' | '.' if self.depth == 0 => {
-                self.wrong(format!("has a `{next}` here"), "write decimals with a point: `0.5 mm`")
+                self.error(format!("has a `{next}` here"), "write decimals with a point: `0.5 mm`")
             }
             c if c.is_alphanumeric() => {
-                let word: String = self.rest().chars().take_while(|c| is_of_name(*c)).collect();
-                let says = format!("goes on with `{}` where it should be at its end", shown(&word));
-                self.wrong(says, "write + - * or / between two values")
+                let word: String = self.rest().chars().take_while(|c| is_name_character(*c)).collect();
+                let says = format!("goes on with `{}` where it should be at its end", to_printable(&word));
+                self.error(says, "write + - * or / between two values")
             }
-            c => self.wrong(format!("has a `{}` here", shown(&c.to_string())), FORM),
+            c => self.error(format!("has a `{}` here", to_printable(&c.to_string())), SYNTAX_HINT),
         }
     }
 
     /// Creates a node whose text runs from `start` to the present position.
-    fn term(&self, start: usize, what: What) -> Term {
-        Term { text: self.text[start..self.at].trim().to_owned(), what }
+    fn term(&self, start: usize, what: TermKind) -> Term {
+        Term { text: self.text[start..self.at].trim().to_owned(), kind: what }
     }
 
     /// Parses a sum of products.
-    fn sum(&mut self) -> Result<Term, Wrong> {
-        self.chain(&[('+', Operation::Add), ('-', Operation::Subtract)], Self::product)
+    fn parse_sum(&mut self) -> Result<Term, ExpressionError> {
+        self.parse_operators(&[('+', Operation::Add), ('-', Operation::Subtract)], Self::parse_product)
     }
 
     /// Parses a product of operands.
-    fn product(&mut self) -> Result<Term, Wrong> {
-        self.chain(&[('*', Operation::Multiply), ('/', Operation::Divide)], Self::single)
+    fn parse_product(&mut self) -> Result<Term, ExpressionError> {
+        self.parse_operators(&[('*', Operation::Multiply), ('/', Operation::Divide)], Self::parse_operand)
     }
 
     /// Parses operators of one precedence, from left to right, such as `a + b - c`.
-    fn chain(
+    fn parse_operators(
         &mut self,
         signs: &[(char, Operation)],
-        inner: fn(&mut Self) -> Result<Term, Wrong>,
-    ) -> Result<Term, Wrong> {
+        inner: fn(&mut Self) -> Result<Term, ExpressionError>,
+    ) -> Result<Term, ExpressionError> {
         // Skips white space, so that the term's text begins with its first character.
         self.peek();
         let start = self.at;
         let mut left = inner(self)?;
-        while let Some((_, operation)) = signs.iter().find(|(sign, _)| self.takes(*sign)) {
+        while let Some((_, operation)) = signs.iter().find(|(sign, _)| self.take_if_next(*sign)) {
             let right = inner(self)?;
             // Left-associative: the tree so far becomes the left operand.
-            let what = What::Both(*operation, Box::new(left), Box::new(right));
+            let what = TermKind::Binary(*operation, Box::new(left), Box::new(right));
             left = self.term(start, what);
         }
         Ok(left)
     }
 
     /// Runs `inner` one level deeper, unless [`MAX_DEPTH`] is reached.
-    fn deeper<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T, Wrong>) -> Result<T, Wrong> {
+    fn deeper<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T, ExpressionError>) -> Result<T, ExpressionError> {
         if self.depth >= MAX_DEPTH {
             let says = format!("is nested more than {MAX_DEPTH} deep");
-            let wrong = self.wrong(says, "divide it among several parameters");
+            let wrong = self.error(says, "divide it among several parameters");
             return Err(wrong.code("expression_too_large"));
         }
         self.depth += 1;
@@ -135,32 +135,32 @@ impl<'a> Parser<'a> {
     }
 
     /// Parses an operand: a sign, brackets, a number, a name or a call.
-    fn single(&mut self) -> Result<Term, Wrong> {
+    fn parse_operand(&mut self) -> Result<Term, ExpressionError> {
         let next = self.peek();
         let start = self.at;
         match next {
             Some('-') => {
                 self.at += 1;
-                let inner = self.deeper(Self::single)?;
-                Ok(self.term(start, What::Negative(Box::new(inner))))
+                let inner = self.deeper(Self::parse_operand)?;
+                Ok(self.term(start, TermKind::Negative(Box::new(inner))))
             }
             Some('(') => {
                 self.at += 1;
-                let inner = self.deeper(Self::sum)?;
-                self.close()?;
-                Ok(self.term(start, inner.what))
+                let inner = self.deeper(Self::parse_sum)?;
+                self.expect_closing()?;
+                Ok(self.term(start, inner.kind))
             }
-            Some(c) if c.is_ascii_digit() || c == '.' => self.number(start),
-            Some(c) if c.is_alphabetic() || c == '_' => self.name(start),
+            Some(c) if c.is_ascii_digit() || c == '.' => self.parse_number(start),
+            Some(c) if c.is_alphabetic() || c == '_' => self.parse_name(start),
             _ => Err(self.unexpected()),
         }
     }
 
     /// Consumes a closing bracket.
-    fn close(&mut self) -> Result<(), Wrong> {
-        match (self.takes(')'), self.peek()) {
+    fn expect_closing(&mut self) -> Result<(), ExpressionError> {
+        match (self.take_if_next(')'), self.peek()) {
             (true, _) => Ok(()),
-            (false, None) => Err(self.wrong(
+            (false, None) => Err(self.error(
                 "lacks a `)`",
                 "add it; within `{}` and `[]` an expression with a comma stands in quotes",
             )),
@@ -169,7 +169,7 @@ impl<'a> Parser<'a> {
     }
 
     /// Parses a number with an optional unit.
-    fn number(&mut self, start: usize) -> Result<Term, Wrong> {
+    fn parse_number(&mut self, start: usize) -> Result<Term, ExpressionError> {
         let rest = self.rest();
         let digits = |text: &str| {
             text.find(|c: char| !c.is_ascii_digit() && c != '.' && c != '_').unwrap_or(text.len())
@@ -186,16 +186,16 @@ impl<'a> Parser<'a> {
         }
         let number = &rest[..end];
         let behind = rest[end..].trim_start();
-        let unit = &behind[..behind.find(|c| !is_of_unit(c)).unwrap_or(behind.len())];
+        let unit = &behind[..behind.find(|c| !is_unit_character(c)).unwrap_or(behind.len())];
         // `2 surface.radius` lacks an operator: what follows is a name, not a unit.
         let after = &behind[unit.len()..];
-        let is_unit = !unit.is_empty() && !after.starts_with(|c| is_of_name(c) || c == '(');
+        let is_unit = !unit.is_empty() && !after.starts_with(|c| is_name_character(c) || c == '(');
         if !is_unit {
             self.at = start + end;
             let value = <f64 as Scalar>::parse(&number.replace('_', "")).map_err(|e| {
-                Wrong::new(format!("has `{}`, which {}", shown(number), e.says), FORM)
+                ExpressionError::new(format!("has `{}`, which {}", to_printable(number), e.says), SYNTAX_HINT)
             })?;
-            let what = What::Quantity(Quantity { value, dimension: Dimension::NUMBER });
+            let what = TermKind::Quantity(Quantity { value, dimension: Dimension::NUMBER });
             return Ok(self.term(start, what));
         }
         self.at = self.text.len() - after.len();
@@ -213,87 +213,87 @@ impl<'a> Parser<'a> {
             }
             (Err(_), Err(_)) => {
                 let says =
-                    format!("has `{}`, which is no finite number with a unit", shown(&written));
-                return Err(Wrong::new(says, "the units are um, mm, cm, m, in, deg and rad"));
+                    format!("has `{}`, which is no finite number with a unit", to_printable(&written));
+                return Err(ExpressionError::new(says, "the units are um, mm, cm, m, in, deg and rad"));
             }
         };
-        Ok(self.term(start, What::Quantity(quantity)))
+        Ok(self.term(start, TermKind::Quantity(quantity)))
     }
 
     /// Parses the arguments of a call, `(a, b, ...)`.
-    fn values(&mut self) -> Result<Vec<Term>, Wrong> {
+    fn parse_arguments(&mut self) -> Result<Vec<Term>, ExpressionError> {
         self.at += 1;
         self.deeper(|parser| {
-            let mut values = vec![parser.sum()?];
-            while parser.takes(',') {
-                values.push(parser.sum()?);
+            let mut values = vec![parser.parse_sum()?];
+            while parser.take_if_next(',') {
+                values.push(parser.parse_sum()?);
             }
-            parser.close()?;
+            parser.expect_closing()?;
             Ok(values)
         })
     }
 
     /// Parses the arguments of `given(section.name, b)`; the function's name has been read.
-    fn given(&mut self, start: usize) -> Result<Term, Wrong> {
+    fn parse_given(&mut self, start: usize) -> Result<Term, ExpressionError> {
         const HOW: &str = "write `given(section.name, b)`";
-        let values = self.values()?;
+        let values = self.parse_arguments()?;
         let count = values.len();
         let Ok([of, otherwise]) = <[Term; 2]>::try_from(values) else {
-            return Err(Wrong::new(format!("gives {count} values to `{GIVEN}`"), HOW));
+            return Err(ExpressionError::new(format!("gives {count} values to `{GIVEN}`"), HOW));
         };
-        let What::Name(name) = &of.what else {
-            let says = format!("asks with `{GIVEN}` for `{}`, which is no name", shown(&of.text));
-            return Err(Wrong::new(says, HOW));
+        let TermKind::Name(name) = &of.kind else {
+            let says = format!("asks with `{GIVEN}` for `{}`, which is no name", to_printable(&of.text));
+            return Err(ExpressionError::new(says, HOW));
         };
         // Text without brackets around the name, because the name is looked up by it.
-        let of = Term { text: name.clone(), what: of.what };
-        Ok(self.term(start, What::Given(Box::new(of), Box::new(otherwise))))
+        let of = Term { text: name.clone(), kind: of.kind };
+        Ok(self.term(start, TermKind::Given(Box::new(of), Box::new(otherwise))))
     }
 
     /// Parses a name, a call or `pi`.
-    fn name(&mut self, start: usize) -> Result<Term, Wrong> {
+    fn parse_name(&mut self, start: usize) -> Result<Term, ExpressionError> {
         let rest = self.rest();
-        let name = &rest[..rest.find(|c| !is_of_name(c)).unwrap_or(rest.len())];
+        let name = &rest[..rest.find(|c| !is_name_character(c)).unwrap_or(rest.len())];
         self.at += name.len();
         // A name before a bracket is a function.
         if self.peek() == Some('(') {
             if name == GIVEN {
-                return self.given(start);
+                return self.parse_given(start);
             }
             let Some((_, function)) = Function::ALL.iter().find(|(word, _)| *word == name) else {
                 let words = Function::ALL.iter().map(|(word, _)| *word);
-                let near = similar(name, words.chain([GIVEN]));
-                let hint = if near.is_empty() { FORM.into() } else { did_you_mean(&near) };
-                return Err(Wrong::new(
-                    format!("has `{}`, which is no function", shown(name)),
+                let near = find_similar(name, words.chain([GIVEN]));
+                let hint = if near.is_empty() { SYNTAX_HINT.into() } else { did_you_mean(&near) };
+                return Err(ExpressionError::new(
+                    format!("has `{}`, which is no function", to_printable(name)),
                     hint,
                 ));
             };
-            let values = self.values()?;
-            if !function.takes(values.len()) {
+            let values = self.parse_arguments()?;
+            if !function.accepts_count(values.len()) {
                 let says = format!("gives {} values to `{name}`", values.len());
                 let hint = if values.len() == 1 {
                     format!("write `{name}(a, b)`")
                 } else {
                     format!("write `{name}(a)`")
                 };
-                return Err(Wrong::new(says, hint));
+                return Err(ExpressionError::new(says, hint));
             }
-            return Ok(self.term(start, What::Call(*function, values)));
+            return Ok(self.term(start, TermKind::Call(*function, values)));
         }
         if name == "pi" {
-            return Ok(self.term(start, What::Quantity(Quantity::PI)));
+            return Ok(self.term(start, TermKind::Quantity(Quantity::PI)));
         }
-        Ok(self.term(start, What::Name(name.to_owned())))
+        Ok(self.term(start, TermKind::Name(name.to_owned())))
     }
 }
 
 /// Returns whether a character may occur in the path of a parameter.
-fn is_of_name(c: char) -> bool {
+fn is_name_character(c: char) -> bool {
     c.is_alphanumeric() || c == '_' || c == '.'
 }
 
 /// Returns whether a character may occur in a unit.
-fn is_of_unit(c: char) -> bool {
+fn is_unit_character(c: char) -> bool {
     c.is_alphabetic() || c == '°'
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::fmt;
 
-use crate::Kind;
+use crate::ValueKind;
 
 /// Dimension of a number: powers of length and of angle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,17 +21,17 @@ impl Dimension {
     pub const ANGLE: Self = Self { length: 0, angle: 1 };
 
     /// Returns the dimension of a kind of value; `None` for switches, texts and lists.
-    pub fn of(kind: Kind) -> Option<Self> {
+    pub fn of(kind: ValueKind) -> Option<Self> {
         match kind {
-            Kind::Length => Some(Self::LENGTH),
-            Kind::Angle => Some(Self::ANGLE),
-            Kind::Count | Kind::Number => Some(Self::NUMBER),
-            Kind::Switch | Kind::Text | Kind::List => None,
+            ValueKind::Length => Some(Self::LENGTH),
+            ValueKind::Angle => Some(Self::ANGLE),
+            ValueKind::Count | ValueKind::Number => Some(Self::NUMBER),
+            ValueKind::Switch | ValueKind::Text | ValueKind::List => None,
         }
     }
 
     /// Returns the dimension of the product, or of the quotient for `sign` -1.
-    pub fn combined(self, other: Self, sign: i16) -> Self {
+    pub fn multiply(self, other: Self, sign: i16) -> Self {
         Self {
             length: self.length.saturating_add(sign * other.length),
             angle: self.angle.saturating_add(sign * other.angle),
@@ -39,7 +39,7 @@ impl Dimension {
     }
 
     /// Returns the dimension of the square root, if all powers are even.
-    fn root(self) -> Option<Self> {
+    fn square_root(self) -> Option<Self> {
         // Only even powers have a root in whole powers.
         let is_even = self.length % 2 == 0 && self.angle % 2 == 0;
         is_even.then_some(Self { length: self.length / 2, angle: self.angle / 2 })
@@ -107,7 +107,7 @@ impl Function {
     ];
 
     /// Returns whether the function accepts `count` values: two or more for `min` and `max`, one for the others.
-    pub fn takes(self, count: usize) -> bool {
+    pub fn accepts_count(self, count: usize) -> bool {
         match self {
             Self::Min | Self::Max => count >= 2,
             _ => count == 1,
@@ -118,16 +118,16 @@ impl Function {
     ///
     /// # Errors
     /// A description of the arguments that the function takes.
-    pub fn makes(self, of: Dimension) -> Result<Dimension, &'static str> {
+    pub fn result_dimension(self, of: Dimension) -> Result<Dimension, &'static str> {
         // Zero is in the domain of every function, so only the dimension can be refused.
-        self.of(Quantity { value: 0.0, dimension: of }).map(|made| made.dimension)
+        self.apply(Quantity { value: 0.0, dimension: of }).map(|made| made.dimension)
     }
 
     /// Applies the function to one value.
     ///
     /// # Errors
     /// A description of the arguments that the function takes.
-    pub fn of(self, of: Quantity) -> Result<Quantity, &'static str> {
+    pub fn apply(self, of: Quantity) -> Result<Quantity, &'static str> {
         let Quantity { value, dimension } = of;
         let number = |value| Ok(Quantity { value, dimension: Dimension::NUMBER });
         let angle =
@@ -138,7 +138,7 @@ impl Function {
             // Reached for dimensions only: the values are compared by the caller.
             Self::Min | Self::Max => Ok(of),
             Self::Abs => Ok(Quantity { value: value.abs(), dimension }),
-            Self::Sqrt => match dimension.root() {
+            Self::Sqrt => match dimension.square_root() {
                 _ if value < 0.0 => Err("0 or more"),
                 Some(dimension) => Ok(Quantity { value: value.sqrt(), dimension }),
                 None => Err("a plain number or an area"),
@@ -165,15 +165,15 @@ impl Quantity {
     pub const PI: Self = Self { value: PI, dimension: Dimension::NUMBER };
 
     /// Returns the product, or the quotient for `sign` -1.
-    pub fn times(self, other: Self, sign: i16) -> Self {
+    pub fn multiply(self, other: Self, sign: i16) -> Self {
         let value = if sign < 0 { self.value / other.value } else { self.value * other.value };
-        Self { value, dimension: self.dimension.combined(other.dimension, sign) }
+        Self { value, dimension: self.dimension.multiply(other.dimension, sign) }
     }
 
     /// Formats the value of a parameter as it would be written, with the unit of its dimension.
     ///
     /// Rounded to 1e-9 of the unit, so that decimals come out as people write them: 3 times 0.1 mm is 0.3 mm.
-    pub fn shown(self) -> String {
+    pub fn to_text(self) -> String {
         /// Above this size, doubles have too few digits for rounding to 1e-9.
         const LARGE: f64 = 1e6;
         let rounded = match self.value.abs() < LARGE {

@@ -3,24 +3,24 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::quantity::{Dimension, Quantity};
-use super::{Failure, Formula, Lookup, Term, Wrong, parse, text_of};
-use crate::document::Document;
-use crate::place::{Found, Place, WrittenText};
-use crate::{Kind, Scalar, Shape, TextLayer, UNKNOWN_PARAMETER, shown};
+use super::{Failure, Formula, NameLookup, Term, ExpressionError, parse, expression_text};
+use crate::parameter_table::ParameterTable;
+use crate::place::{LocatedProblem, TextPlace, WrittenText};
+use crate::{ValueKind, Scalar, FieldShape, TextLayer, UNKNOWN_PARAMETER, printable};
 
 /// Maximum distance of a count from a whole number.
-const SAME: f64 = 1e-9;
+const TOLERANCE: f64 = 1e-9;
 
 /// Magnitude above all limits of parameters, in any unit.
-const BEYOND: f64 = 1e12;
+const MAX_MAGNITUDE: f64 = 1e12;
 
 /// Expression in the table of values.
-struct Entry {
+struct ExpressionEntry {
     /// Item number, for lists.
     item: Option<usize>,
     /// Text as written.
     text: String,
-    place: Place,
+    place: TextPlace,
     term: Term,
 }
 
@@ -33,19 +33,19 @@ enum State {
 
 /// Evaluator of all expressions of a document.
 struct Resolver<'a> {
-    document: &'a Document,
-    entries: BTreeMap<String, Vec<Entry>>,
+    document: &'a ParameterTable,
+    entries: BTreeMap<String, Vec<ExpressionEntry>>,
     states: BTreeMap<String, State>,
     /// Parameters being computed, outermost first.
     open: Vec<String>,
-    found: Vec<Found>,
+    found: Vec<LocatedProblem>,
     /// Computed values, by path, each with its item number.
     values: BTreeMap<String, Vec<(Option<usize>, String)>>,
-    broken: BTreeSet<String>,
+    unreadable: BTreeSet<String>,
 }
 
 /// Replaces every expression by its value. Problems go to the document.
-pub(crate) fn resolve(document: &mut Document) {
+pub(crate) fn resolve(document: &mut ParameterTable) {
     let mut resolver = Resolver {
         document,
         entries: BTreeMap::new(),
@@ -53,32 +53,32 @@ pub(crate) fn resolve(document: &mut Document) {
         open: Vec::new(),
         found: Vec::new(),
         values: BTreeMap::new(),
-        broken: BTreeSet::new(),
+        unreadable: BTreeSet::new(),
     };
     resolver.collect();
-    if resolver.entries.is_empty() && resolver.broken.is_empty() {
+    if resolver.entries.is_empty() && resolver.unreadable.is_empty() {
         return;
     }
     let paths: Vec<String> = resolver.entries.keys().cloned().collect();
     for path in &paths {
         resolver.compute(path);
     }
-    let Resolver { entries, found, values, broken, .. } = resolver;
+    let Resolver { entries, found, values, unreadable: broken, .. } = resolver;
     document.found.extend(found);
     for (path, values) in values {
         // A name with an expression is not plain, although its value is known by now.
         let is_plain = |name: &str| !entries.contains_key(name);
-        document.put_values(&path, values, formula(&entries[&path], &is_plain));
+        document.replace_expressions(&path, values, build_formula(&entries[&path], &is_plain));
     }
     for path in broken {
-        document.break_off(&path);
+        document.mark_unreadable(&path);
     }
 }
 
 /// Builds the formula that is kept beside the values.
-fn formula(entries: &[Entry], is_plain: &dyn Fn(&str) -> bool) -> Formula {
+fn build_formula(entries: &[ExpressionEntry], is_plain: &dyn Fn(&str) -> bool) -> Formula {
     let mut inputs = BTreeSet::new();
-    entries.iter().for_each(|entry| entry.term.names(is_plain, &mut inputs));
+    entries.iter().for_each(|entry| entry.term.collect_names(is_plain, &mut inputs));
     let texts: Vec<String> = entries.iter().map(|entry| format!("= {}", entry.text)).collect();
     let layer = entries.first().map_or(TextLayer::Base, |entry| entry.place.layer);
     Formula { text: texts.join(", "), inputs, layer }
@@ -88,7 +88,7 @@ impl Resolver<'_> {
     /// Finds and parses every expression.
     fn collect(&mut self) {
         for (path, written) in self.document.values() {
-            let Some(Shape::Value { kind, .. }) = self.document.field(path).map(|f| &f.shape)
+            let Some(FieldShape::Value { kind, .. }) = self.document.field(path).map(|f| &f.shape)
             else {
                 continue;
             };
@@ -104,16 +104,16 @@ impl Resolver<'_> {
                 }
             };
             for (item, text, place) in texts {
-                let Some(text) = text_of(text) else { continue };
+                let Some(text) = expression_text(text) else { continue };
                 match parse::parse(text) {
                     Ok(term) => {
-                        let (text, place) = (shown_whole(text), place.clone());
-                        let entry = Entry { item, text, place, term };
+                        let (text, place) = (collapse_spaces(text), place.clone());
+                        let entry = ExpressionEntry { item, text, place, term };
                         self.entries.entry(path.clone()).or_default().push(entry);
                     }
                     Err(wrong) => {
                         self.found.push(problem(path, text, place, wrong));
-                        self.broken.insert(path.clone());
+                        self.unreadable.insert(path.clone());
                     }
                 }
             }
@@ -125,7 +125,7 @@ impl Resolver<'_> {
         match self.states.get(path) {
             Some(State::Done(value)) => return *value,
             Some(State::Open) => {
-                self.refuse_circle(path);
+                self.report_cycle(path);
                 return None;
             }
             None => {}
@@ -139,24 +139,24 @@ impl Resolver<'_> {
         let mut values = Vec::new();
         for entry in &entries {
             let value = entry.term.value(self);
-            let value = value.and_then(|value| fitting(value, kind).map_err(Failure::Wrong));
+            let value = value.and_then(|value| check_value(value, kind).map_err(Failure::Error));
             match value {
                 Ok(value) => {
-                    values.push((entry.item, value.shown()));
+                    values.push((entry.item, value.to_text()));
                     last = Some(value);
                 }
-                Err(Failure::Wrong(wrong)) => {
+                Err(Failure::Error(wrong)) => {
                     self.found.push(problem(path, &entry.text, &entry.place, wrong));
                 }
-                Err(Failure::Elsewhere) => {}
+                Err(Failure::ReportedElsewhere) => {}
             }
         }
         self.open.pop();
         // One faulty item makes the whole list unusable.
-        if values.len() == entries.len() && !self.broken.contains(path) {
+        if values.len() == entries.len() && !self.unreadable.contains(path) {
             self.values.insert(path.to_owned(), values);
         } else {
-            self.broken.insert(path.to_owned());
+            self.unreadable.insert(path.to_owned());
             last = None;
         }
         self.entries.insert(path.to_owned(), entries);
@@ -165,10 +165,10 @@ impl Resolver<'_> {
     }
 
     /// Returns the kind of the value at a path.
-    fn kind(&self, path: &str) -> Kind {
+    fn kind(&self, path: &str) -> ValueKind {
         match self.document.field(path).map(|field| &field.shape) {
-            Some(Shape::Value { kind, .. }) => *kind,
-            _ => Kind::Text,
+            Some(FieldShape::Value { kind, .. }) => *kind,
+            _ => ValueKind::Text,
         }
     }
 
@@ -178,24 +178,24 @@ impl Resolver<'_> {
     }
 
     /// Returns kind and dimension of a name in an expression; fails unless it is a single number.
-    fn named(&self, name: &str) -> Result<(Kind, Dimension), Failure> {
-        let wrong = |says: String, hint: String| Err(Failure::Wrong(Wrong::new(says, hint)));
+    fn kind_and_dimension(&self, name: &str) -> Result<(ValueKind, Dimension), Failure> {
+        let wrong = |says: String, hint: String| Err(Failure::Error(ExpressionError::new(says, hint)));
         let kind = match self.document.field(name).map(|field| &field.shape) {
-            Some(Shape::Value { kind, is_list: false, .. }) => *kind,
-            Some(Shape::Value { .. }) => {
+            Some(FieldShape::Value { kind, is_list: false, .. }) => *kind,
+            Some(FieldShape::Value { .. }) => {
                 let says = format!("uses `{name}`, which is a list");
                 return wrong(says, "use a single value".into());
             }
-            Some(Shape::Section(fields)) => {
+            Some(FieldShape::Section(fields)) => {
                 let keys: Vec<String> =
                     fields.iter().map(|f| format!("`{name}.{}`", f.name)).collect();
                 let says = format!("uses `{name}`, which is a section, not a value");
                 return wrong(says, format!("use one of {}", keys.join(", ")));
             }
             None => {
-                let says = format!("uses `{}`, which is not a parameter", shown(name));
-                let wrong = Wrong::new(says, self.document.suggest(name));
-                return Err(Failure::Wrong(wrong.code(UNKNOWN_PARAMETER)));
+                let says = format!("uses `{}`, which is not a parameter", to_printable(name));
+                let wrong = ExpressionError::new(says, self.document.suggest_hint(name));
+                return Err(Failure::Error(wrong.code(UNKNOWN_PARAMETER)));
             }
         };
         match Dimension::of(kind) {
@@ -208,32 +208,32 @@ impl Resolver<'_> {
     }
 
     /// Returns the value of a name that is a plain value.
-    fn written(&self, name: &str) -> Result<Quantity, Failure> {
-        let (kind, dimension) = self.named(name)?;
+    fn plain_value(&self, name: &str) -> Result<Quantity, Failure> {
+        let (kind, dimension) = self.kind_and_dimension(name)?;
         // Missing or unreadable values are reported at their own place.
         let Some(WrittenText::Scalar(text)) = self.document.value(name).map(|w| &w.text) else {
-            return Err(Failure::Elsewhere);
+            return Err(Failure::ReportedElsewhere);
         };
         let value = match kind {
-            Kind::Length => text.parse::<fabkit_geometry::Length>().ok().map(|v| v.mm()),
+            ValueKind::Length => text.parse::<fabkit_geometry::Length>().ok().map(|v| v.mm()),
             // In degrees with the digits as written.
-            Kind::Angle => text.parse::<fabkit_geometry::Angle>().ok().map(|v| v.deg()),
-            Kind::Count => <u32 as Scalar>::parse(text).ok().map(f64::from),
+            ValueKind::Angle => text.parse::<fabkit_geometry::Angle>().ok().map(|v| v.deg()),
+            ValueKind::Count => <u32 as Scalar>::parse(text).ok().map(f64::from),
             _ => <f64 as Scalar>::parse(text).ok(),
         };
         // A value above all limits is refused at its own place.
-        let value = value.filter(|value| value.abs() < BEYOND);
-        value.map(|value| Quantity { value, dimension }).ok_or(Failure::Elsewhere)
+        let value = value.filter(|value| value.abs() < MAX_MAGNITUDE);
+        value.map(|value| Quantity { value, dimension }).ok_or(Failure::ReportedElsewhere)
     }
 
     /// Reports a cycle once, with its chain of names. The problem is placed at the parameter of the highest layer,
     /// because the cycle was closed there.
-    fn refuse_circle(&mut self, path: &str) {
+    fn report_cycle(&mut self, path: &str) {
         let from = self.open.iter().position(|open| open == path).unwrap_or_default();
         let mut circle: Vec<String> = self.open[from..].to_vec();
         let layer = |path: &String| self.document.value(path).map(|written| written.place.layer);
         let is_over = |a: &String, b: &String| match (layer(a), layer(b)) {
-            (Some(a), Some(b)) => a.is_over(b) || a == b,
+            (Some(a), Some(b)) => a.overrides(b) || a == b,
             _ => false,
         };
         // Among several names of the highest layer the alphabetically first is taken, so that the message does not
@@ -244,52 +244,52 @@ impl Resolver<'_> {
         let mut names: Vec<&str> = circle.iter().map(String::as_str).collect();
         names.extend(circle.first().map(String::as_str));
         let says = format!("follows from itself: {}", names.join(" -> "));
-        let wrong = Wrong::new(says, "write a plain value for one of them").code("cycle");
+        let wrong = ExpressionError::new(says, "write a plain value for one of them").code("cycle");
         if let Some((path, written)) =
             circle.first().and_then(|path| Some((path, self.document.value(path)?)))
         {
             self.found.push(problem(path, &written_text(&written.text), &written.place, wrong));
         }
-        self.broken.extend(circle);
+        self.unreadable.extend(circle);
     }
 }
 
-impl Lookup for Resolver<'_> {
+impl NameLookup for Resolver<'_> {
     fn dimension(&self, name: &str) -> Result<Dimension, Failure> {
-        self.named(name).map(|(_, dimension)| dimension)
+        self.kind_and_dimension(name).map(|(_, dimension)| dimension)
     }
 
     fn value(&mut self, name: &str) -> Result<Quantity, Failure> {
-        self.named(name)?;
-        if self.is_expression(name) || self.broken.contains(name) {
-            return self.compute(name).ok_or(Failure::Elsewhere);
+        self.kind_and_dimension(name)?;
+        if self.is_expression(name) || self.unreadable.contains(name) {
+            return self.compute(name).ok_or(Failure::ReportedElsewhere);
         }
-        self.written(name)
+        self.plain_value(name)
     }
 
     fn plain(&mut self, name: &str) -> Result<Option<Quantity>, Failure> {
-        self.named(name)?;
-        match (self.is_expression(name), self.broken.contains(name)) {
+        self.kind_and_dimension(name)?;
+        match (self.is_expression(name), self.unreadable.contains(name)) {
             (true, _) => Ok(None),
-            (false, true) => Err(Failure::Elsewhere),
-            (false, false) => self.written(name).map(Some),
+            (false, true) => Err(Failure::ReportedElsewhere),
+            (false, false) => self.plain_value(name).map(Some),
         }
     }
 }
 
 /// Returns the text of an expression as written, on one line.
 fn written_text(text: &WrittenText) -> String {
-    let shown = text.shown();
-    text_of(&shown).map(str::to_owned).unwrap_or(shown)
+    let shown = text.to_printable();
+    expression_text(&shown).map(str::to_owned).unwrap_or(shown)
 }
 
 /// Returns the whole expression with white space collapsed.
-fn shown_whole(text: &str) -> String {
+fn collapse_spaces(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Returns the value if the parameter accepts its dimension; rounds counts.
-fn fitting(value: Quantity, kind: Kind) -> Result<Quantity, Wrong> {
+fn check_value(value: Quantity, kind: ValueKind) -> Result<Quantity, ExpressionError> {
     let wanted = Dimension::of(kind).unwrap_or(Dimension::NUMBER);
     if value.dimension != wanted {
         let says = format!("comes out as {}; it must be {wanted}", value.dimension);
@@ -299,22 +299,22 @@ fn fitting(value: Quantity, kind: Kind) -> Result<Quantity, Wrong> {
             (_, Dimension::NUMBER) => "divide by a value of the same unit, for example `/ 1 mm`",
             _ => "check what is multiplied and divided",
         };
-        return Err(Wrong::new(says, hint).code("wrong_unit"));
+        return Err(ExpressionError::new(says, hint).code("wrong_unit"));
     }
     let whole = value.value.round();
     match kind {
-        Kind::Count if (value.value - whole).abs() > SAME => {
-            let says = format!("comes out as {}; it must be a whole number", value.shown());
-            Err(Wrong::new(says, "use `round(...)`, `floor(...)` or `ceil(...)`"))
+        ValueKind::Count if (value.value - whole).abs() > TOLERANCE => {
+            let says = format!("comes out as {}; it must be a whole number", value.to_text());
+            Err(ExpressionError::new(says, "use `round(...)`, `floor(...)` or `ceil(...)`"))
         }
-        Kind::Count => Ok(Quantity { value: whole, ..value }),
+        ValueKind::Count => Ok(Quantity { value: whole, ..value }),
         _ => Ok(value),
     }
 }
 
 /// Creates the problem of an expression.
-fn problem(path: &str, text: &str, place: &Place, Wrong { says, hint, code }: Wrong) -> Found {
+fn problem(path: &str, text: &str, place: &TextPlace, ExpressionError { says, hint, code }: ExpressionError) -> LocatedProblem {
     let text = format!("= {text}");
-    let message = format!("{path} is `{}`, which {says}", shown(&text));
-    place.problem(path, &shown(&text), message).hint(hint).code(code)
+    let message = format!("{path} is `{}`, which {says}", to_printable(&text));
+    place.problem(path, &to_printable(&text), message).hint(hint).code(code)
 }

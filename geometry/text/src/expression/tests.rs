@@ -4,8 +4,8 @@ use fabkit_geometry::{Angle, Length};
 
 use super::{MAX_CHARACTERS, MAX_DEPTH};
 use crate::{
-    Dialect, Document, Parameter, Place, Problem, Reader, Section, Setting, TextLayer,
-    apply_overrides, mapping_of,
+    Dialect, ParameterTable, Parameter, TextPlace, Problem, Reader, Section, Setting, TextLayer,
+    apply_overrides, read_mapping,
 };
 
 const BASE: Dialect = Dialect::new("box", 1, "");
@@ -49,7 +49,7 @@ const PLAIN: [(&str, &str); 7] = [
 
 /// Reads a crate in which these values are others.
 fn read(changes: &[(&str, &str)], overrides: &[&str]) -> (Vec<Setting>, Vec<Problem>) {
-    let place = Place::new(TextLayer::File, "box.yaml", &BASE);
+    let place = TextPlace::new(TextLayer::File, "box.yaml", &BASE);
     let mut yaml = String::new();
     let value = |path: &str, plain: &str| {
         let change = changes.iter().find(|(changed, _)| *changed == path);
@@ -62,9 +62,9 @@ fn read(changes: &[(&str, &str)], overrides: &[&str]) -> (Vec<Setting>, Vec<Prob
         }
     }
     let mut found = Vec::new();
-    let entries = mapping_of(&yaml, &place, &mut found).unwrap_or_else(|| panic!("{found:?}"));
-    let mut document = Document::new(Crate::fields(), place.clone());
-    document.lay(entries, &place);
+    let entries = read_mapping(&yaml, &place, &mut found).unwrap_or_else(|| panic!("{found:?}"));
+    let mut document = ParameterTable::new(Crate::fields(), place.clone());
+    document.merge(entries, &place);
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
     apply_overrides(&mut document, &overrides);
     let mut reader = Reader::new(document);
@@ -82,7 +82,7 @@ fn value(path: &str, expression: &str) -> String {
 }
 
 #[test]
-fn values_follow_from_others_to_the_digits_that_somebody_would_write() {
+fn expressions_are_computed_to_the_digits_people_write() {
     for (path, expression, comes_out) in [
         ("wall", "= lid.width - 2 * (lid.width - 16 mm)", "2 mm"),
         ("wall", "=3*0.1mm", "0.3 mm"),
@@ -107,7 +107,7 @@ fn values_follow_from_others_to_the_digits_that_somebody_would_write() {
 }
 
 #[test]
-fn what_somebody_writes_stays_and_what_follows_from_it_moves() {
+fn written_values_stay_and_dependent_values_change() {
     let formulas = [("lid.width", "= 10 * wall"), ("lid.share", "= lid.width / 100 mm")];
     let values = |overrides: &[&str]| {
         let (settings, problems) = read(&formulas, overrides);
@@ -125,7 +125,7 @@ fn what_somebody_writes_stays_and_what_follows_from_it_moves() {
 }
 
 #[test]
-fn what_is_wrong_is_said_with_line_and_hint_and_fast() {
+fn errors_are_reported_quickly_with_line_and_hint() {
     let begun = Instant::now();
     let deep = format!("= {}1 mm{}", "(".repeat(MAX_DEPTH + 1), ")".repeat(MAX_DEPTH + 1));
     let signs = format!("= {}1 mm", "-".repeat(900));
@@ -176,7 +176,7 @@ fn what_is_wrong_is_said_with_line_and_hint_and_fast() {
 }
 
 #[test]
-fn all_that_is_wrong_is_said_at_once_and_only_where_it_is() {
+fn all_errors_are_reported_at_once_at_their_own_place() {
     // A cycle of three is reported once; values that depend on it are not reported.
     let circle = [
         ("wall", "= lid.width"),
@@ -217,7 +217,7 @@ fn all_that_is_wrong_is_said_at_once_and_only_where_it_is() {
 }
 
 #[test]
-fn a_value_follows_another_only_where_that_is_given() {
+fn given_uses_a_value_only_if_it_is_written() {
     let drag = [
         ("wall", "\"= min(2 mm, given(lid.width, 1 m) / 10)\""),
         ("lid.width", "\"= max(15 mm, 10 * wall)\""),
@@ -251,7 +251,7 @@ fn a_value_follows_another_only_where_that_is_given() {
 }
 
 #[test]
-fn what_is_wrong_with_given_is_said_whether_it_is_needed_or_not() {
+fn errors_in_given_are_reported_even_if_unused() {
     for (expression, says, hint) in [
         ("= given(lid.width, 3)", "`lid.width` is a length and `3` is a plain", "write `3 mm`"),
         ("= given(lid.width, wall * wall)", "`wall * wall` is an area", "make both of one unit"),

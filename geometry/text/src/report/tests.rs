@@ -1,14 +1,14 @@
 use super::*;
 use crate::layer::TextLayer;
-use crate::place::{Place, WrittenText};
-use crate::{Dialect, Source};
+use crate::place::{TextPlace, WrittenText};
+use crate::{Dialect, ValueSource};
 
-fn report() -> Report {
-    let place = Place::new(TextLayer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
+fn report() -> RuleReport {
+    let place = TextPlace::new(TextLayer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
     let text = WrittenText::Scalar("1 mm".into());
-    let source = Source::user("");
-    let written = BTreeMap::from([("wall".to_owned(), Written::new(place, text, source))]);
-    Report::new(written, Vec::new())
+    let source = ValueSource::user("");
+    let written = BTreeMap::from([("wall".to_owned(), WrittenValue::new(place, text, source))]);
+    RuleReport::new(written, Vec::new())
 }
 
 fn length(mm: f64) -> Length {
@@ -56,13 +56,13 @@ fn limits_are_offered_in_the_unit_and_the_steps_of_what_is_limited() {
 
 #[test]
 fn a_limit_is_stated_for_the_parameter_that_it_names() {
-    let place = Place::new(TextLayer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
-    let source = Source::user("");
+    let place = TextPlace::new(TextLayer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
+    let source = ValueSource::user("");
     let written = ["a", "box.a"].map(|path| {
         let text = WrittenText::Scalar("1".into());
-        (path.to_owned(), Written::new(place.clone(), text, source.clone()))
+        (path.to_owned(), WrittenValue::new(place.clone(), text, source.clone()))
     });
-    let mut report = Report::new(written.into(), Vec::new());
+    let mut report = RuleReport::new(written.into(), Vec::new());
     struct Boxed {
         a: f64,
     }
@@ -111,7 +111,7 @@ crate::parameters! {
     }
 }
 
-fn check(p: &Crate, report: &mut Report) {
+fn check(p: &Crate, report: &mut RuleReport) {
     let lid_mm = if p.lid == Lid::Thick { 1.0 } else { 0.0 };
     let gaps_mm: f64 = p.gaps.iter().map(|gap| gap.mm()).sum();
     // The wall cancels out of the limit; the weight would matter if it were larger.
@@ -121,14 +121,14 @@ fn check(p: &Crate, report: &mut Report) {
 
 #[test]
 fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
-    let place = Place::new(TextLayer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
-    let source = Source::user("");
+    let place = TextPlace::new(TextLayer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
+    let source = ValueSource::user("");
     let written = <Crate as crate::Section>::fields().into_iter().map(|field| {
         let text = WrittenText::Scalar("1".into());
-        let written = Written::new(place.clone(), text, source.clone());
+        let written = WrittenValue::new(place.clone(), text, source.clone());
         (field.name.to_owned(), written)
     });
-    let mut report = Report::new(written.collect(), Vec::new());
+    let mut report = RuleReport::new(written.collect(), Vec::new());
     let p = Crate {
         wall: length(5.0),
         width: length(9.0),
@@ -139,7 +139,7 @@ fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
         weight: 1.0,
     };
     check(&p, &mut report);
-    report.trace("", &p, check);
+    report.find_limit_inputs("", &p, check);
     let problem = &report.found[0].problem;
     let hint = "write at most 3.25 mm, or change `width`, `ribs`, `gaps` or `lid`";
     assert_eq!(problem.hint.as_deref(), Some(hint));
@@ -148,22 +148,22 @@ fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
     assert!(problem.message.ends_with(follows), "{}", problem.message);
 
     // Small changes do not move a saturated limit; the input that saturated it is still named.
-    let drained = |p: &Crate, report: &mut Report| {
+    let drained = |p: &Crate, report: &mut RuleReport| {
         let room_mm = (p.width.mm() - 10.0).max(0.0);
         report.at_most("wall", p.wall, room_mm, "it fits");
     };
-    let mut report = Report::new(report.written, Vec::new());
+    let mut report = RuleReport::new(report.written, Vec::new());
     drained(&p, &mut report);
-    report.trace("", &p, drained);
+    report.find_limit_inputs("", &p, drained);
     assert_eq!(report.found[0].problem.hint.as_deref(), Some("change `width`"));
 
     // Without any room, 0 is recommended.
-    let absent = |p: &Crate, report: &mut Report| {
-        report.at_most_if_any("wall", p.wall, p.width.mm() - 10.0, "it fits");
+    let absent = |p: &Crate, report: &mut RuleReport| {
+        report.at_most_or_absent("wall", p.wall, p.width.mm() - 10.0, "it fits");
     };
-    let mut report = Report::new(report.written, Vec::new());
+    let mut report = RuleReport::new(report.written, Vec::new());
     absent(&p, &mut report);
-    report.trace("", &p, absent);
+    report.find_limit_inputs("", &p, absent);
     let hint = "write at most 0 mm, or change `width`";
     assert_eq!(report.found[0].problem.hint.as_deref(), Some(hint));
 }

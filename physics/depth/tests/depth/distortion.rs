@@ -1,8 +1,8 @@
 //! Error of inverse distortion: solved exactly, and by negated coefficients as published.
 
 use fabkit_camera::{Camera, Interface, Intrinsics, Lens, OpenCv};
-use fabkit_depth::truth::{PixelRays, ReferenceSurface};
-use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Point3, Pose};
+use fabkit_depth::ground_truth::{PixelRays, ReferenceSurface};
+use fabkit_geometry::{DomeSurface, EllipsoidOffset, FixtureGrip, Path, Point3, Pose};
 
 /// The camera of R-Tac0's authors: focal lengths, centre, then OpenCV's k1 k2 p1 p2 k3.
 const INTRINSICS: Intrinsics = Intrinsics {
@@ -67,8 +67,8 @@ fn inverse_distortion_is_exact_and_the_published_one_is_not() {
         dome: EllipsoidOffset { equatorial_mm: RADIUS_MM, polar_mm: RADIUS_MM, offset_mm: 0.0 },
         centre_z_mm: CENTRE_Z_MM,
         foot_z_mm: 0.0,
-        soft_mm: 1.5,
-        grip: Grip {
+        max_indentation_mm: 1.5,
+        grip: FixtureGrip {
             outline: Path::circle([0.0, 0.0], RADIUS_MM),
             top_z_mm: 0.0,
             bottom_z_mm: -20.0,

@@ -1,6 +1,6 @@
 //! Visible properties of rendered images, as numbers.
 
-use fabkit_depth::{Actor, MAX_PIXELS, Picture, RenderError, View, contact_sheet, render};
+use fabkit_depth::{Actor, MAX_PIXELS, RenderedImage, RenderError, View, contact_sheet, render};
 use fabkit_geometry::{Angle, CompiledSolid, Point3, Pose, Solid, Vector3};
 
 const RED: [u8; 3] = [220, 40, 40];
@@ -21,7 +21,7 @@ fn hidden_ball() -> [Actor; 2] {
     [actor(&hollow, BLUE), actor(&Solid::sphere(6.0).at(0.0, 0.0, 10.0), RED)]
 }
 
-fn render_with_threads(threads: usize, actors: &[Actor], view: &View) -> Picture {
+fn render_with_threads(threads: usize, actors: &[Actor], view: &View) -> RenderedImage {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
     pool.install(|| render(actors, view)).expect("a picture")
 }
@@ -49,16 +49,16 @@ fn a_cut_shows_what_is_inside() {
     let (in_front, through) = (section(-7.0), section(0.0));
     assert!(redness(in_front.pixel(80, 80)) > 60);
     // A round ball is shaded from place to place; a cut one repeats the hatch's few colours.
-    let colors = |picture: &Picture| {
+    let colors = |picture: &RenderedImage| {
         let mut found: Vec<_> = (60..100).map(|x| picture.pixel(x, 81)).collect();
         found.sort_unstable();
         found.dedup();
         found.len()
     };
-    let rows = |picture: &Picture| (60..100).map(|x| redness(picture.pixel(x, 80))).min();
+    let rows = |picture: &RenderedImage| (60..100).map(|x| redness(picture.pixel(x, 80))).min();
     assert!(rows(&through) > Some(0), "all red");
     assert!(colors(&in_front) > 20, "{}", colors(&in_front));
-    let spread = |picture: &Picture| {
+    let spread = |picture: &RenderedImage| {
         let column = |x: u32| (62..78).map(|y| i32::from(picture.pixel(x, y)[1])).sum::<i32>() / 16;
         (column(64) - column(95)).abs()
     };
@@ -152,7 +152,7 @@ fn views_have_the_axes_they_promise() {
 
 #[test]
 fn a_sheet_holds_all_pictures_in_order() {
-    let flat = |width_px: u32, height_px: u32, color: [u8; 3]| Picture {
+    let flat = |width_px: u32, height_px: u32, color: [u8; 3]| RenderedImage {
         width_px,
         height_px,
         rgb: color.repeat((width_px * height_px) as usize),

@@ -1,11 +1,11 @@
 //! Ground truth against closed forms, implemented independently.
 
-use fabkit_camera::{Camera, Flat, Interface};
-use fabkit_depth::truth::{
-    PixelRays, Presser, ReferenceSurface, SURFACE_LABEL, Seam, Side, Yielding,
+use fabkit_camera::{Camera, FlatInterface, Interface};
+use fabkit_depth::ground_truth::{
+    PixelRays, PlacedIndenter, ReferenceSurface, SURFACE_LABEL, Seam, Side, SurfaceDisplacement,
 };
 use fabkit_geometry::{
-    Angle, DomeSurface, EllipsoidOffset, Grip, Path, PlaneSurface, Point3, Pose, Ray, Solid,
+    Angle, DomeSurface, EllipsoidOffset, FixtureGrip, Path, PlaneSurface, Point3, Pose, Ray, Solid,
     TouchSurface, Vector3,
 };
 
@@ -14,16 +14,16 @@ const TOLERANCE_MM: f64 = 1e-9;
 fn touch(equatorial_mm: f64, polar_mm: f64, offset_mm: f64, centre_z_mm: f64) -> TouchSurface {
     let dome = EllipsoidOffset { equatorial_mm, polar_mm, offset_mm };
     let grip = grip(Path::circle([0.0, 0.0], equatorial_mm));
-    DomeSurface { dome, centre_z_mm, foot_z_mm: 0.0, soft_mm: 1.5, grip }.into()
+    DomeSurface { dome, centre_z_mm, foot_z_mm: 0.0, max_indentation_mm: 1.5, grip }.into()
 }
 
 fn pad(outline: Path) -> TouchSurface {
-    let grip = grip(outline.grown(2.0));
-    PlaneSurface { outline, top_z_mm: 4.0, foot_z_mm: 1.0, soft_mm: 3.0, grip }.into()
+    let grip = grip(outline.offset_outwards(2.0));
+    PlaneSurface { outline, top_z_mm: 4.0, foot_z_mm: 1.0, max_indentation_mm: 3.0, grip }.into()
 }
 
-fn grip(outline: Path) -> Grip {
-    Grip {
+fn grip(outline: Path) -> FixtureGrip {
+    FixtureGrip {
         outline,
         top_z_mm: 0.0,
         bottom_z_mm: -20.0,
@@ -80,10 +80,10 @@ fn the_reference_is_the_surface_in_closed_form() {
             seen += 1;
         }
     }
-    assert_eq!(seen, surface.seen());
+    assert_eq!(seen, surface.visible_pixels());
     assert!(seen > 15_000);
     // Normals point away from the axis of the wall or the centre of the dome.
-    let map = surface.untouched();
+    let map = surface.map_without_contact();
     for (point, normal) in map.point_in_sensor().zip(map.normal_in_sensor()) {
         if point.x.is_finite() {
             let outward = point - Point3::new(0.0, 0.0, point.z.min(6.0));
@@ -183,7 +183,7 @@ fn pressed_primitives_agree_with_closed_forms_creases_included() {
     ];
     for interface in [
         Interface::None,
-        Interface::Flat(Flat { tilt_x_rad: 0.01, tilt_y_rad: -0.02, ..Flat::in_air(2.0, 1.41) }),
+        Interface::Flat(FlatInterface { tilt_x_rad: 0.01, tilt_y_rad: -0.02, ..FlatInterface::bare_in_air(2.0, 1.41) }),
     ] {
         let camera = camera();
         let camera = Camera::new(160, 120, *camera.lens(), interface).unwrap();
@@ -196,8 +196,8 @@ fn pressed_primitives_agree_with_closed_forms_creases_included() {
                 Vector3::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos());
             let at = Point3::new(0.0, 0.0, 6.0) + 13.0 * out;
             let pose = Pose::z_to(out + Vector3::new(0.2, -0.1, 0.0), at);
-            let presser = Presser::new("it", solid, pose).unwrap();
-            let map = surface.pressed(&[presser]);
+            let presser = PlacedIndenter::new("it", solid, pose).unwrap();
+            let map = surface.map_with_indenters(&[presser]);
             let inverse = pose.inverse();
             let mut contact = 0;
             for (pixel, normal) in map.normal_in_sensor().into_iter().enumerate() {
@@ -250,13 +250,13 @@ fn a_finer_image_holds_the_coarser_one() {
 #[test]
 fn a_press_is_the_same_on_any_number_of_threads() {
     let pose = Pose::z_to(Vector3::new(0.5, 0.2, 1.0), Point3::new(5.0, 3.0, 19.0));
-    let presser = Presser::new("ball", &Solid::sphere(2.0), pose).unwrap();
+    let presser = PlacedIndenter::new("ball", &Solid::sphere(2.0), pose).unwrap();
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let rays = PixelRays::new(&camera(), &sensor_from_camera());
             let surface = ReferenceSurface::cast(&bullet(), &rays).unwrap();
-            let map = surface.pressed(std::slice::from_ref(&presser));
+            let map = surface.map_with_indenters(std::slice::from_ref(&presser));
             let bits: Vec<u64> = map.range_mm().iter().map(|range| range.to_bits()).collect();
             (bits, map.label().to_vec())
         })
@@ -265,23 +265,23 @@ fn a_press_is_the_same_on_any_number_of_threads() {
 }
 
 /// A punch with a flat end, 1 mm deep at the apex.
-fn punch() -> Presser {
+fn punch() -> PlacedIndenter {
     let pose = Pose::translation(0.0, 0.0, 20.0);
-    Presser::new("punch", &Solid::cylinder(2.0, 5.0), pose).unwrap()
+    PlacedIndenter::new("punch", &Solid::cylinder(2.0, 5.0), pose).unwrap()
 }
 
 #[test]
 fn a_membrane_fades_from_the_edge_of_a_punch_and_leaves_the_contact_alone() {
     let rays = PixelRays::new(&camera(), &Pose::translation(0.0, 0.0, -7.0));
     let surface = ReferenceSurface::cast(&bullet(), &rays).unwrap();
-    let rigid = surface.pressed(&[punch()]);
+    let rigid = surface.map_with_indenters(&[punch()]);
     let soft = rigid.clone().with_membrane(1.5);
     let bits = |ranges: &[f64]| ranges.iter().map(|range| range.to_bits()).collect::<Vec<u64>>();
     assert!(bits(rigid.clone().with_membrane(0.0).range_mm()) == bits(rigid.range_mm()));
     assert_eq!(soft.label(), rigid.label());
     let deepest = rigid.indentation_mm().filter(|mm| mm.is_finite()).fold(0.0, f64::max);
     let normals = soft.normal_in_sensor();
-    let rest: Vec<Point3<f64>> = surface.untouched().point_in_sensor().collect();
+    let rest: Vec<Point3<f64>> = surface.map_without_contact().point_in_sensor().collect();
     let mut faded = 0;
     for (pixel, (hard, mm)) in rigid.indentation_mm().zip(soft.indentation_mm()).enumerate() {
         if hard.is_nan() {
@@ -318,10 +318,10 @@ fn stitched_along_the_seam(touch: &TouchSurface, middle_z_mm: f64) {
     let surface = ReferenceSurface::cast(touch, &rays).unwrap();
     let ball = |x: f64| {
         let pose = Pose::translation(x, 2.0, middle_z_mm);
-        Presser::new("ball", &Solid::sphere(2.0), pose).unwrap()
+        PlacedIndenter::new("ball", &Solid::sphere(2.0), pose).unwrap()
     };
-    let (left, right) = (surface.pressed(&[ball(-5.0)]), surface.pressed(&[ball(5.0)]));
-    let both = surface.pressed(&[ball(-5.0), ball(5.0)]);
+    let (left, right) = (surface.map_with_indenters(&[ball(-5.0)]), surface.map_with_indenters(&[ball(5.0)]));
+    let both = surface.map_with_indenters(&[ball(-5.0), ball(5.0)]);
     let seam = Seam::new(&surface, Vector3::x(), 0.5);
     let stitched = seam.stitch(left.range_mm(), right.range_mm(), f64::NAN);
     for (pixel, side) in seam.sides().iter().enumerate() {
@@ -354,7 +354,7 @@ impl Dent {
     }
 }
 
-impl Yielding for Dent {
+impl SurfaceDisplacement for Dent {
     fn outwards_mm(&self, point: &Point3<f64>, _: &Vector3<f64>) -> f64 {
         Self::outwards_mm(point.x, point.y)
     }
@@ -375,10 +375,10 @@ fn rays_end_on_a_surface_that_has_moved() {
     let surface = ReferenceSurface::cast(&touch, &rays).unwrap();
     // A punch that presses within its edge, and stands clear of the raised gel beyond.
     let pose = Pose::translation(0.0, 1.0, 3.4);
-    let punch = Presser::new("punch", &Solid::cylinder(0.8, 5.0), pose).unwrap();
-    let map = surface.yielded(&[punch], &Dent, true);
+    let punch = PlacedIndenter::new("punch", &Solid::cylinder(0.8, 5.0), pose).unwrap();
+    let map = surface.map_deformed(&[punch], &Dent, true);
     let normals = map.normal_in_sensor();
-    let rest: Vec<Point3<f64>> = surface.untouched().point_in_sensor().collect();
+    let rest: Vec<Point3<f64>> = surface.map_without_contact().point_in_sensor().collect();
     let (mut touched, mut moved, mut out) = (0, 0, 0);
     for (pixel, point) in map.point_in_sensor().enumerate() {
         // At the pad's edge a displaced surface may leave the outline.

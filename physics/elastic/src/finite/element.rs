@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-use crate::Material;
+use crate::ElasticMaterial;
 use crate::element::{Shape, centre};
 
 /// Number of radial and axial displacements of the nine nodes.
@@ -18,7 +18,7 @@ const PARTS: usize = 5;
 type Parts = SVector<f64, PARTS>;
 
 /// Energy of an element and its derivatives by its unknowns, per radian.
-pub(crate) struct Strained {
+pub(crate) struct ElementState {
     /// Energy, N mm.
     pub energy: f64,
     /// Nodal forces, N.
@@ -33,16 +33,16 @@ pub(crate) struct Strained {
 }
 
 /// Volume ratio of a deformation gradient, with its first and second derivatives.
-struct Volume {
+struct VolumeRatio {
     ratio: f64,
     slope: Parts,
     curvature: SMatrix<f64, PARTS, PARTS>,
 }
 
-impl Volume {
+impl VolumeRatio {
     /// Computes the volume ratio of a deformation gradient with the components rr, rz, zr, zz and the circumferential
     /// stretch.
-    fn of(f: &Parts) -> Self {
+    fn from_gradient(f: &Parts) -> Self {
         let [rr, rz, zr, zz, around] = [f[0], f[1], f[2], f[3], f[4]];
         let plane = rr * zz - rz * zr;
         let slope = Parts::new(zz * around, -zr * around, -rz * around, rr * around, plane);
@@ -62,13 +62,13 @@ impl Volume {
 /// `held` are pressure coefficients, MPa, for the geometric part of the tangent. Those that follow from the volume
 /// change agree with them in the end, but are far off on the way: second-order volume errors times a modulus ratio of
 /// thousands.
-pub(crate) fn strain(
+pub(crate) fn compute_element(
     shape: &Shape,
     places: &[[f64; 2]; 9],
-    material: &Material,
+    material: &ElasticMaterial,
     displacements: &SVector<f64, UNKNOWNS>,
     held: &Vector3<f64>,
-) -> Option<Strained> {
+) -> Option<ElementState> {
     let (shear, lame) = (material.shear_modulus_mpa(), material.lame_mpa());
     let (middle, scale) = centre(places);
     let mut points = Vec::with_capacity(16);
@@ -87,7 +87,7 @@ pub(crate) fn strain(
             gradient[(4, 2 * node)] = point.value[node] / r;
         }
         let f = gradient * displacements + Parts::new(1.0, 0.0, 0.0, 1.0, 1.0);
-        let volume = Volume::of(&f);
+        let volume = VolumeRatio::from_gradient(&f);
         if !(volume.ratio > 0.0 && f[4] > 0.0) {
             return None;
         }
@@ -100,7 +100,7 @@ pub(crate) fn strain(
     let inverse = pressures.try_inverse()?;
     let amounts = inverse * mean;
     let pressures_by = lame * inverse * by_unknown;
-    let mut strained = Strained {
+    let mut strained = ElementState {
         energy: 0.5 * lame * mean.dot(&amounts),
         forces: SVector::zeros(),
         tangent: by_unknown.transpose() * pressures_by,
@@ -148,11 +148,11 @@ mod tests {
     fn forces_and_tangent_are_derivatives_of_the_energy() {
         let shape = Shape::new();
         for poisson in [0.3, 0.495] {
-            let material = Material::new(0.5, poisson).unwrap();
+            let material = ElasticMaterial::new(0.5, poisson).unwrap();
             let u = some_displacements(0.08);
-            let first = strain(&shape, &PLACES, &material, &u, &Vector3::zeros()).unwrap();
+            let first = compute_element(&shape, &PLACES, &material, &u, &Vector3::zeros()).unwrap();
             let at = |u: &SVector<f64, UNKNOWNS>| {
-                strain(&shape, &PLACES, &material, u, &first.pressures).unwrap()
+                compute_element(&shape, &PLACES, &material, u, &first.pressures).unwrap()
             };
             let here = at(&u);
             // Differences of energies of about 1, rounded to 1e-16, over twice the step; and the step
@@ -176,10 +176,10 @@ mod tests {
     #[test]
     fn a_small_strain_is_that_of_the_linear_element() {
         let shape = Shape::new();
-        let material = Material::new(0.5, 0.49).unwrap();
+        let material = ElasticMaterial::new(0.5, 0.49).unwrap();
         let at_rest =
-            strain(&shape, &PLACES, &material, &SVector::zeros(), &Vector3::zeros()).unwrap();
-        let linear = shape.stiffness(&PLACES, &material).unwrap().of(0);
+            compute_element(&shape, &PLACES, &material, &SVector::zeros(), &Vector3::zeros()).unwrap();
+        let linear = shape.stiffness(&PLACES, &material).unwrap().evaluate(0);
         assert!(at_rest.energy.abs() < 1e-15 && at_rest.forces.amax() < 1e-15);
         for i in 0..UNKNOWNS {
             for j in 0..UNKNOWNS {
@@ -192,8 +192,8 @@ mod tests {
 
     #[test]
     fn what_is_inside_out_is_none() {
-        let material = Material::new(0.5, 0.3).unwrap();
+        let material = ElasticMaterial::new(0.5, 0.3).unwrap();
         let u = SVector::from_fn(|i, _| if i % 2 == 1 { -2.0 * PLACES[i / 2][1] } else { 0.0 });
-        assert!(strain(&Shape::new(), &PLACES, &material, &u, &Vector3::zeros()).is_none());
+        assert!(compute_element(&Shape::new(), &PLACES, &material, &u, &Vector3::zeros()).is_none());
     }
 }

@@ -6,15 +6,15 @@
 //! the indenter are added.
 
 pub(crate) mod element;
-mod grip;
+mod contact_constraint;
 mod system;
 
 use fabkit_geometry::Vector3;
 
-use crate::outcome::Outcome;
-use crate::presser::{Press, Presser};
-use crate::stack::Stack;
-use crate::{Body, Division, ElasticError};
+use crate::outcome::PressOutcome;
+use crate::indenter::{Press, Indenter};
+use crate::stack::ElasticStack;
+use crate::{LayeredBody, MeshDensity, ElasticError};
 use system::System;
 
 /// Tolerance of the last displacement step, relative to the depth of the press.
@@ -27,7 +27,7 @@ const MAX_HALVINGS: u32 = 6;
 #[derive(Debug)]
 pub struct FiniteStack {
     /// The small-strain model of the same body: it checks presses and gives the initial contact region.
-    linear: Stack,
+    linear: ElasticStack,
 }
 
 impl FiniteStack {
@@ -35,9 +35,9 @@ impl FiniteStack {
     ///
     /// # Errors
     /// As [`Stack::new`].
-    pub fn new(body: &Body, division: &Division) -> Result<Self, ElasticError> {
-        let division = Division { max_harmonic: 0, ..*division };
-        Ok(Self { linear: Stack::new(body, &division, 1)? })
+    pub fn new(body: &LayeredBody, division: &MeshDensity) -> Result<Self, ElasticError> {
+        let division = MeshDensity { max_harmonic: 0, ..*division };
+        Ok(Self { linear: ElasticStack::new(body, &division, 1)? })
     }
 
     /// Presses along the axis to each of several rising depths below the first touch, mm.
@@ -46,9 +46,9 @@ impl FiniteStack {
     /// An indenter that is not axisymmetric, starts inside or goes too deep; depths that do not rise; no convergence.
     pub fn press(
         &self,
-        presser: &dyn Presser,
+        presser: &dyn Indenter,
         depths_mm: &[f64],
-    ) -> Result<Vec<Outcome>, ElasticError> {
+    ) -> Result<Vec<PressOutcome>, ElasticError> {
         let down = -Vector3::z();
         let touching_mm = self.linear.touching_mm(presser, &down)?;
         let mut system = System::new(&self.linear);
@@ -61,10 +61,10 @@ impl FiniteStack {
             // A press that is rejected at small strain is rejected here too.
             let small = self.linear.press(presser, &Press::along(down, depth_mm)?)?;
             if reached_mm == 0.0 {
-                system.hold(&small);
+                system.start_contact_from(&small);
             }
             let shift = |depth_mm: f64| (touching_mm + depth_mm) * down;
-            reached_mm = reach(&mut system, presser, reached_mm, depth_mm, &shift)?;
+            reached_mm = advance_to(&mut system, presser, reached_mm, depth_mm, &shift)?;
             outcomes.push(system.outcome(depth_mm));
         }
         Ok(outcomes)
@@ -72,9 +72,9 @@ impl FiniteStack {
 }
 
 /// Advances from one depth to the next, in smaller steps where one does not converge.
-fn reach(
+fn advance_to(
     system: &mut System<'_>,
-    presser: &dyn Presser,
+    presser: &dyn Indenter,
     from_mm: f64,
     to_mm: f64,
     shift: &dyn Fn(f64) -> Vector3<f64>,

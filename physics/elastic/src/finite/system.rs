@@ -1,18 +1,18 @@
 //! Unknowns and equations of a press at large strain.
 
 use fabkit_geometry::Vector3;
-use fabkit_sparse::solve_any;
+use fabkit_sparse::solve_general;
 use nalgebra::SVector;
 
-use super::element::{Strained, UNKNOWNS, strain};
-use super::grip::{Above, Grip, grips};
+use super::element::{ElementState, UNKNOWNS, compute_element};
+use super::contact_constraint::{IndenterGap, ContactConstraint, contact_constraints};
 use crate::ElasticError;
 use crate::element::Shape;
-use crate::harmonic::failed;
+use crate::harmonic::factorisation_error;
 use crate::mesh::Mesh;
-use crate::outcome::Outcome;
-use crate::presser::Presser;
-use crate::stack::Stack;
+use crate::outcome::PressOutcome;
+use crate::indenter::Indenter;
+use crate::stack::ElasticStack;
 
 /// Coefficients, by column, of three times the slope of axial displacement on the axis, which is constrained to zero: a
 /// smooth surface stays horizontal there.
@@ -21,7 +21,7 @@ use crate::stack::Stack;
 /// (Auricchio, Beirao da Veiga, Lovadina and Reali, "A stability study of some mixed finite elements for large
 /// deformation elasticity problems", Comput. Methods Appl. Mech. Eng. 194, 2005). The surface's node on the axis, which
 /// no pressure acts on, would sink away first.
-const LEVEL: [(usize, f64); 3] = [(0, -3.0), (1, 4.0), (2, -1.0)];
+const POLE_SLOPE: [(usize, f64); 3] = [(0, -3.0), (1, 4.0), (2, -1.0)];
 /// Iterations in which the contact region may change before displacements have settled.
 const EAGER_ITERATIONS: usize = 8;
 /// Step size below which displacements have settled, in tolerances.
@@ -41,9 +41,9 @@ pub(super) struct State {
 
 /// Newton iteration of a press at large strain.
 pub(super) struct System<'a> {
-    stack: &'a Stack,
+    stack: &'a ElasticStack,
     mesh: &'a Mesh,
-    grips: Vec<Grip>,
+    grips: Vec<ContactConstraint>,
     shape: Shape,
     /// Equation of each displacement, by node: radial and axial. `None` for displacements that are fixed.
     rows: Vec<Option<usize>>,
@@ -63,8 +63,8 @@ struct Step {
 
 impl<'a> System<'a> {
     /// Numbers the unknowns; on the axis nothing moves radially.
-    pub fn new(stack: &'a Stack) -> Self {
-        let (mesh, grips) = (&*stack.mesh, grips(&stack.rings));
+    pub fn new(stack: &'a ElasticStack) -> Self {
+        let (mesh, grips) = (&*stack.mesh, contact_constraints(&stack.rings));
         let (mut rows, mut count) = (Vec::with_capacity(2 * mesh.nodes.len()), 0);
         for (node, place) in mesh.nodes.iter().enumerate() {
             // Radial first, which vanishes on the axis; then axial.
@@ -92,7 +92,7 @@ impl<'a> System<'a> {
     }
 
     /// Starts with the contact region of a press at small strain.
-    pub fn hold(&mut self, small: &Outcome) {
+    pub fn start_contact_from(&mut self, small: &PressOutcome) {
         for (is_held, node) in self.state.is_held.iter_mut().zip(&small.nodes[1..]) {
             *is_held = node.pressure_mpa > 0.0;
         }
@@ -104,14 +104,14 @@ impl<'a> System<'a> {
     /// No convergence, or an element that is inverted.
     pub fn solve(
         &mut self,
-        presser: &dyn Presser,
+        presser: &dyn Indenter,
         shift_mm: &Vector3<f64>,
         tolerance_mm: f64,
         max_iterations: usize,
     ) -> Result<(), ElasticError> {
         let mut last = f64::INFINITY;
         for iteration in 0..max_iterations {
-            let above = self.above(presser, shift_mm);
+            let above = self.indenter_gaps(presser, shift_mm);
             let held: Vec<usize> =
                 (0..self.state.is_held.len()).filter(|&ring| self.state.is_held[ring]).collect();
             let Some(step) = self.step(&above, &held)? else { break };
@@ -132,7 +132,7 @@ impl<'a> System<'a> {
             // on a Bard-type scheme for solving the complementarity problem", Opsearch 11, 1974).
             let is_eager = iteration < EAGER_ITERATIONS;
             let may_change = is_eager || largest <= SETTLED * tolerance_mm;
-            let is_same = !(may_change && self.regrasp(presser, shift_mm, tolerance_mm, is_eager));
+            let is_same = !(may_change && self.update_contact(presser, shift_mm, tolerance_mm, is_eager));
             if is_same && largest <= tolerance_mm {
                 return Ok(());
             }
@@ -151,12 +151,12 @@ impl<'a> System<'a> {
         let mut part = 1.0;
         // Predicted before displacements change.
         let targets: Vec<Option<Vector3<f64>>> =
-            self.mesh.elements().enumerate().map(|each| self.foreseen(each, steps)).collect();
+            self.mesh.elements().enumerate().map(|each| self.predict_pressures(each, steps)).collect();
         for _ in 0..10 {
             for (i, value) in self.state.displacements.iter_mut().enumerate() {
                 *value = before[i] + self.rows[i].map_or(0.0, |row| part * steps[row]);
             }
-            if self.mesh.elements().enumerate().all(|each| self.strained(each).is_some()) {
+            if self.mesh.elements().enumerate().all(|each| self.element_state(each).is_some()) {
                 break;
             }
             part *= 0.5;
@@ -169,8 +169,8 @@ impl<'a> System<'a> {
     }
 
     /// Predicts the pressure coefficients of an element after a step, by its tangent.
-    fn foreseen(&self, each: (usize, [usize; 2]), steps: &[f64]) -> Option<Vector3<f64>> {
-        let strained = self.strained(each)?;
+    fn predict_pressures(&self, each: (usize, [usize; 2]), steps: &[f64]) -> Option<Vector3<f64>> {
+        let strained = self.element_state(each)?;
         let nodes = self.mesh.element_nodes(each.1);
         let step = |i: usize| self.rows[2 * nodes[i / 2] + i % 2].map_or(0.0, |row| steps[row]);
         let step = SVector::<f64, UNKNOWNS>::from_fn(|i, _| step(i));
@@ -178,13 +178,13 @@ impl<'a> System<'a> {
     }
 
     /// Computes an element at the current displacements; `None` where it is inverted.
-    fn strained(&self, (number, element): (usize, [usize; 2])) -> Option<Strained> {
+    fn element_state(&self, (number, element): (usize, [usize; 2])) -> Option<ElementState> {
         let nodes = self.mesh.element_nodes(element);
         let moved = SVector::<f64, UNKNOWNS>::from_fn(|i, _| {
             self.state.displacements[2 * nodes[i / 2] + i % 2]
         });
-        let material = &self.mesh.materials[self.mesh.layer_of[element[1]]];
-        strain(
+        let material = &self.mesh.materials[self.mesh.layer_by_row[element[1]]];
+        compute_element(
             &self.shape,
             &self.mesh.element_places(element),
             material,
@@ -194,26 +194,26 @@ impl<'a> System<'a> {
     }
 
     /// Measures the indenter above each column of the deformed surface.
-    fn above(&self, presser: &dyn Presser, shift_mm: &Vector3<f64>) -> Vec<Above> {
+    fn indenter_gaps(&self, presser: &dyn Indenter, shift_mm: &Vector3<f64>) -> Vec<IndenterGap> {
         let at = |column: usize| {
             let node = column * self.mesh.rows;
             let moved = &self.state.displacements[2 * node..2 * node + 2];
             let place: [f64; 2] = std::array::from_fn(|k| self.mesh.nodes[node][k] + moved[k]);
-            Above::new(presser, place, shift_mm)
+            IndenterGap::new(presser, place, shift_mm)
         };
         (0..self.mesh.columns).map(at).collect()
     }
 
     /// Releases rings that pull and adds those that have entered the indenter, either all of them or the first. Returns
     /// whether any changed.
-    fn regrasp(
+    fn update_contact(
         &mut self,
-        presser: &dyn Presser,
+        presser: &dyn Indenter,
         shift_mm: &Vector3<f64>,
         tolerance_mm: f64,
         all: bool,
     ) -> bool {
-        let above = self.above(presser, shift_mm);
+        let above = self.indenter_gaps(presser, shift_mm);
         let mut has_changed = false;
         for ring in 0..self.state.is_held.len() {
             let gap_mm = self.grips[ring].gap_mm(&above);
@@ -234,14 +234,14 @@ impl<'a> System<'a> {
     }
 
     /// Solves for displacement steps and new pressures of the rings in contact; `None` where an element is inverted.
-    fn step(&self, above: &[Above], held: &[usize]) -> Result<Option<Step>, ElasticError> {
+    fn step(&self, above: &[IndenterGap], held: &[usize]) -> Result<Option<Step>, ElasticError> {
         // Unknowns: displacements, one pressure per ring in contact, and the multiplier of the `LEVEL` constraint.
         let level = self.count + held.len();
         let size = level + 1;
         let mut right = vec![0.0; size];
         let mut entries = Vec::new();
         for (number, element) in self.mesh.elements().enumerate() {
-            let Some(strained) = self.strained((number, element)) else { return Ok(None) };
+            let Some(strained) = self.element_state((number, element)) else { return Ok(None) };
             let nodes = self.mesh.element_nodes(element);
             for i in 0..UNKNOWNS {
                 let Some(row) = self.rows[2 * nodes[i / 2] + i % 2] else { continue };
@@ -271,7 +271,7 @@ impl<'a> System<'a> {
                 }
             }
         }
-        for (column, by) in LEVEL {
+        for (column, by) in POLE_SLOPE {
             let displacement = 2 * column * self.mesh.rows + 1;
             right[level] -= by * self.state.displacements[displacement];
             if let Some(row) = self.rows[displacement] {
@@ -279,7 +279,7 @@ impl<'a> System<'a> {
                 entries.push((level, row, by));
             }
         }
-        solve_any(&entries, &mut right).map_err(failed(0))?;
+        solve_general(&entries, &mut right).map_err(factorisation_error(0))?;
         Ok(Some(Step {
             displacements: right[..self.count].to_vec(),
             pressures: right[self.count..level].to_vec(),
@@ -287,20 +287,20 @@ impl<'a> System<'a> {
     }
 
     /// Returns the result of the press so far.
-    pub fn outcome(&self, depth_mm: f64) -> Outcome {
+    pub fn outcome(&self, depth_mm: f64) -> PressOutcome {
         let mut growth_mm3 = vec![0.0; self.mesh.materials.len()];
         let (around, mut energy_nmm) = (2.0 * std::f64::consts::PI, 0.0);
         for (number, element) in self.mesh.elements().enumerate() {
             // Once the iteration has converged, no element is inverted.
-            if let Some(strained) = self.strained((number, element)) {
-                growth_mm3[self.mesh.layer_of[element[1]]] += around * strained.growth;
+            if let Some(strained) = self.element_state((number, element)) {
+                growth_mm3[self.mesh.layer_by_row[element[1]]] += around * strained.growth;
                 energy_nmm += around * strained.energy;
             }
         }
         let State { displacements, pressures, .. } = &self.state;
         // The pole has the pressure of the first ring, to which it belongs.
         let of_rings = [&pressures[..1], pressures].concat();
-        Outcome::finite(
+        PressOutcome::from_finite_strain(
             self.stack,
             displacements,
             &of_rings,

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::columns::Column;
+use super::columns::LiquidColumn;
 use crate::ElasticError;
 
 /// Iteration limit, far above what any contact has needed.
@@ -13,7 +13,7 @@ const TOLERANCE_MM3: f64 = 1e-9;
 
 /// Linear responses of surface nodes and channels.
 #[derive(Debug)]
-pub(super) struct Answers {
+pub(super) struct LinearResponses {
     /// Downward displacement of a node by a unit force down on another, mm/N.
     pub compliance: DMatrix<f64>,
     /// Liquid that a unit force displaces out of a channel, by channel and node, mm3/N.
@@ -24,7 +24,7 @@ pub(super) struct Answers {
 
 /// Contact forces and channel pressures in equilibrium.
 #[derive(Debug)]
-pub(super) struct Balance {
+pub(super) struct Equilibrium {
     /// Downward force on each node, N.
     pub forces_n: DVector<f64>,
     /// Gauge pressure in each channel, MPa.
@@ -33,16 +33,16 @@ pub(super) struct Balance {
     pub squeezed_mm3: DVector<f64>,
 }
 
-impl Answers {
+impl LinearResponses {
     /// Solves for the forces on nodes below which the indenter reaches, by depths in mm. Forces are never tensile.
     ///
     /// # Errors
     /// Iterations that do not converge.
-    pub(super) fn balance(
+    pub(super) fn solve_equilibrium(
         &self,
         reached_mm: &[f64],
-        columns: &[Column],
-    ) -> Result<Balance, ElasticError> {
+        columns: &[LiquidColumn],
+    ) -> Result<Equilibrium, ElasticError> {
         let mut squeezed_mm3 = DVector::zeros(columns.len());
         let mut active: Vec<bool> = reached_mm.iter().map(|mm| *mm > 0.0).collect();
         let mut worst = f64::INFINITY;
@@ -73,13 +73,13 @@ impl Answers {
             let at_rest = coupled.solve(&offset).ok_or_else(singular)?;
             let compliance = &self.compliance - self.squeezed.tr_mul(&by_force);
             let lifted = self.squeezed.tr_mul(&at_rest);
-            let forces_n = held(&compliance, reached_mm, &lifted, &mut active)?;
+            let forces_n = solve_contact_forces(&compliance, reached_mm, &lifted, &mut active)?;
             let pressures_mpa = &by_force * &forces_n + &at_rest;
             let next = &self.squeezed * &forces_n - &self.growth * &pressures_mpa;
             worst = (&next - &squeezed_mm3).amax();
             squeezed_mm3 = next;
             if worst < TOLERANCE_MM3 {
-                return Ok(Balance { forces_n, pressures_mpa, squeezed_mm3 });
+                return Ok(Equilibrium { forces_n, pressures_mpa, squeezed_mm3 });
             }
         }
         Err(ElasticError::NoConvergence {
@@ -93,7 +93,7 @@ impl Answers {
 
 /// Finds the forces on the nodes that are in contact, and the contact set itself; all other nodes stay below the
 /// indenter.
-fn held(
+fn solve_contact_forces(
     compliance: &DMatrix<f64>,
     reached_mm: &[f64],
     lifted_mm: &DVector<f64>,

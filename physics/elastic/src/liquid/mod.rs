@@ -5,18 +5,18 @@
 
 mod columns;
 mod contact;
-mod drawn;
+mod skin_model;
 mod outcome;
 
 use fabkit_geometry::{LiquidSkin, Sensor, Vector3};
 use nalgebra::DMatrix;
 
-pub use self::columns::{AIR_MPA, Column};
-use self::contact::Answers;
-use self::drawn::Drawn;
-pub use self::outcome::{ChannelMoved, LiquidOutcome, SkinNode};
+pub use self::columns::{AMBIENT_AIR_MPA, LiquidColumn};
+use self::contact::LinearResponses;
+use self::skin_model::SkinModel;
+pub use self::outcome::{ChannelOutcome, LiquidOutcome, SkinNode};
 use crate::slab::{Slab, SlabField};
-use crate::{ElasticError, Presser, SoftError, SoftLayer};
+use crate::{ElasticError, Indenter, SoftError, SoftLayer};
 
 /// Maximum number of surface nodes that an indenter may touch.
 const MOST_TOUCHED: usize = 600;
@@ -27,10 +27,10 @@ pub struct LiquidStack {
     /// Soft layers from the touched surface inwards, with their largest thickness.
     pub layers: Vec<SoftLayer>,
     /// Simplifications, in words.
-    pub left_out: Vec<String>,
+    pub simplifications: Vec<String>,
     skin: LiquidSkin,
     slab: Slab,
-    columns: Vec<Column>,
+    columns: Vec<LiquidColumn>,
     /// Grid lines along x and y of the touched surface's nodes.
     surface: Vec<[usize; 2]>,
     /// Pairs of nodes above and below each channel.
@@ -39,11 +39,11 @@ pub struct LiquidStack {
 
 /// A skin's responses, solved for the nodes that an indenter may touch.
 #[derive(Debug)]
-pub struct LiquidReady<'a> {
+pub struct LiquidSolver<'a> {
     stack: &'a LiquidStack,
     /// Surface nodes that may be touched.
     touched: Vec<usize>,
-    answers: Answers,
+    responses: LinearResponses,
 }
 
 impl LiquidStack {
@@ -51,10 +51,10 @@ impl LiquidStack {
     ///
     /// # Errors
     /// A sensor without such a skin or without soft material in it, or more nodes than fit.
-    pub fn of(sensor: &Sensor, spacing_mm: f64) -> Result<Self, SoftError> {
-        let none = || SoftError::Stiff { sensor: sensor.name.clone() };
+    pub fn from_sensor(sensor: &Sensor, spacing_mm: f64) -> Result<Self, SoftError> {
+        let none = || SoftError::NothingSoft { sensor: sensor.name.clone() };
         let skin = sensor.liquid.as_ref().ok_or_else(none)?;
-        let drawn = Drawn::of(sensor, skin, spacing_mm)?;
+        let drawn = SkinModel::from_sensor(sensor, skin, spacing_mm)?;
         let layers = drawn.layers();
         if layers.is_empty() {
             return Err(none());
@@ -70,10 +70,10 @@ impl LiquidStack {
         let columns = skin
             .channels
             .iter()
-            .map(|channel| Column { area_mm2: channel.column_mm2, air_mm3: channel.air_mm3 });
+            .map(|channel| LiquidColumn { area_mm2: channel.column_mm2, air_mm3: channel.air_mm3 });
         Ok(Self {
             layers,
-            left_out: drawn.left_out(skin),
+            simplifications: drawn.describe_simplifications(skin),
             columns: columns.collect(),
             surface: drawn.surface(),
             faces: drawn.faces(&slab, skin.channels.len()),
@@ -103,7 +103,7 @@ impl LiquidStack {
 
     /// Computes the depth to which an indenter reaches below each node of the undeformed surface, mm; negative above
     /// it.
-    fn reached_mm(&self, presser: &(impl Presser + ?Sized)) -> Vec<f64> {
+    fn indenter_depths_mm(&self, presser: &(impl Indenter + ?Sized)) -> Vec<f64> {
         let lines_mm = self.slab.lines_mm(2);
         let reach_mm = lines_mm.last().unwrap_or(&0.0) - lines_mm.first().unwrap_or(&0.0);
         let up = Vector3::z();
@@ -112,11 +112,11 @@ impl LiquidStack {
     }
 
     /// Solves for all nodes that an indenter at its deepest pose may touch.
-    pub fn ready(
+    pub fn prepare(
         &self,
-        deepest: &(impl Presser + ?Sized),
-    ) -> Result<LiquidReady<'_>, ElasticError> {
-        let reached_mm = self.reached_mm(deepest);
+        deepest: &(impl Indenter + ?Sized),
+    ) -> Result<LiquidSolver<'_>, ElasticError> {
+        let reached_mm = self.indenter_depths_mm(deepest);
         let most_mm = reached_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         if most_mm <= 0.0 {
             return Err(ElasticError::NoContact { gap_mm: -most_mm });
@@ -130,12 +130,12 @@ impl LiquidStack {
         let nodes: Vec<usize> =
             touched.iter().map(|i| self.slab.node(self.top(self.surface[*i]))).collect();
         let (count, channels) = (nodes.len(), self.columns.len());
-        let mut answers = Answers {
+        let mut answers = LinearResponses {
             compliance: DMatrix::zeros(count, count),
             squeezed: DMatrix::zeros(channels, count),
             growth: DMatrix::zeros(channels, channels),
         };
-        self.slab.solve_each(&nodes, |which, field| {
+        self.slab.solve_unit_loads(&nodes, |which, field| {
             for channel in 0..channels {
                 // The first fields belong to forces on nodes, the rest to pressures in channels.
                 let grown_mm3 = self.slab.growth_mm3(channel, &field);
@@ -150,21 +150,21 @@ impl LiquidStack {
                 }
             }
         });
-        Ok(LiquidReady { stack: self, touched, answers })
+        Ok(LiquidSolver { stack: self, touched, responses: answers })
     }
 }
 
-impl LiquidReady<'_> {
+impl LiquidSolver<'_> {
     /// Presses an indenter straight down, without friction.
-    pub fn press(&self, presser: &(impl Presser + ?Sized)) -> Result<LiquidOutcome, SoftError> {
+    pub fn press(&self, presser: &(impl Indenter + ?Sized)) -> Result<LiquidOutcome, SoftError> {
         let stack = self.stack;
-        let all_mm = stack.reached_mm(presser);
+        let all_mm = stack.indenter_depths_mm(presser);
         let most_mm = all_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         if most_mm <= 0.0 {
             return Err(ElasticError::NoContact { gap_mm: -most_mm }.into());
         }
         let reached_mm: Vec<f64> = self.touched.iter().map(|i| all_mm[*i]).collect();
-        let balance = self.answers.balance(&reached_mm, &stack.columns)?;
+        let balance = self.responses.solve_equilibrium(&reached_mm, &stack.columns)?;
         let node = |i: usize| stack.slab.node(stack.top(stack.surface[i]));
         let down: Vec<(usize, f64)> = self
             .touched

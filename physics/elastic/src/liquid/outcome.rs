@@ -5,23 +5,23 @@ use std::f64::consts::PI;
 use fabkit_geometry::{Point3, Vector3};
 
 use super::LiquidStack;
-use super::contact::Balance;
+use super::contact::Equilibrium;
 use crate::SoftError;
 use crate::slab::SlabField;
 
 /// Response of one channel.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ChannelMoved {
+pub struct ChannelOutcome {
     /// Name in the drawing.
     pub name: String,
     /// Volume of liquid displaced out of the channel, mm3; negative where liquid is drawn in.
     pub volume_mm3: f64,
     /// Displacement of the liquid column, away from the needle, mm.
-    pub column_moves_mm: f64,
+    pub column_displacement_mm: f64,
     /// Gauge pressure of the liquid, MPa.
     pub pressure_mpa: f64,
     /// Largest approach of the channel's cover to its floor, mm.
-    pub closes_mm: f64,
+    pub closure_mm: f64,
     /// Height of the channel, mm; it is closed when the cover approaches by as much.
     pub height_mm: f64,
 }
@@ -42,9 +42,9 @@ pub struct LiquidOutcome {
     /// Largest outward displacement of the surface, mm.
     pub bulge_mm: f64,
     /// Largest downward displacement of the underside, mm.
-    pub sags_mm: f64,
+    pub sag_mm: f64,
     /// Channels in the drawing's order.
-    pub channels: Vec<ChannelMoved>,
+    pub channels: Vec<ChannelOutcome>,
     /// Surface nodes in contact, with their forces, N.
     touching: Vec<(usize, f64)>,
     field: SlabField,
@@ -69,7 +69,7 @@ impl LiquidOutcome {
     /// Evaluates a press from its balanced forces and pressures. Fails if a channel is pressed shut.
     pub(super) fn new(
         stack: &LiquidStack,
-        balance: &Balance,
+        balance: &Equilibrium,
         touching: &[(usize, f64)],
         field: SlabField,
     ) -> Result<Self, SoftError> {
@@ -95,20 +95,20 @@ impl LiquidOutcome {
                 z(*below) - z(*above)
             };
             let volume_mm3 = balance.squeezed_mm3[c];
-            ChannelMoved {
+            ChannelOutcome {
                 name: channel.name.clone(),
                 volume_mm3,
-                column_moves_mm: volume_mm3 / column.area_mm2,
+                column_displacement_mm: volume_mm3 / column.area_mm2,
                 pressure_mpa: balance.pressures_mpa[c],
-                closes_mm: faces.iter().map(closes).fold(0.0, f64::max),
+                closure_mm: faces.iter().map(closes).fold(0.0, f64::max),
                 height_mm: channel.height_mm,
             }
         });
-        let channels: Vec<ChannelMoved> = channels.collect();
-        if let Some(shut) = channels.iter().find(|channel| channel.closes_mm >= channel.height_mm) {
-            return Err(SoftError::Shut {
+        let channels: Vec<ChannelOutcome> = channels.collect();
+        if let Some(shut) = channels.iter().find(|channel| channel.closure_mm >= channel.height_mm) {
+            return Err(SoftError::ChannelClosed {
                 channel: shut.name.clone(),
-                closes_mm: shut.closes_mm,
+                closes_mm: shut.closure_mm,
                 height_mm: shut.height_mm,
             });
         }
@@ -119,7 +119,7 @@ impl LiquidOutcome {
             contact_radius_mm: (area_mm2 / PI).sqrt(),
             max_indentation_mm: -lowest,
             bulge_mm: highest,
-            sags_mm,
+            sag_mm: sags_mm,
             channels,
             touching: touching.to_vec(),
             field,
@@ -165,11 +165,11 @@ impl LiquidOutcome {
 
 /// Horizontal area that a node stands for, mm2.
 fn area_around_mm2(stack: &LiquidStack, at: [usize; 3]) -> f64 {
-    around_mm(stack.slab.lines_mm(0), at[0]) * around_mm(stack.slab.lines_mm(1), at[1])
+    node_width_mm(stack.slab.lines_mm(0), at[0]) * node_width_mm(stack.slab.lines_mm(1), at[1])
 }
 
 /// Half the distance between the neighbours of a grid line, mm.
-fn around_mm(lines_mm: &[f64], at: usize) -> f64 {
+fn node_width_mm(lines_mm: &[f64], at: usize) -> f64 {
     let before = lines_mm[at.saturating_sub(1)];
     let after = lines_mm[(at + 1).min(lines_mm.len() - 1)];
     (after - before) / 2.0

@@ -1,6 +1,6 @@
 //! Eight-node brick with a uniform volume change, which does not lock for incompressible materials.
 
-use crate::Material;
+use crate::ElasticMaterial;
 
 /// Number of displacements of the eight nodes.
 pub(super) const UNKNOWNS: usize = 24;
@@ -21,7 +21,7 @@ pub(super) fn dilation(edges_mm: [f64; 3]) -> [f64; UNKNOWNS] {
 
 /// Computes the stiffness of a brick, N/mm. The volume change enters by its mean, the change of shape at every Gauss
 /// point (Hughes, "Generalization of selective integration procedures", 1980).
-pub(super) fn stiffness(edges_mm: [f64; 3], material: &Material) -> [[f64; UNKNOWNS]; UNKNOWNS] {
+pub(super) fn stiffness(edges_mm: [f64; 3], material: &ElasticMaterial) -> [[f64; UNKNOWNS]; UNKNOWNS] {
     let volume_mm3: f64 = edges_mm.iter().product();
     let shear = material.shear_modulus_mpa();
     let bulk = material.lame_mpa() + 2.0 / 3.0 * shear;
@@ -63,7 +63,7 @@ mod tests {
     /// Forces on the nodes of a brick by a displacement field of its places.
     fn forces(
         edges: [f64; 3],
-        material: &Material,
+        material: &ElasticMaterial,
         field: impl Fn([f64; 3]) -> [f64; 3],
     ) -> Vec<f64> {
         let stiffness = stiffness(edges, material);
@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn rigid_motions_cost_nothing_and_even_strain_is_exact() {
-        let (edges, material) = ([0.7, 1.3, 0.9], Material::new(0.05, 0.49).unwrap());
+        let (edges, material) = ([0.7, 1.3, 0.9], ElasticMaterial::new(0.05, 0.49).unwrap());
         for motion in [
             |_: [f64; 3]| [1.0, 2.0, 3.0],
             |[x, y, _]: [f64; 3]| [-y, x, 0.0],

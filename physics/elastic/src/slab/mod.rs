@@ -5,11 +5,11 @@ mod brick;
 use std::collections::BTreeMap;
 
 use fabkit_geometry::{Point3, Vector3};
-use fabkit_sparse::{Factors, RightSides, Symmetric};
+use fabkit_sparse::{Factors, RightHandSides, SymmetricPattern};
 
 use self::brick::UNKNOWNS;
-use crate::harmonic::failed;
-use crate::{ElasticError, Material};
+use crate::harmonic::factorisation_error;
+use crate::{ElasticError, ElasticMaterial};
 
 /// Limit of unknowns, at which a slab still fits into a few GiB.
 const MOST_UNKNOWNS: usize = 300_000;
@@ -17,13 +17,13 @@ const MOST_UNKNOWNS: usize = 300_000;
 /// inside cavities in place.
 const CAVITY_STIFFNESS: f64 = 1e-6;
 /// Number of loads that are solved for at once.
-const AT_ONCE: usize = 32;
+const LOADS_PER_SOLVE: usize = 32;
 
 /// Contents of one brick of a slab.
 #[derive(Clone, Debug, Default)]
-pub struct Cell {
+pub struct BrickContents {
     /// Material of the brick and the share of its volume that it fills.
-    pub solid: Option<(Material, f64)>,
+    pub solid: Option<(ElasticMaterial, f64)>,
     /// Cavities that reach into the brick, each with its share of the volume.
     pub cavities: Vec<(usize, f64)>,
 }
@@ -54,27 +54,27 @@ impl Slab {
     pub fn new(
         lines_mm: [Vec<f64>; 3],
         cavities: usize,
-        cell: impl Fn([usize; 3]) -> Cell,
+        cell: impl Fn([usize; 3]) -> BrickContents,
         is_held: impl Fn(Point3<f64>) -> bool,
     ) -> Result<Self, ElasticError> {
         let counts = [0, 1, 2].map(|axis: usize| lines_mm[axis].len().saturating_sub(1));
-        let cells: Vec<([usize; 3], Cell)> = places(counts)
+        let cells: Vec<([usize; 3], BrickContents)> = places(counts)
             .map(|at| (at, cell(at)))
             // Bricks without solid and cavity are left out entirely.
             .filter(|(_, cell)| cell.solid.is_some() || !cell.cavities.is_empty())
             .collect();
-        let mut slab = Unsolved {
+        let mut slab = SlabAssembly {
             unknown: vec![None; lines_mm.iter().map(Vec::len).product()],
             lines_mm,
             unknowns: 0,
         };
-        slab.number(&cells, is_held);
+        slab.assign_unknowns(&cells, is_held);
         if slab.unknowns > MOST_UNKNOWNS {
             return Err(ElasticError::TooFine { unknowns: slab.unknowns, limit: MOST_UNKNOWNS });
         }
         let growth = slab.growth(&cells, cavities);
         let factors = slab.factors(&cells)?;
-        let Unsolved { lines_mm, unknown, unknowns } = slab;
+        let SlabAssembly { lines_mm, unknown, unknowns } = slab;
         Ok(Self { lines_mm, unknown, unknowns, factors, growth })
     }
 
@@ -117,7 +117,7 @@ impl Slab {
 
     /// Solves for forces along z on nodes, N, and pressures in cavities, MPa.
     pub fn solve(&self, forces_n: &[(usize, f64)], pressures_mpa: &[f64]) -> SlabField {
-        let mut loads = RightSides::new(self.unknowns, 1);
+        let mut loads = RightHandSides::new(self.unknowns, 1);
         let load = loads.column_mut(0);
         for (node, n) in forces_n {
             if let Some(first) = self.unknown[*node] {
@@ -135,10 +135,10 @@ impl Slab {
 
     /// Solves for a unit force down, N, on each node of `down`, then for a unit pressure, MPa, in each cavity, and
     /// passes each field to `take` in that order.
-    pub(crate) fn solve_each(&self, down: &[usize], mut take: impl FnMut(usize, SlabField)) {
+    pub(crate) fn solve_unit_loads(&self, down: &[usize], mut take: impl FnMut(usize, SlabField)) {
         let all: Vec<usize> = (0..down.len() + self.growth.len()).collect();
-        for chunk in all.chunks(AT_ONCE) {
-            let mut loads = RightSides::new(self.unknowns, chunk.len());
+        for chunk in all.chunks(LOADS_PER_SOLVE) {
+            let mut loads = RightHandSides::new(self.unknowns, chunk.len());
             for (column, &which) in chunk.iter().enumerate() {
                 let load = loads.column_mut(column);
                 if let Some(&node) = down.get(which) {
@@ -169,13 +169,13 @@ fn node(lines_mm: &[Vec<f64>; 3], [i, j, k]: [usize; 3]) -> usize {
 }
 
 /// A slab before its stiffness is factorised.
-struct Unsolved {
+struct SlabAssembly {
     lines_mm: [Vec<f64>; 3],
     unknown: Vec<Option<usize>>,
     unknowns: usize,
 }
 
-impl Unsolved {
+impl SlabAssembly {
     fn nodes(&self, [i, j, k]: [usize; 3]) -> [usize; 8] {
         let at = |n: usize| [i + (n & 1), j + (n >> 1 & 1), k + (n >> 2 & 1)];
         std::array::from_fn(|n| node(&self.lines_mm, at(n)))
@@ -189,7 +189,7 @@ impl Unsolved {
     }
 
     /// Assigns unknowns to the nodes of bricks, except where they are fixed.
-    fn number(&mut self, cells: &[([usize; 3], Cell)], is_held: impl Fn(Point3<f64>) -> bool) {
+    fn assign_unknowns(&mut self, cells: &[([usize; 3], BrickContents)], is_held: impl Fn(Point3<f64>) -> bool) {
         let mut is_used = vec![false; self.unknown.len()];
         for (at, _) in cells {
             for node in self.nodes(*at) {
@@ -208,7 +208,7 @@ impl Unsolved {
     }
 
     /// Computes the volume change of each cavity by each unknown.
-    fn growth(&self, cells: &[([usize; 3], Cell)], cavities: usize) -> Vec<Vec<(usize, f64)>> {
+    fn growth(&self, cells: &[([usize; 3], BrickContents)], cavities: usize) -> Vec<Vec<(usize, f64)>> {
         let mut growth = vec![BTreeMap::<usize, f64>::new(); cavities];
         // Liquid pushes on solid parts only. Nodes inside cavities and on openings are left out: the forces of the
         // bricks around them cancel except for rounding, and hardly any stiffness would resist it.
@@ -233,11 +233,11 @@ impl Unsolved {
     }
 
     /// Assembles the stiffness on and below the diagonal and factorises it.
-    fn factors(&self, cells: &[([usize; 3], Cell)]) -> Result<Factors, ElasticError> {
+    fn factors(&self, cells: &[([usize; 3], BrickContents)]) -> Result<Factors, ElasticError> {
         let (mut places, mut values) = (Vec::new(), Vec::new());
         let stiffest = cells.iter().filter_map(|(_, cell)| cell.solid);
         let stiffest = stiffest.map(|(material, _)| material.young_mpa()).fold(0.0, f64::max);
-        let soft = Material::new(CAVITY_STIFFNESS * stiffest, 0.0)?;
+        let soft = ElasticMaterial::new(CAVITY_STIFFNESS * stiffest, 0.0)?;
         // Bricks come in few sizes and materials: each stiffness is computed once.
         let mut known: BTreeMap<[u64; 5], Box<[[f64; UNKNOWNS]; UNKNOWNS]>> = BTreeMap::new();
         for (at, cell) in cells {
@@ -266,7 +266,7 @@ impl Unsolved {
                 }
             }
         }
-        let matrix = Symmetric::new(self.unknowns, places).map_err(failed(0))?;
-        matrix.factorise(&values).map_err(failed(0))
+        let matrix = SymmetricPattern::new(self.unknowns, places).map_err(factorisation_error(0))?;
+        matrix.factorise(&values).map_err(factorisation_error(0))
     }
 }

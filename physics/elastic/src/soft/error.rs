@@ -9,19 +9,19 @@ use crate::ElasticError;
 pub enum SoftError {
     /// No material of known elasticity below the surface.
     #[error("nothing of known elasticity lies below the surface of {sensor}")]
-    Stiff {
+    NothingSoft {
         /// Name of the sensor.
         sensor: String,
     },
     /// Soft layers that nothing rigid holds.
     #[error("nothing stiff holds the soft layers: neither from inside nor at their rim")]
-    Loose,
+    NotHeld,
     /// Channel that is pressed shut.
     #[error(
         "channel {channel} is pressed shut: its cover would come down by {closes_mm:.3} mm, but the channel is \
          {height_mm} mm high"
     )]
-    Shut {
+    ChannelClosed {
         /// Name of the channel.
         channel: String,
         /// Approach of the cover to the floor, mm.

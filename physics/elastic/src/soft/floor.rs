@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use fabkit_geometry::{DomePoints, Point3, Ray, Vector3};
 
 use super::bodies::Bodies;
-use crate::Curve;
+use crate::MeridianCurve;
 
 /// Numbers of radii and azimuths at which vertical rays probe the floor.
 const RADII: usize = 200;
@@ -16,7 +16,7 @@ const SAME_MM: f64 = 1e-6;
 
 /// Blend of the floor's parametrisation: part that follows the sine of the dome's polar angle, that is, lies straight
 /// below it.
-const BY_SINE: f64 = 0.4;
+const SINE_SHARE: f64 = 0.4;
 
 /// A flat rigid face that holds the lowest layer.
 pub(super) struct Floor {
@@ -29,7 +29,7 @@ pub(super) struct Floor {
 impl Floor {
     /// Finds the level where most of the soft material below a dome ends, along vertical rays from above. Returns
     /// `None` if it is not flat, not around the axis, or not held.
-    pub(super) fn of(bodies: &Bodies, face: &DomePoints, apex_z_mm: f64) -> Option<Self> {
+    pub(super) fn find(bodies: &Bodies, face: &DomePoints, apex_z_mm: f64) -> Option<Self> {
         let radius_mm = |i: usize| face.equator_radius_mm() * (i as f64 + 0.5) / RADII as f64;
         let ends: Vec<Vec<(usize, f64)>> = (0..RADII)
             .map(|i| {
@@ -67,12 +67,12 @@ impl Floor {
     }
 
     /// Returns the meridian of the floor.
-    pub(super) fn curve(&self) -> Curve {
+    pub(super) fn curve(&self) -> MeridianCurve {
         // Even spacing inclines the mesh columns least at the rim, the sine does so on the way there; a blend serves
         // both.
         let (radius_mm, z_mm) = (self.radius_mm, self.z_mm);
-        Curve::new(move |s| {
-            let share = (1.0 - BY_SINE) * s + BY_SINE * (s * FRAC_PI_2).sin();
+        MeridianCurve::new(move |s| {
+            let share = (1.0 - SINE_SHARE) * s + SINE_SHARE * (s * FRAC_PI_2).sin();
             [radius_mm * share, z_mm]
         })
     }

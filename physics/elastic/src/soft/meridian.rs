@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 
 use fabkit_geometry::{DomePoints, Ray};
 
-use super::bodies::{Bodies, Column};
-use crate::Hold;
+use super::bodies::{Bodies, SoftColumn};
+use crate::BoundaryCondition;
 
 /// Number of steps along the meridian at which the bodies are probed.
 pub(super) const STEPS: usize = 240;
@@ -37,17 +37,17 @@ pub(super) struct Meridian {
 
 /// Finds the sequence of soft bodies, from outside inwards, that lies below most of the surface (not below a pin or a
 /// hole), and the median of their total depth, mm.
-pub(super) fn most_common(bodies: &Bodies, face: &DomePoints) -> (Vec<usize>, f64) {
+pub(super) fn find_usual_layers(bodies: &Bodies, face: &DomePoints) -> (Vec<usize>, f64) {
     let mut counted = BTreeMap::<Vec<usize>, Vec<f64>>::new();
     for ring in 0..MERIDIANS {
         // Sampled about evenly by area: longer rings have more points.
-        let polar = face.last_polar_rad() * (ring as f64 + 0.5) / MERIDIANS as f64;
+        let polar = face.max_polar_rad() * (ring as f64 + 0.5) / MERIDIANS as f64;
         let places = ((polar.sin() * MERIDIANS as f64).ceil() as usize).max(1);
         for place in 0..places {
             // Offset, so that no azimuth falls on an axis.
             let azimuth = (place as f64 + 0.37) * TAU / places as f64;
-            if let Some((point, outward)) = face.towards(polar, azimuth) {
-                let soft = bodies.below(point, outward).soft;
+            if let Some((point, outward)) = face.point_in_direction(polar, azimuth) {
+                let soft = bodies.find_soft_below(point, outward).soft;
                 let names = soft.iter().map(|stretch| stretch.body).collect();
                 counted.entry(names).or_default().extend(soft.last().map(|last| last.end_mm));
             }
@@ -64,21 +64,21 @@ pub(super) fn most_common(bodies: &Bodies, face: &DomePoints) -> (Vec<usize>, f6
 
 impl Meridian {
     /// Averages the depths of the layers in `names` around the axis, at each step along the meridian.
-    pub(super) fn of(bodies: &Bodies, face: &DomePoints, names: &[usize], usual_mm: f64) -> Self {
+    pub(super) fn from_bodies(bodies: &Bodies, face: &DomePoints, names: &[usize], usual_mm: f64) -> Self {
         let column = |polar: f64, azimuth: f64| {
-            let (point, outward) = face.towards(polar, azimuth)?;
-            let column = bodies.below(point, outward);
+            let (point, outward) = face.point_in_direction(polar, azimuth)?;
+            let column = bodies.find_soft_below(point, outward);
             let has_all = column.soft.len() >= names.len()
                 && column.soft.iter().zip(names).all(|(stretch, name)| stretch.body == *name);
             // A dot or a pin may stand in the last layer.
             let is_whole = has_all && column.soft[names.len() - 1].end_mm > SHALLOW * usual_mm;
             is_whole.then_some(column)
         };
-        let around = |polar: f64| -> Vec<Column> {
+        let around = |polar: f64| -> Vec<SoftColumn> {
             let azimuths =
                 // Offset, so that no meridian falls on an axis.
                 (0..MERIDIANS).map(|i| (f64::from(i as u32) + 0.37) * 360.0 / MERIDIANS as f64);
-            let mut columns: Vec<Column> =
+            let mut columns: Vec<SoftColumn> =
                 azimuths.filter_map(|deg| column(polar, deg.to_radians())).collect();
             // Columns that end at an inclusion, such as a dot or a pin, are left out.
             let follow = |next| columns.iter().filter(|column| column.next == next).count();
@@ -87,8 +87,8 @@ impl Meridian {
             columns
         };
         // Most meridians must have all layers; those that pass through a pin or a slot may lack some.
-        let is_whole = |columns: &[Column]| 2 * columns.len() > MERIDIANS;
-        let last_rad = face.last_polar_rad() * (1.0 - 1e-6);
+        let is_whole = |columns: &[SoftColumn]| 2 * columns.len() > MERIDIANS;
+        let last_rad = face.max_polar_rad() * (1.0 - 1e-6);
         let polar = |i: usize| last_rad * i as f64 / STEPS as f64;
         let whole = (1..=STEPS).rev().find(|i| is_whole(&around(polar(*i)))).unwrap_or(1);
         let end_rad = polar(whole);
@@ -121,7 +121,7 @@ impl Meridian {
         let filled = (0..=STEPS).filter_map(|i| rows[nearest(i)?].clone());
         let (mut depths_mm, is_held): (Vec<_>, Vec<_>) = filled.unzip();
         for layer in (0..names.len()).filter(|layer| uneven_mm[*layer] > ROUND_MM) {
-            spread(&mut depths_mm, layer);
+            smooth_depths(&mut depths_mm, layer);
         }
         let held_by = held.into_iter().max_by_key(|(_, count)| *count).map(|(body, _)| body);
         Self { end_rad, depths_mm, is_held, held_by, uneven_mm }
@@ -136,34 +136,34 @@ impl Meridian {
     }
 
     /// Returns the boundary condition of the innermost face, and records where it is simplified.
-    pub(super) fn inner(&self, left_out: &mut Vec<String>) -> Hold {
+    pub(super) fn inner_boundary(&self, left_out: &mut Vec<String>) -> BoundaryCondition {
         let held = self.is_held.iter().filter(|held| **held).count();
         let from = self.is_held.iter().position(|held| *held).unwrap_or(STEPS);
         // Held from a step on to the rim: an exact boundary condition exists.
         if from > 0 && from < STEPS && self.is_held[from..].iter().all(|held| *held) {
-            return Hold::BondedBeyond(from as f64 / STEPS as f64);
+            return BoundaryCondition::BondedBeyond(from as f64 / STEPS as f64);
         }
         let share = 100.0 * held as f64 / (STEPS + 1) as f64;
         match share {
-            100.0 => Hold::Bonded,
-            0.0 => Hold::Free,
+            100.0 => BoundaryCondition::Bonded,
+            0.0 => BoundaryCondition::Free,
             50.0.. => {
                 left_out.push(format!(
                     "that nothing stiff holds {:.1} % of the inner face",
                     100.0 - share
                 ));
-                Hold::Bonded
+                BoundaryCondition::Bonded
             }
             _ => {
                 left_out.push(format!("that something stiff holds {share:.1} % of the inner face"));
-                Hold::Free
+                BoundaryCondition::Free
             }
         }
     }
 }
 
 /// Averages a layer's depths along the meridian too, so that the layer keeps its volume approximately.
-fn spread(depths_mm: &mut [Vec<f64>], layer: usize) {
+fn smooth_depths(depths_mm: &mut [Vec<f64>], layer: usize) {
     let before: Vec<f64> = depths_mm.iter().map(|row| row[layer]).collect();
     for (i, row) in depths_mm.iter_mut().enumerate() {
         let (from, to) = (i.saturating_sub(SPREAD_STEPS), (i + SPREAD_STEPS).min(STEPS));
@@ -173,7 +173,7 @@ fn spread(depths_mm: &mut [Vec<f64>], layer: usize) {
 
 /// Returns whether something rigid begins beyond the end of the meridian, at half the depth of the layers down to
 /// `layer`.
-pub(super) fn rim_is_held(
+pub(super) fn is_rim_held(
     bodies: &Bodies,
     face: &DomePoints,
     meridian: &Meridian,
@@ -181,7 +181,7 @@ pub(super) fn rim_is_held(
 ) -> bool {
     let depth_mm = meridian.depths_mm[STEPS][layer] / 2.0;
     let place =
-        |polar: f64| face.towards(polar, 0.01).map(|(point, outward)| point - depth_mm * outward);
+        |polar: f64| face.point_in_direction(polar, 0.01).map(|(point, outward)| point - depth_mm * outward);
     let (Some(end), Some(before)) = (place(meridian.end_rad), place(meridian.end_rad * 0.995))
     else {
         return false;
@@ -189,7 +189,7 @@ pub(super) fn rim_is_held(
     // Along the layers, from just before their end.
     let ray = Ray { origin: before, direction: (end - before).normalize() };
     let end_mm = (end - before).norm();
-    bodies.met(&ray).iter().any(|stretch| {
+    bodies.intersect(&ray).iter().any(|stretch| {
         let is_stiff = bodies.placed[stretch.body].elasticity.is_none();
         is_stiff && stretch.begin_mm < end_mm + RIM_MM && stretch.end_mm > end_mm
     })

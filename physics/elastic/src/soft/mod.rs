@@ -3,12 +3,12 @@
 mod bodies;
 mod error;
 mod floor;
-mod marks;
+mod markers;
 mod meridian;
-mod plan;
+mod surface_coordinates;
 mod rod;
-mod tip;
-mod yielded;
+mod tip_press;
+mod deformed_surface;
 
 use std::sync::Arc;
 
@@ -16,15 +16,15 @@ use fabkit_geometry::{
     DomePoints, Elasticity, PlanePoints, Point3, Pose, Sensor, SurfacePoints, Vector3,
 };
 
-use self::bodies::{Bodies, Stretch};
+use self::bodies::{Bodies, RayInterval};
 pub use self::error::SoftError;
 use self::floor::Floor;
-pub use self::marks::MarkMoved;
-use self::meridian::{Meridian, ROUND_MM, most_common, rim_is_held};
-use self::plan::Plan;
-pub use self::tip::{BondLine, TipPress};
-pub use self::yielded::Yielded;
-use crate::{Body, Curve, Hold, Layer, Material};
+pub use self::markers::DisplacedMarker;
+use self::meridian::{Meridian, ROUND_MM, find_usual_layers, is_rim_held};
+use self::surface_coordinates::SurfaceCoordinates;
+pub use self::tip_press::{BondLine, TipPressOutcome};
+pub use self::deformed_surface::DeformedSurface;
+use crate::{LayeredBody, MeridianCurve, BoundaryCondition, ElasticLayer, ElasticMaterial};
 
 /// Thickness below which a layer on the axis is merged with the next one, mm. Such layers are coats of paint, which
 /// bend with the layer below. A coat of 0.1 mm that came out thicker counts too.
@@ -60,14 +60,14 @@ pub struct SoftStack {
     /// Layers from the touched one inwards.
     pub layers: Vec<SoftLayer>,
     /// Body for the solver.
-    pub body: Body,
+    pub body: LayeredBody,
     /// Pose of the solver's frame; the identity for domes.
     pub sensor_from_stack: Pose,
     /// Simplifications, in words.
-    pub left_out: Vec<String>,
+    pub simplifications: Vec<String>,
     /// Body that holds the innermost layer below most of the surface; `None` where the rim alone holds.
     pub held_by: Option<String>,
-    plan: Plan,
+    plan: SurfaceCoordinates,
 }
 
 impl SoftStack {
@@ -75,8 +75,8 @@ impl SoftStack {
     ///
     /// # Errors
     /// Nothing soft below the surface, or nothing rigid that holds it.
-    pub fn of(sensor: &Sensor, points: &SurfacePoints, place: &Place) -> Result<Self, SoftError> {
-        let bodies = Bodies::of(sensor)?;
+    pub fn from_sensor(sensor: &Sensor, points: &SurfacePoints, place: &PressPoint) -> Result<Self, SoftError> {
+        let bodies = Bodies::from_sensor(sensor)?;
         match points {
             SurfacePoints::Dome(face) => dome(bodies, sensor, face),
             SurfacePoints::Plane(face) => pad(&bodies, sensor, face, place),
@@ -103,21 +103,21 @@ impl SoftStack {
 }
 
 /// Centre of a press: a point of the surface and its outward unit normal, sensor frame, mm.
-pub type Place = (Point3<f64>, Vector3<f64>);
+pub type PressPoint = (Point3<f64>, Vector3<f64>);
 
 /// Builds the layers below a place of a pad as a disc around it.
 fn pad(
     bodies: &Bodies,
     sensor: &Sensor,
     face: &PlanePoints,
-    (point, outward): &Place,
+    (point, outward): &PressPoint,
 ) -> Result<SoftStack, SoftError> {
-    let column = bodies.below(*point, *outward);
+    let column = bodies.find_soft_below(*point, *outward);
     if column.soft.is_empty() {
         return Err(nothing_soft(sensor));
     }
     if !column.is_held {
-        return Err(SoftError::Loose);
+        return Err(SoftError::NotHeld);
     }
     let mut left_out = Vec::new();
     let layers = layers(bodies, &column.soft, &mut left_out)?;
@@ -131,17 +131,17 @@ fn pad(
     }
     let solver = layers
         .iter()
-        .map(|layer| Ok((layer_of(layer)?, layer.thickness_mm)))
+        .map(|layer| Ok((to_elastic_layer(layer)?, layer.thickness_mm)))
         .collect::<Result<Vec<_>, SoftError>>()?;
     // The solver's frame has its origin on the floor below the press.
     let (floor_mm, radius_mm) = (point.z - thickness_mm, PAD_THICKNESSES * thickness_mm);
     Ok(SoftStack {
-        body: Body::pad(radius_mm, solver),
+        body: LayeredBody::pad(radius_mm, solver),
         sensor_from_stack: Pose::translation(point.x, point.y, floor_mm),
         layers,
-        left_out,
+        simplifications: left_out,
         held_by: column.next.map(|body| bodies.placed[body].name.clone()),
-        plan: Plan::Disc { radius_mm },
+        plan: SurfaceCoordinates::Disc { radius_mm },
     })
 }
 
@@ -164,16 +164,16 @@ fn edge_mm(face: &PlanePoints, [x, y]: [f64; 2]) -> f64 {
 
 /// Builds the layers of a dome as a body of revolution.
 fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack, SoftError> {
-    let (names, usual_mm) = most_common(&bodies, face);
+    let (names, usual_mm) = find_usual_layers(&bodies, face);
     if names.is_empty() {
         return Err(nothing_soft(sensor));
     }
-    let meridian = Meridian::of(&bodies, face, &names, usual_mm);
+    let meridian = Meridian::from_bodies(&bodies, face, &names, usual_mm);
     if meridian.depths_mm.is_empty() {
         return Err(nothing_soft(sensor));
     }
     let mut left_out = Vec::new();
-    let last_rad = face.last_polar_rad();
+    let last_rad = face.max_polar_rad();
     if meridian.end_rad < 0.98 * last_rad {
         left_out.push(format!(
             "what lies more than {:.0} deg from the tip, where the layers end",
@@ -190,28 +190,28 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
         ));
     }
     let holding = meridian.held_by.map(|body| bodies.placed[body].name.clone());
-    let mut inner = meridian.inner(&mut left_out);
-    let mut held_by = holding.filter(|_| !matches!(inner, Hold::Free));
+    let mut inner = meridian.inner_boundary(&mut left_out);
+    let mut held_by = holding.filter(|_| !matches!(inner, BoundaryCondition::Free));
     let most_mm =
         meridian.depths_mm.iter().filter_map(|row| row.last()).copied().fold(0.0, f64::max);
-    let apex_z_mm = face.towards(0.0, 0.0).map_or(f64::NAN, |(point, _)| point.z);
+    let apex_z_mm = face.point_in_direction(0.0, 0.0).map_or(f64::NAN, |(point, _)| point.z);
     // Rays were cut off at the depth limit: look for a floor that they could not reach.
     let is_deep = most_mm >= bodies.deepest_mm - ROUND_MM;
-    let floor = if is_deep { Floor::of(&bodies, face, apex_z_mm) } else { None };
+    let floor = if is_deep { Floor::find(&bodies, face, apex_z_mm) } else { None };
     if let Some(floor) = &floor {
-        (inner, held_by) = (Hold::Bonded, Some(bodies.placed[floor.body].name.clone()));
+        (inner, held_by) = (BoundaryCondition::Bonded, Some(bodies.placed[floor.body].name.clone()));
     } else if is_deep {
         left_out.push(format!("that what lies deeper than {:.1} mm gives way", bodies.deepest_mm));
     }
     // Gel that reaches down to a floor is held at the rim by the outer layers' surroundings.
     let rim_layer = if floor.is_some() { 0 } else { names.len() - 1 };
-    let is_rim_bonded = rim_is_held(&bodies, face, &meridian, rim_layer);
-    if matches!(inner, Hold::Free) && !is_rim_bonded {
-        return Err(SoftError::Loose);
+    let is_rim_bonded = is_rim_held(&bodies, face, &meridian, rim_layer);
+    if matches!(inner, BoundaryCondition::Free) && !is_rim_bonded {
+        return Err(SoftError::NotHeld);
     }
     // Intervals at the pole, with depths that are averaged around the axis.
-    let mut soft: Vec<Stretch> = (0..names.len())
-        .map(|i| Stretch {
+    let mut soft: Vec<RayInterval> = (0..names.len())
+        .map(|i| RayInterval {
             body: names[i],
             begin_mm: if i == 0 { 0.0 } else { meridian.depths_mm[0][i - 1] },
             end_mm: meridian.depths_mm[0][i],
@@ -223,34 +223,34 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
     let kept: Vec<usize> =
         (0..soft.len()).filter(|i| !is_thin(&soft[*i]) || soft.len() == 1).collect();
     let layers = layers(&bodies, &soft, &mut left_out)?;
-    let plan = Plan::Dome {
+    let plan = SurfaceCoordinates::Dome {
         centre: face.centre(),
         end_rad: meridian.end_rad,
         equator_radius_mm: face.equator_radius_mm(),
     };
     let (face, meridian) = (Arc::new(face.clone()), Arc::new(meridian));
     let outer = curve(&face, &meridian, None);
-    let mut interfaces: Vec<Curve> = std::iter::once(outer)
+    let mut interfaces: Vec<MeridianCurve> = std::iter::once(outer)
         .chain(kept.iter().map(|layer| curve(&face, &meridian, Some(*layer))))
         .collect();
     if let (Some(floor), Some(lowest)) = (&floor, interfaces.last_mut()) {
         *lowest = floor.curve();
     }
-    let body = Body {
+    let body = LayeredBody {
         interfaces,
-        layers: layers.iter().map(layer_of).collect::<Result<_, _>>()?,
+        layers: layers.iter().map(to_elastic_layer).collect::<Result<_, _>>()?,
         inner,
         is_rim_bonded,
         kinks: Vec::new(),
     };
-    Ok(SoftStack { layers, body, sensor_from_stack: Pose::identity(), left_out, held_by, plan })
+    Ok(SoftStack { layers, body, sensor_from_stack: Pose::identity(), simplifications: left_out, held_by, plan })
 }
 
 /// Returns the meridian of the surface, or of a layer's lower face.
-fn curve(face: &Arc<DomePoints>, meridian: &Arc<Meridian>, layer: Option<usize>) -> Curve {
+fn curve(face: &Arc<DomePoints>, meridian: &Arc<Meridian>, layer: Option<usize>) -> MeridianCurve {
     let (face, meridian) = (Arc::clone(face), Arc::clone(meridian));
-    Curve::new(move |s| {
-        let Some((point, outward)) = face.towards(s * meridian.end_rad, 0.0) else {
+    MeridianCurve::new(move |s| {
+        let Some((point, outward)) = face.point_in_direction(s * meridian.end_rad, 0.0) else {
             return [f64::NAN; 2];
         };
         let depth_mm = layer.map_or(0.0, |layer| meridian.depth_mm(layer, s));
@@ -259,14 +259,14 @@ fn curve(face: &Arc<DomePoints>, meridian: &Arc<Meridian>, layer: Option<usize>)
     })
 }
 
-fn is_thin(stretch: &Stretch) -> bool {
+fn is_thin(stretch: &RayInterval) -> bool {
     stretch.end_mm - stretch.begin_mm < THIN_MM
 }
 
 /// Builds the layers. A thin one is merged with the next one below, or with the one above if nothing is below.
 fn layers(
     bodies: &Bodies,
-    soft: &[Stretch],
+    soft: &[RayInterval],
     left_out: &mut Vec<String>,
 ) -> Result<Vec<SoftLayer>, SoftError> {
     let (mut layers, mut begin_mm) = (Vec::<SoftLayer>::new(), 0.0);
@@ -292,15 +292,15 @@ fn layers(
         });
         begin_mm = stretch.end_mm;
     }
-    if layers.is_empty() { Err(SoftError::Loose) } else { Ok(layers) }
+    if layers.is_empty() { Err(SoftError::NotHeld) } else { Ok(layers) }
 }
 
-fn layer_of(layer: &SoftLayer) -> Result<Layer, SoftError> {
+fn to_elastic_layer(layer: &SoftLayer) -> Result<ElasticLayer, SoftError> {
     let Elasticity { young_mpa, poissons_ratio, .. } = layer.elasticity;
-    let material = Material::new(young_mpa, poissons_ratio)?;
-    Ok(Layer { name: layer.name.clone(), material })
+    let material = ElasticMaterial::new(young_mpa, poissons_ratio)?;
+    Ok(ElasticLayer { name: layer.name.clone(), material })
 }
 
 fn nothing_soft(sensor: &Sensor) -> SoftError {
-    SoftError::Stiff { sensor: sensor.name.clone() }
+    SoftError::NothingSoft { sensor: sensor.name.clone() }
 }

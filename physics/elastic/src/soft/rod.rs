@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use fabkit_geometry::Vector3;
 
-use crate::Material;
+use crate::ElasticMaterial;
 
 /// Rotation between two unit normals, before and after, by the shortest path.
 pub(super) struct Turn {
@@ -14,7 +14,7 @@ pub(super) struct Turn {
 
 impl Turn {
     /// Rotates a vector (Rodrigues' formula).
-    pub(super) fn of(&self, way: Vector3<f64>) -> Vector3<f64> {
+    pub(super) fn rotate(&self, way: Vector3<f64>) -> Vector3<f64> {
         let (across, cos) = (self.before.cross(&self.after), self.before.dot(&self.after));
         way * cos + across.cross(&way) + across * (across.dot(&way) / (1.0 + cos))
     }
@@ -38,7 +38,7 @@ pub(super) struct Rod {
 
 impl Rod {
     /// Solves the beam and rod equations for a pin of a radius and length in gel.
-    pub(super) fn new(pin: &Material, gel: &Material, radius_mm: f64, length_mm: f64) -> Self {
+    pub(super) fn new(pin: &ElasticMaterial, gel: &ElasticMaterial, radius_mm: f64, length_mm: f64) -> Self {
         let hold_mpa = 4.0 * PI * gel.shear_modulus_mpa();
         let stretching_n = pin.young_mpa() * PI * radius_mm.powi(2);
         let bending_nmm2 = stretching_n * radius_mm.powi(2) / 4.0;
@@ -59,7 +59,7 @@ impl Rod {
 
     /// Computes the displacement of the pin's end, mm, and its direction, from the vector from root to end, the root's
     /// displacement and rotation, and the displacement that the gel at the end would have without the pin.
-    pub(super) fn moved(
+    pub(super) fn displace_end(
         &self,
         lever_mm: Vector3<f64>,
         root_moved_mm: Vector3<f64>,
@@ -67,13 +67,13 @@ impl Rod {
         turn: &Turn,
     ) -> (Vector3<f64>, Vector3<f64>) {
         let Some(axis) = lever_mm.try_normalize(1e-9) else {
-            return (root_moved_mm, turn.of(lever_mm));
+            return (root_moved_mm, turn.rotate(lever_mm));
         };
         // Displacement of the root relative to the gel: along the pin, and across it together with its rotation.
         let apart_mm = root_moved_mm - gel_moved_mm;
         let along_mm = axis * apart_mm.dot(&axis);
         let across_mm = apart_mm - along_mm;
-        let turned_mm = turn.of(lever_mm) - lever_mm + across_mm;
+        let turned_mm = turn.rotate(lever_mm) - lever_mm + across_mm;
         let displacement_mm =
             gel_moved_mm + self.left_along * along_mm + self.left_of_lever * turned_mm;
         let slope = (self.left_of_turn * turned_mm - across_mm) / self.length_mm;
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     fn rod(pin_mpa: f64, gel_mpa: f64) -> Rod {
-        let material = |young| Material::new(young, 0.495).unwrap();
+        let material = |young| ElasticMaterial::new(young, 0.495).unwrap();
         Rod::new(&material(pin_mpa), &material(gel_mpa), 0.5, 2.0)
     }
 
@@ -95,7 +95,7 @@ mod tests {
         let turn =
             Turn { before: Vector3::z(), after: Vector3::new(0.1f64.sin(), 0.0, 0.1f64.cos()) };
         let (root, gel) = (Vector3::new(0.0, 0.0, -0.2), Vector3::new(0.05, 0.02, -0.1));
-        rod.moved(Vector3::new(0.0, 0.0, -2.0), root, gel, &turn)
+        rod.displace_end(Vector3::new(0.0, 0.0, -2.0), root, gel, &turn)
     }
 
     #[test]
@@ -116,12 +116,12 @@ mod tests {
     fn a_pin_without_length_is_its_root() {
         let turn = Turn { before: Vector3::z(), after: Vector3::z() };
         let rod = Rod::new(
-            &Material::new(1.0, 0.4).unwrap(),
-            &Material::new(0.1, 0.4).unwrap(),
+            &ElasticMaterial::new(1.0, 0.4).unwrap(),
+            &ElasticMaterial::new(0.1, 0.4).unwrap(),
             0.5,
             0.0,
         );
         let root = Vector3::new(0.1, 0.0, -0.2);
-        assert_eq!(rod.moved(Vector3::zeros(), root, root, &turn).0, root);
+        assert_eq!(rod.displace_end(Vector3::zeros(), root, root, &turn).0, root);
     }
 }

@@ -1,7 +1,7 @@
 //! Indenters of many shapes at many poses: each press yields a balanced result or an error.
 
 use crate::support::{round_layer, stack};
-use fabkit_elastic::{Division, ElasticError, Press, SolidPresser, Touch};
+use fabkit_elastic::{MeshDensity, ElasticError, Press, SolidIndenter, ContactState};
 use fabkit_geometry::{Angle, CompiledSolid, Point3, Pose, Solid, Vector3};
 
 const PRESSES: usize = 150;
@@ -33,7 +33,7 @@ fn some_solid(chance: &mut Chance) -> Solid {
 
 #[test]
 fn presses_of_anything_balance_or_are_refused() {
-    let stack = stack(&round_layer(0.495), Division::even(0.35, 40));
+    let stack = stack(&round_layer(0.495), MeshDensity::uniform(0.35, 40));
     let mut chance = Chance(88_172_645_463_325_252);
     let (mut answers, mut sheared, mut lost) = (0, 0, 0);
     for number in 0..PRESSES {
@@ -41,13 +41,13 @@ fn presses_of_anything_balance_or_are_refused() {
         let outward =
             Vector3::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos());
         let solid = CompiledSolid::new(&some_solid(&mut chance)).unwrap();
-        let presser = SolidPresser::new(&solid, &Pose::z_to(outward, Point3::from(30.0 * outward)));
+        let presser = SolidIndenter::new(&solid, &Pose::z_to(outward, Point3::from(30.0 * outward)));
         let mut press = Press::along(-outward, 0.05 + chance.up_to(1.4)).unwrap();
         let is_sheared = chance.up_to(1.0) < 0.4;
         let friction = chance.up_to(1.5);
         if is_sheared {
             let way_mm = Vector3::from_fn(|_, _| chance.up_to(0.8) - 0.4);
-            press = press.sheared(friction, way_mm, 2).unwrap();
+            press = press.with_shear(friction, way_mm, 2).unwrap();
             sheared += 1;
         }
         match stack.press(&presser, &press) {
@@ -65,7 +65,7 @@ fn presses_of_anything_balance_or_are_refused() {
                     (sum - outcome.force_n).norm() < 0.01 * force_n,
                     "{number}: {sum} {force_n}"
                 );
-                for node in outcome.nodes.iter().filter(|node| node.touch != Touch::Free) {
+                for node in outcome.nodes.iter().filter(|node| node.touch != ContactState::Free) {
                     assert!(node.pressure_mpa > 0.0, "{number}");
                     let limit_mpa = friction * node.pressure_mpa * (1.0 + 1e-9);
                     assert!(node.shear_mpa.norm() <= limit_mpa, "{number}");

@@ -3,12 +3,12 @@
 use std::f64::consts::PI;
 
 use crate::support::{ball_over, down, press_down, round_layer, stack, two_layers};
-use fabkit_elastic::{Body, Division, ElasticError, Hold, Outcome, Press, SolidPresser};
+use fabkit_elastic::{LayeredBody, MeshDensity, ElasticError, BoundaryCondition, PressOutcome, Press, SolidIndenter};
 use fabkit_geometry::{CompiledSolid, Point3, Pose, Solid, Vector3};
 
 #[test]
-fn what_one_place_does_to_another_that_does_to_it() {
-    let stack = stack(&round_layer(0.4999), Division::even(0.5, 12));
+fn compliance_is_reciprocal() {
+    let stack = stack(&round_layer(0.4999), MeshDensity::uniform(0.5, 12));
     // Rounding is amplified by the bulk stiffness, 5,000 times the shear stiffness.
     let asymmetry = stack.asymmetry().unwrap();
     assert!(asymmetry < 1e-11, "{asymmetry:e}");
@@ -17,8 +17,8 @@ fn what_one_place_does_to_another_that_does_to_it() {
 #[test]
 fn a_press_at_the_pole_needs_no_harmonics() {
     for body in [two_layers(), round_layer(0.495)] {
-        let even = press_down(&stack(&body, Division::even(0.25, 0)), 4.0, 0.6);
-        let all = press_down(&stack(&body, Division::even(0.25, 30)), 4.0, 0.6);
+        let even = press_down(&stack(&body, MeshDensity::uniform(0.25, 0)), 4.0, 0.6);
+        let all = press_down(&stack(&body, MeshDensity::uniform(0.25, 30)), 4.0, 0.6);
         // Both stop when nodes are within 1e-7 of the depth of their targets.
         let close = |a: f64, b: f64| (a - b).abs() < 1e-6 * b.abs();
         assert!(close(even.force_n.z, all.force_n.z), "{} {}", even.force_n, all.force_n);
@@ -35,7 +35,7 @@ fn a_press_at_the_pole_needs_no_harmonics() {
 
 #[test]
 fn a_flat_pad_is_the_same_everywhere() {
-    let stack = stack(&two_layers(), Division::around_pole(0.125, 5.5, 90));
+    let stack = stack(&two_layers(), MeshDensity::around_pole(0.125, 5.5, 90));
     let press = Press::along(down(), 0.6).unwrap();
     let at = |x: f64, y: f64| stack.press(&ball_over(x, y, 4.0), &press).unwrap();
     let centre = at(0.0, 0.0);
@@ -59,12 +59,12 @@ fn a_flat_pad_is_the_same_everywhere() {
 
 #[test]
 fn a_round_layer_is_the_same_in_all_directions() {
-    let stack = stack(&round_layer(0.495), Division::even(0.15, 90));
+    let stack = stack(&round_layer(0.495), MeshDensity::uniform(0.15, 90));
     let mut forces = Vec::new();
     for (tilt, azimuth) in [(0.0_f64, 0.0_f64), (0.1, 2.0), (0.35, 0.7), (0.5, -2.2)] {
         let outward =
             Vector3::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos());
-        let ball = fabkit_elastic::Ball::new(Point3::from(30.0 * outward), 4.0).unwrap();
+        let ball = fabkit_elastic::BallIndenter::new(Point3::from(30.0 * outward), 4.0).unwrap();
         let outcome = stack.press(&ball, &Press::along(-outward, 0.5).unwrap()).unwrap();
         let along = -outcome.force_n.dot(&outward);
         // Transversely, only the rim, 9 mm away, breaks the symmetry.
@@ -80,7 +80,7 @@ fn a_round_layer_is_the_same_in_all_directions() {
 }
 
 /// Volume swept by an interface's displacement, mm3, integrated over its own field.
-fn flux(outcome: &Outcome, interface: usize) -> f64 {
+fn flux(outcome: &PressOutcome, interface: usize) -> f64 {
     let (around, along) = (240, 800);
     let mut sum = 0.0;
     for j in 0..around {
@@ -99,9 +99,9 @@ fn flux(outcome: &Outcome, interface: usize) -> f64 {
 
 #[test]
 fn incompressible_layers_keep_their_volume() {
-    let stack = stack(&round_layer(0.4999), Division::even(0.25, 60));
+    let stack = stack(&round_layer(0.4999), MeshDensity::uniform(0.25, 60));
     let tilted = Vector3::new(0.3, 0.2, 1.0).normalize();
-    let ball = fabkit_elastic::Ball::new(Point3::from(30.0 * tilted), 4.0).unwrap();
+    let ball = fabkit_elastic::BallIndenter::new(Point3::from(30.0 * tilted), 4.0).unwrap();
     let outcome = stack.press(&ball, &Press::along(-tilted, 0.5).unwrap()).unwrap();
     let pushed_in: f64 = outcome
         .nodes
@@ -119,11 +119,11 @@ fn incompressible_layers_keep_their_volume() {
 
 #[test]
 fn any_solid_presses_as_the_same_ball() {
-    let stack = stack(&two_layers(), Division::around_pole(0.25, 5.0, 40));
+    let stack = stack(&two_layers(), MeshDensity::around_pole(0.25, 5.0, 40));
     let press = Press::along(down(), 0.6).unwrap();
     let closed = stack.press(&ball_over(1.0, 0.5, 4.0), &press).unwrap();
     let solid = CompiledSolid::new(&Solid::sphere(4.0)).unwrap();
-    let solid = SolidPresser::new(&solid, &Pose::translation(1.0, 0.5, 54.0));
+    let solid = SolidIndenter::new(&solid, &Pose::translation(1.0, 0.5, 54.0));
     let cast = stack.press(&solid, &press).unwrap();
     // Crossings are exact to 1e-10 mm, the contact to 1e-7 of its depth.
     assert!((closed.force_n - cast.force_n).norm() < 1e-6, "{} {}", closed.force_n, cast.force_n);
@@ -137,7 +137,7 @@ fn threads_do_not_change_bytes() {
         .iter()
         .map(|&threads| {
             let stack =
-                fabkit_elastic::Stack::new(&body, &Division::even(0.4, 20), threads).unwrap();
+                fabkit_elastic::ElasticStack::new(&body, &MeshDensity::uniform(0.4, 20), threads).unwrap();
             let outcome = stack.press(&ball_over(0.0, 0.0, 4.0), &press).unwrap();
             let nodes = outcome.nodes.iter();
             nodes
@@ -150,14 +150,14 @@ fn threads_do_not_change_bytes() {
 }
 
 #[test]
-fn what_was_solved_before_does_not_change_bytes() {
-    let (body, division) = (round_layer(0.45), Division::even(0.4, 20));
-    let new = || fabkit_elastic::Stack::new(&body, &division, 1).unwrap();
+fn earlier_presses_do_not_change_bytes() {
+    let (body, division) = (round_layer(0.45), MeshDensity::uniform(0.4, 20));
+    let new = || fabkit_elastic::ElasticStack::new(&body, &division, 1).unwrap();
     let outwards = Vector3::new(0.5, 0.0, 0.75_f64.sqrt());
-    let ball = fabkit_elastic::Ball::new(Point3::from(30.0 * outwards), 4.0).unwrap();
+    let ball = fabkit_elastic::BallIndenter::new(Point3::from(30.0 * outwards), 4.0).unwrap();
     let press = Press::along(-outwards, 0.4).unwrap();
-    let dragged = press.sheared(0.5, Vector3::new(0.0, 0.1, 0.0), 2).unwrap();
-    let bytes = |stack: &fabkit_elastic::Stack, press: &Press| {
+    let dragged = press.with_shear(0.5, Vector3::new(0.0, 0.1, 0.0), 2).unwrap();
+    let bytes = |stack: &fabkit_elastic::ElasticStack, press: &Press| {
         let outcome = stack.press(&ball, press).unwrap();
         let forces = outcome.force_n.iter().chain(outcome.moment_nmm.iter());
         let moved = outcome.nodes.iter().flat_map(|node| node.displacement_mm.iter());
@@ -170,14 +170,14 @@ fn what_was_solved_before_does_not_change_bytes() {
         elsewhere.press(&ball_over(0.0, 0.0, 4.0), &Press::along(down(), 0.4).unwrap()).unwrap();
         assert!(bytes(&elsewhere, press) == alone);
         for is_dragged in [false, true] {
-            assert!(bytes(&new().everywhere(is_dragged).unwrap(), press) == alone);
+            assert!(bytes(&new().solve_everywhere(is_dragged).unwrap(), press) == alone);
         }
     }
 }
 
 #[test]
 fn what_cannot_be_pressed_is_refused_with_its_numbers() {
-    let stack = stack(&two_layers(), Division::around_pole(0.4, 5.0, 8));
+    let stack = stack(&two_layers(), MeshDensity::around_pole(0.4, 5.0, 8));
     let ball = ball_over(0.0, 0.0, 4.0);
     let message = |press: Result<Press, ElasticError>| {
         press.and_then(|press| stack.press(&ball, &press).map(|_| ())).unwrap_err().to_string()
@@ -193,58 +193,58 @@ fn what_cannot_be_pressed_is_refused_with_its_numbers() {
         .press(&ball_over(1.0, 0.0, 4.0), &Press::along(down(), 0.2).unwrap());
     assert!(matches!(off_axis, Err(ElasticError::Press { .. })), "{off_axis:?}");
     for (radius, hint) in [(-1.0, "-1"), (f64::NAN, "NaN")] {
-        let refused = fabkit_elastic::Ball::new(Point3::origin(), radius).unwrap_err().to_string();
+        let refused = fabkit_elastic::BallIndenter::new(Point3::origin(), radius).unwrap_err().to_string();
         assert!(refused.contains(hint));
     }
 }
 
-fn stack_without_harmonics() -> fabkit_elastic::Stack {
-    stack(&two_layers(), Division::even(0.4, 0))
+fn stack_without_harmonics() -> fabkit_elastic::ElasticStack {
+    stack(&two_layers(), MeshDensity::uniform(0.4, 0))
 }
 
 #[test]
-fn bodies_that_are_none_are_refused() {
-    let refused = |change: &dyn Fn(&mut Body), division: Division| {
+fn invalid_bodies_are_refused() {
+    let refused = |change: &dyn Fn(&mut LayeredBody), division: MeshDensity| {
         let mut body = two_layers();
         change(&mut body);
-        fabkit_elastic::Stack::new(&body, &division, 1).unwrap_err().to_string()
+        fabkit_elastic::ElasticStack::new(&body, &division, 1).unwrap_err().to_string()
     };
-    let even = Division::even(0.5, 0);
+    let even = MeshDensity::uniform(0.5, 0);
     assert!(refused(&|b| b.interfaces.truncate(2), even).contains("3 interfaces"));
     assert!(refused(&|b| b.interfaces.swap(0, 1), even).contains("no thickness"));
-    assert!(refused(&|b| b.inner = fabkit_elastic::Hold::Free, even).contains("nothing holds"));
+    assert!(refused(&|b| b.inner = fabkit_elastic::BoundaryCondition::Free, even).contains("nothing holds"));
     assert!(refused(&|b| b.kinks = vec![1.5], even).contains("1.5"));
-    assert!(refused(&|_| {}, Division::even(-0.5, 0)).contains("-0.5"));
-    assert!(refused(&|_| {}, Division::even(f64::NAN, 0)).contains("NaN"));
-    assert!(refused(&|_| {}, Division::even(1e-4, 0)).contains("2,000 rings"));
-    let shifted = |b: &mut Body| {
-        b.interfaces[1] = fabkit_elastic::Curve::new(|s| [s * 12.0 + 0.1, 1.5]);
+    assert!(refused(&|_| {}, MeshDensity::uniform(-0.5, 0)).contains("-0.5"));
+    assert!(refused(&|_| {}, MeshDensity::uniform(f64::NAN, 0)).contains("NaN"));
+    assert!(refused(&|_| {}, MeshDensity::uniform(1e-4, 0)).contains("2,000 rings"));
+    let shifted = |b: &mut LayeredBody| {
+        b.interfaces[1] = fabkit_elastic::MeridianCurve::new(|s| [s * 12.0 + 0.1, 1.5]);
     };
     assert!(refused(&shifted, even).contains("radius 0.1 mm"));
 }
 
 #[test]
-fn what_is_held_less_gives_more() {
+fn fewer_bonds_make_a_body_softer() {
     let depth_mm = 0.4;
-    let force = |inner: Hold| {
-        let body = Body { inner, ..round_layer(0.49) };
-        -press_down(&stack(&body, Division::even(0.25, 0)), 4.0, depth_mm).force_n.z
+    let force = |inner: BoundaryCondition| {
+        let body = LayeredBody { inner, ..round_layer(0.49) };
+        -press_down(&stack(&body, MeshDensity::uniform(0.25, 0)), 4.0, depth_mm).force_n.z
     };
     let forces =
-        [Hold::Bonded, Hold::BondedBeyond(0.1), Hold::BondedBeyond(0.4), Hold::Free].map(force);
+        [BoundaryCondition::Bonded, BoundaryCondition::BondedBeyond(0.1), BoundaryCondition::BondedBeyond(0.4), BoundaryCondition::Free].map(force);
     println!("{forces:?}");
     assert!(forces.windows(2).all(|pair| pair[0] > 1.01 * pair[1]), "{forces:?}");
 }
 
 #[test]
-fn any_function_of_places_presses() {
+fn any_gap_function_is_an_indenter() {
     // An inclined plane touches a dome where the dome faces it.
     let lean = Vector3::new(0.2, 0.0, 1.0).normalize();
     let plane = |place: &Point3<f64>, outward: &Vector3<f64>, _: f64| {
         let towards = outward.dot(&lean);
         if towards > 0.0 { (12.5 - place.coords.dot(&lean)) / towards } else { f64::INFINITY }
     };
-    let stack = stack(&round_layer(0.495), Division::even(0.2, 60));
+    let stack = stack(&round_layer(0.495), MeshDensity::uniform(0.2, 60));
     let outcome = stack.press(&plane, &Press::along(-lean, 0.3).unwrap()).unwrap();
     let along = -outcome.force_n.dot(&lean);
     assert!(along > 0.0 && (outcome.force_n + along * lean).norm() < 0.01 * along);
@@ -253,25 +253,25 @@ fn any_function_of_places_presses() {
 }
 
 #[test]
-fn what_a_ball_is_glued_to_does_not_matter() {
-    let stack = stack(&round_layer(0.495), Division::even(0.25, 70));
+fn a_holder_behind_the_ball_does_not_matter() {
+    let stack = stack(&round_layer(0.495), MeshDensity::uniform(0.25, 70));
     // Deep beside the tip, so that some lines past the ball meet the holder and others do not.
     let outward = Vector3::new(0.5, 0.0, 0.75_f64.sqrt());
     let centre = Point3::origin() + (12.0 + 2.5 - 1.0) * outward;
-    let ball = fabkit_elastic::Ball::new(centre, 2.5).unwrap();
+    let ball = fabkit_elastic::BallIndenter::new(centre, 2.5).unwrap();
     let alone = stack.press(&ball, &Press::in_place()).unwrap();
     let holder = |place: &Point3<f64>, out: &Vector3<f64>, reach_mm: f64| {
         let to_plane = (centre + 1.0 * outward - place).dot(&outward) / out.dot(&outward);
         // The holder stands on this side of the dome only.
         let holder_mm = if out.dot(&outward) > 0.5 { to_plane } else { f64::INFINITY };
-        fabkit_elastic::Presser::gap_mm(&ball, place, out, reach_mm).min(holder_mm)
+        fabkit_elastic::Indenter::gap_mm(&ball, place, out, reach_mm).min(holder_mm)
     };
     let held = stack.press(&holder, &Press::in_place()).unwrap();
     assert!((held.force_n - alone.force_n).norm() < 1e-9 * alone.force_n.norm());
     assert_eq!(held.contact_area_mm2, alone.contact_area_mm2);
     // Surface in contact lies on the ball; at the edge, nodes stand for their surroundings.
     for node in alone.nodes.iter().filter(|node| node.pressure_mpa > 0.0) {
-        let gap_mm = fabkit_elastic::Presser::gap_mm(&ball, &node.place_mm, &node.outward, 3.0);
+        let gap_mm = fabkit_elastic::Indenter::gap_mm(&ball, &node.place_mm, &node.outward, 3.0);
         let moved_mm = node.displacement_mm.dot(&node.outward);
         assert!((moved_mm - gap_mm).abs() < 0.05, "{gap_mm} {moved_mm}");
     }

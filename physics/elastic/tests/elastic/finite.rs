@@ -1,17 +1,17 @@
 //! Presses at large strain.
 
 use crate::support::{ball_over, layer, press_down, round_layer, stack, two_layers};
-use fabkit_elastic::{Body, Division, ElasticError, FiniteStack, Level};
+use fabkit_elastic::{LayeredBody, MeshDensity, ElasticError, FiniteStack, StrainTheory};
 
 #[test]
 fn a_shallow_press_is_the_linear_one() {
     for body in [two_layers(), round_layer(0.495)] {
-        let division = Division::around_pole(0.02, 1.0, 0);
+        let division = MeshDensity::around_pole(0.02, 1.0, 0);
         let depth_mm = 0.01;
         let linear = press_down(&stack(&body, division), 4.0, depth_mm);
         let finite = FiniteStack::new(&body, &division).unwrap();
         let outcome = &finite.press(&ball_over(0.0, 0.0, 4.0), &[depth_mm]).unwrap()[0];
-        assert_eq!(outcome.level, Level::Finite);
+        assert_eq!(outcome.level, StrainTheory::Finite);
         // Strains are about a / R = 5 %; the theories differ by their square, and by the depth relative to the
         // thickness.
         let of_force = outcome.force_n.z / linear.force_n.z - 1.0;
@@ -26,8 +26,8 @@ fn a_shallow_press_is_the_linear_one() {
 
 #[test]
 fn work_goes_into_the_layers() {
-    let body = Body::pad(8.0, vec![(layer(0.1, 0.49), 3.0)]);
-    let finite = FiniteStack::new(&body, &Division::around_pole(0.1, 3.5, 0)).unwrap();
+    let body = LayeredBody::pad(8.0, vec![(layer(0.1, 0.49), 3.0)]);
+    let finite = FiniteStack::new(&body, &MeshDensity::around_pole(0.1, 3.5, 0)).unwrap();
     let depths: Vec<f64> = (1..=12).map(|i| 0.1 * f64::from(i)).collect();
     let outcomes = finite.press(&ball_over(0.0, 0.0, 4.0), &depths).unwrap();
     // Force is the derivative of energy. Simpson's rule in steps of 0.1 up to 1.2 mm integrates a force that rises with
@@ -44,8 +44,8 @@ fn work_goes_into_the_layers() {
 
 #[test]
 fn a_deep_press_keeps_volume_and_reaches_its_depth() {
-    let body = Body::pad(8.0, vec![(layer(0.1, 0.4999), 3.0)]);
-    let finite = FiniteStack::new(&body, &Division::around_pole(0.1, 3.5, 0)).unwrap();
+    let body = LayeredBody::pad(8.0, vec![(layer(0.1, 0.4999), 3.0)]);
+    let finite = FiniteStack::new(&body, &MeshDensity::around_pole(0.1, 3.5, 0)).unwrap();
     let outcome = &finite.press(&ball_over(0.0, 0.0, 4.0), &[0.5, 1.0, 1.5]).unwrap()[2];
     assert!((outcome.max_indentation_mm - 1.5).abs() < 0.01, "{}", outcome.max_indentation_mm);
     let pushed_in: f64 =
@@ -55,8 +55,8 @@ fn a_deep_press_keeps_volume_and_reaches_its_depth() {
 }
 
 #[test]
-fn what_large_strain_cannot_do_is_refused() {
-    let finite = FiniteStack::new(&two_layers(), &Division::even(0.3, 0)).unwrap();
+fn invalid_finite_presses_are_refused() {
+    let finite = FiniteStack::new(&two_layers(), &MeshDensity::uniform(0.3, 0)).unwrap();
     let ball = ball_over(0.0, 0.0, 4.0);
     assert!(matches!(finite.press(&ball, &[0.2, 0.1]), Err(ElasticError::Press { .. })));
     assert!(matches!(finite.press(&ball, &[f64::NAN]), Err(ElasticError::Press { .. })));

@@ -1,19 +1,19 @@
 //! Presses with shear.
 
 use crate::support::{ball_over, down, layer, round_layer, stack, two_layers};
-use fabkit_elastic::{Body, Division, Material, Outcome, Press, Stack, Touch};
+use fabkit_elastic::{LayeredBody, MeshDensity, ElasticMaterial, PressOutcome, Press, ElasticStack, ContactState};
 use fabkit_geometry::Vector3;
 
 const BALL_MM: f64 = 4.0;
 
 fn sheared(
-    stack: &Stack,
+    stack: &ElasticStack,
     depth_mm: f64,
     friction: f64,
     way_mm: Vector3<f64>,
     steps: usize,
-) -> Outcome {
-    let press = Press::along(down(), depth_mm).unwrap().sheared(friction, way_mm, steps).unwrap();
+) -> PressOutcome {
+    let press = Press::along(down(), depth_mm).unwrap().with_shear(friction, way_mm, steps).unwrap();
     stack.press(&ball_over(0.0, 0.0, BALL_MM), &press).unwrap()
 }
 
@@ -27,10 +27,10 @@ fn sheared(
 #[test]
 fn a_sheared_ball_sticks_in_the_middle() {
     let (a_mm, friction, poisson) = (0.1, 0.5, 0.49);
-    let body = Body::pad(10.0, vec![(layer(0.2, poisson), 10.0)]);
-    let stack = stack(&body, Division::around_pole(a_mm / 25.0, 1.3 * a_mm, 70));
+    let body = LayeredBody::pad(10.0, vec![(layer(0.2, poisson), 10.0)]);
+    let stack = stack(&body, MeshDensity::around_pole(a_mm / 25.0, 1.3 * a_mm, 70));
     let depth_mm = a_mm * a_mm / BALL_MM;
-    let shear_mpa = Material::new(0.2, poisson).unwrap().shear_modulus_mpa();
+    let shear_mpa = ElasticMaterial::new(0.2, poisson).unwrap().shear_modulus_mpa();
     let push_n = 8.0 / 3.0 * shear_mpa / (1.0 - poisson) * BALL_MM.sqrt() * depth_mm.powf(1.5);
     let full_mm = 3.0 * (2.0 - poisson) * friction * push_n / (16.0 * shear_mpa * a_mm);
     for part in [0.3, 0.6, 0.9] {
@@ -48,15 +48,15 @@ fn a_sheared_ball_sticks_in_the_middle() {
 }
 
 #[test]
-fn what_slips_drags_with_friction_times_pressure() {
-    let stack = stack(&two_layers(), Division::around_pole(0.2, 5.0, 40));
+fn slipping_traction_is_friction_times_pressure() {
+    let stack = stack(&two_layers(), MeshDensity::around_pole(0.2, 5.0, 40));
     let way_mm = Vector3::new(0.0, 3.0, 0.0);
     let outcome = sheared(&stack, 0.4, 0.1, way_mm, 3);
     assert!(outcome.stick_area_mm2 == 0.0, "{}", outcome.stick_area_mm2);
     let ratio = outcome.force_n.y / -outcome.force_n.z;
     // All of it slips, nearly everywhere straight along the shear.
     assert!((ratio - 0.1).abs() < 0.001, "{ratio}");
-    for node in outcome.nodes.iter().filter(|node| node.touch != Touch::Free) {
+    for node in outcome.nodes.iter().filter(|node| node.touch != ContactState::Free) {
         assert!(node.shear_mpa.norm() < 0.1 * node.pressure_mpa * (1.0 + 1e-9));
         assert!(node.shear_mpa.dot(&node.outward).abs() < 1e-12);
     }
@@ -65,7 +65,7 @@ fn what_slips_drags_with_friction_times_pressure() {
 #[test]
 fn what_sticks_moves_with_the_presser() {
     for body in [two_layers(), round_layer(0.495)] {
-        let stack = stack(&body, Division::even(0.25, 40));
+        let stack = stack(&body, MeshDensity::uniform(0.25, 40));
         let way_mm = Vector3::new(0.03, 0.02, 0.0);
         let still = sheared(&stack, 0.4, 1.0, Vector3::zeros(), 1);
         let outcome = sheared(&stack, 0.4, 1.0, way_mm, 2);
@@ -73,7 +73,7 @@ fn what_sticks_moves_with_the_presser() {
             .nodes
             .iter()
             .zip(&still.nodes)
-            .filter(|(n, _)| n.touch == Touch::Sticks)
+            .filter(|(n, _)| n.touch == ContactState::Sticking)
             .collect();
         assert!(outcome.stick_area_mm2 > 0.6 * outcome.contact_area_mm2);
         let inside = 0.75 * outcome.contact_radius_mm;
@@ -99,7 +99,7 @@ fn what_sticks_moves_with_the_presser() {
 
 #[test]
 fn shear_turns_with_its_direction() {
-    let stack = stack(&round_layer(0.49), Division::even(0.25, 40));
+    let stack = stack(&round_layer(0.49), MeshDensity::uniform(0.25, 40));
     let force = |angle: f64| {
         let way_mm = Vector3::new(0.1 * angle.cos(), 0.1 * angle.sin(), 0.0);
         let force_n = sheared(&stack, 0.4, 0.6, way_mm, 2).force_n;
@@ -115,7 +115,7 @@ fn shear_turns_with_its_direction() {
 
 #[test]
 fn without_friction_a_shear_is_a_press_elsewhere() {
-    let stack = stack(&two_layers(), Division::around_pole(0.2, 5.0, 40));
+    let stack = stack(&two_layers(), MeshDensity::around_pole(0.2, 5.0, 40));
     let outcome = sheared(&stack, 0.5, 0.0, Vector3::new(0.7, 0.0, 0.0), 1);
     let press = Press::along(down(), 0.5).unwrap();
     let there = stack.press(&ball_over(0.7, 0.0, BALL_MM), &press).unwrap();
@@ -124,16 +124,16 @@ fn without_friction_a_shear_is_a_press_elsewhere() {
 }
 
 #[test]
-fn shears_that_are_none_are_refused() {
+fn invalid_shears_are_refused() {
     let press = || Press::along(down(), 0.3).unwrap();
     let x = Vector3::x();
     let said =
-        |friction, way, steps| press().sheared(friction, way, steps).unwrap_err().to_string();
+        |friction, way, steps| press().with_shear(friction, way, steps).unwrap_err().to_string();
     assert!(said(-0.1, x, 1).contains("-0.1"));
     assert!(said(f64::NAN, x, 1).contains("NaN"));
     assert!(said(0.5, x * f64::INFINITY, 1).contains("shear"));
     assert!(said(0.5, x, 0).contains("steps"));
-    let even = stack(&two_layers(), Division::even(0.5, 0));
-    let refused = even.press(&ball_over(0.0, 0.0, BALL_MM), &press().sheared(0.5, x, 1).unwrap());
+    let even = stack(&two_layers(), MeshDensity::uniform(0.5, 0));
+    let refused = even.press(&ball_over(0.0, 0.0, BALL_MM), &press().with_shear(0.5, x, 1).unwrap());
     assert!(refused.unwrap_err().to_string().contains("harmonics"));
 }

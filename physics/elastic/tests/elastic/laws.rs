@@ -1,7 +1,7 @@
 //! Presses with closed-form solutions.
 
 use crate::support::{layer, press_down, stack};
-use fabkit_elastic::{Body, Division, Material};
+use fabkit_elastic::{LayeredBody, MeshDensity, ElasticMaterial};
 
 /// Hertz contact of a ball on a half space, approximated by a large pad (Johnson, "Contact mechanics", 1985, section
 /// 4.2).
@@ -13,14 +13,14 @@ use fabkit_elastic::{Body, Division, Material};
 #[test]
 fn a_small_ball_on_a_thick_gel_is_hertz() {
     for poisson in [0.3, 0.495] {
-        let material = Material::new(0.2, poisson).unwrap();
+        let material = ElasticMaterial::new(0.2, poisson).unwrap();
         let (radius_mm, a_mm) = (4.0, 0.1);
-        let body = Body::pad(20.0, vec![(layer(0.2, poisson), 20.0)]);
+        let body = LayeredBody::pad(20.0, vec![(layer(0.2, poisson), 20.0)]);
         let depth_mm = a_mm * a_mm / radius_mm;
         let plane_mpa = material.young_mpa() / (1.0 - poisson * poisson);
         let force_n = 4.0 / 3.0 * plane_mpa * f64::sqrt(radius_mm) * depth_mm.powf(1.5);
         for (nodes, max_harmonic) in [(40.0, 0), (20.0, 16)] {
-            let fine = Division::around_pole(a_mm / nodes, 1.5 * a_mm, max_harmonic);
+            let fine = MeshDensity::around_pole(a_mm / nodes, 1.5 * a_mm, max_harmonic);
             let outcome = press_down(&stack(&body, fine), radius_mm, depth_mm);
             let of_force = -outcome.force_n.z / force_n - 1.0;
             let of_radius = outcome.contact_radius_mm / a_mm - 1.0;
@@ -60,7 +60,7 @@ fn bessel(x: f64) -> [f64; 2] {
 /// p' / r) - t p / M = -(d - r^2 / 2R)`, where p and p' vanish at the edge (Barber, "Contact mechanics", 2018, chapter
 /// on thin layers; Johnson, 1985, section 5.8). Without compression the solution is `d = a^2 / 4R`, `F = 2 pi G R^2 d^3
 /// / t^3`.
-fn thin_layer(material: &Material, thickness_mm: f64, radius_mm: f64, a_mm: f64) -> [f64; 2] {
+fn thin_layer(material: &ElasticMaterial, thickness_mm: f64, radius_mm: f64, a_mm: f64) -> [f64; 2] {
     let (shear, poisson) = (material.shear_modulus_mpa(), material.poisson());
     let oedometer = 2.0 * shear * (1.0 - poisson) / (1.0 - 2.0 * poisson);
     let alpha = (3.0 * shear / oedometer).sqrt() / thickness_mm;
@@ -78,7 +78,7 @@ fn thin_layer(material: &Material, thickness_mm: f64, radius_mm: f64, a_mm: f64)
 #[test]
 fn the_thin_layers_law_has_both_limits() {
     let (t, ball, a) = (0.1, 500.0, 2.0);
-    let closed = Material::new(1.0, 0.499_899_999).unwrap();
+    let closed = ElasticMaterial::new(1.0, 0.499_899_999).unwrap();
     let [depth, force] = thin_layer(&closed, t, ball, a / 100.0);
     let law = 2.0
         * std::f64::consts::PI
@@ -86,7 +86,7 @@ fn the_thin_layers_law_has_both_limits() {
         * (ball / t.powf(1.5)).powi(2)
         * depth.powi(3);
     assert!((force / law - 1.0).abs() < 1e-3, "{}", force / law);
-    let open = Material::new(1.0, 0.2).unwrap();
+    let open = ElasticMaterial::new(1.0, 0.2).unwrap();
     let [depth, force] = thin_layer(&open, t, ball, a);
     let oedometer = 2.0 * open.shear_modulus_mpa() * 0.8 / 0.6;
     let law = std::f64::consts::PI * oedometer * ball * depth.powi(2) / t;
@@ -101,14 +101,14 @@ fn the_thin_layers_law_has_both_limits() {
 #[test]
 fn a_thin_bonded_layer_flows_aside() {
     for poisson in [0.3, 0.495, 0.4999] {
-        let material = Material::new(0.5, poisson).unwrap();
+        let material = ElasticMaterial::new(0.5, poisson).unwrap();
         let (t, ball) = (0.1, 500.0);
         let mut errors = Vec::new();
         for thicknesses in [15.0, 30.0, 60.0] {
             let a_mm = thicknesses * t;
             let [depth_mm, force_n] = thin_layer(&material, t, ball, a_mm);
-            let body = Body::pad(1.3 * a_mm, vec![(layer(0.5, poisson), t)]);
-            let outcome = press_down(&stack(&body, Division::even(0.25 * t, 0)), ball, depth_mm);
+            let body = LayeredBody::pad(1.3 * a_mm, vec![(layer(0.5, poisson), t)]);
+            let outcome = press_down(&stack(&body, MeshDensity::uniform(0.25 * t, 0)), ball, depth_mm);
             let of_force = -outcome.force_n.z / force_n - 1.0;
             let of_radius = outcome.contact_radius_mm / a_mm - 1.0;
             println!(

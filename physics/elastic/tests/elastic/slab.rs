@@ -1,6 +1,6 @@
 //! Slabs against plate theory, and air columns against the gas law.
 
-use fabkit_elastic::{Cell, ElasticError, Material, Slab};
+use fabkit_elastic::{BrickContents, ElasticError, ElasticMaterial, Slab};
 use fabkit_geometry::Point3;
 
 /// Grid lines from -half to half, and from 0 to a thickness.
@@ -19,13 +19,13 @@ fn lines(half_mm: [f64; 2], thickness_mm: f64, counts: [usize; 3]) -> [Vec<f64>;
 /// plate.
 fn middle_mm(
     lines_mm: [Vec<f64>; 3],
-    material: Material,
+    material: ElasticMaterial,
     pressure_mpa: f64,
     is_in: impl Fn(f64, f64) -> bool,
 ) -> Result<f64, ElasticError> {
     let middle = |line: &[f64], i: usize| (line[i] + line[i + 1]) / 2.0;
     let [xs, ys, zs] = lines_mm.clone();
-    let cell = |[i, j, _]: [usize; 3]| Cell {
+    let cell = |[i, j, _]: [usize; 3]| BrickContents {
         solid: is_in(middle(&xs, i), middle(&ys, j)).then_some((material, 1.0)),
         cavities: Vec::new(),
     };
@@ -55,14 +55,14 @@ fn middle_mm(
 }
 
 /// Flexural rigidity, N mm.
-fn rigidity(material: &Material, thickness_mm: f64) -> f64 {
+fn rigidity(material: &ElasticMaterial, thickness_mm: f64) -> f64 {
     let nu = material.poisson();
     material.young_mpa() * thickness_mm.powi(3) / (12.0 * (1.0 - nu * nu))
 }
 
 /// Contribution of shear to the deflection in the middle of a circle, mm (Timoshenko and Woinowsky-Krieger, Theory of
 /// Plates and Shells, 1959, article 20; shear factor 5/6).
-fn sheared_mm(material: &Material, thickness_mm: f64, pressure_mpa: f64, radius_mm: f64) -> f64 {
+fn sheared_mm(material: &ElasticMaterial, thickness_mm: f64, pressure_mpa: f64, radius_mm: f64) -> f64 {
     pressure_mpa * radius_mm.powi(2)
         / (4.0 * 5.0 / 6.0 * material.shear_modulus_mpa() * thickness_mm)
 }
@@ -70,7 +70,7 @@ fn sheared_mm(material: &Material, thickness_mm: f64, pressure_mpa: f64, radius_
 #[test]
 fn a_clamped_circle_bends_as_timoshenko_says() {
     let (material, thickness, radius, pressure) =
-        (Material::new(1.0, 0.3).unwrap(), 3.0, 30.0, 1e-6);
+        (ElasticMaterial::new(1.0, 0.3).unwrap(), 3.0, 30.0, 1e-6);
     let lines = lines([radius; 2], thickness, [60, 60, 4]);
     let found = middle_mm(lines, material, pressure, |x, y| x.hypot(y) < radius).unwrap();
     // q a^4 / 64 D, article 17.
@@ -82,7 +82,7 @@ fn a_clamped_circle_bends_as_timoshenko_says() {
 
 #[test]
 fn a_clamped_square_bends_as_timoshenko_says() {
-    let (material, thickness, side, pressure) = (Material::new(1.0, 0.3).unwrap(), 3.0, 60.0, 1e-6);
+    let (material, thickness, side, pressure) = (ElasticMaterial::new(1.0, 0.3).unwrap(), 3.0, 60.0, 1e-6);
     let lines = lines([side / 2.0; 2], thickness, [60, 60, 4]);
     let found = middle_mm(lines, material, pressure, |_, _| true).unwrap();
     // Table 35: 0.00126 q a^4 / D, with about the shear contribution of the inscribed circle.
@@ -95,7 +95,7 @@ fn a_clamped_square_bends_as_timoshenko_says() {
 fn a_long_strip_bends_as_a_clamped_beam_of_plane_strain() {
     // The middle of a strip four times as long as wide is not affected by its ends.
     for (poisson, bound) in [(0.3, 0.03), (0.495, 0.03)] {
-        let material = Material::new(1.0, poisson).unwrap();
+        let material = ElasticMaterial::new(1.0, poisson).unwrap();
         let (thickness, width, pressure) = (1.5, 24.0, 1e-6);
         let lines = lines([2.0 * width, width / 2.0], thickness, [96, 48, 3]);
         let found = middle_mm(lines, material, pressure, |_, _| true).unwrap();
@@ -111,13 +111,13 @@ fn a_long_strip_bends_as_a_clamped_beam_of_plane_strain() {
 }
 
 #[test]
-fn what_a_force_squeezes_out_is_what_a_pressure_moves() {
+fn displaced_volume_is_reciprocal() {
     // Reciprocity (Betti): the volume that a force displaces equals the displacement that a pressure causes.
-    let material = Material::new(0.05, 0.49).unwrap();
+    let material = ElasticMaterial::new(0.05, 0.49).unwrap();
     let lines = lines([6.0, 4.0], 6.0, [12, 8, 6]);
     let cell = |[i, j, k]: [usize; 3]| {
         let is_open = (2..10).contains(&i) && (3..5).contains(&j) && (2..4).contains(&k);
-        Cell {
+        BrickContents {
             solid: (!is_open).then_some((material, 1.0)),
             cavities: if is_open { vec![(0, 1.0)] } else { Vec::new() },
         }
@@ -133,9 +133,9 @@ fn what_a_force_squeezes_out_is_what_a_pressure_moves() {
 
 #[test]
 fn too_many_bricks_are_refused() {
-    let material = Material::new(0.05, 0.49).unwrap();
+    let material = ElasticMaterial::new(0.05, 0.49).unwrap();
     let lines = lines([50.0; 2], 9.0, [120, 120, 9]);
-    let cell = |_| Cell { solid: Some((material, 1.0)), cavities: Vec::new() };
+    let cell = |_| BrickContents { solid: Some((material, 1.0)), cavities: Vec::new() };
     let error = Slab::new(lines, 0, cell, |place| place.z == 0.0).unwrap_err();
     assert!(
         matches!(error, ElasticError::TooFine { unknowns, .. } if unknowns == 395_307),

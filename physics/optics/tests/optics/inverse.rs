@@ -1,10 +1,10 @@
 //! Rays to given points, and back.
 
 use fabkit_geometry::{
-    Angle, Assembly, Body, Clarity, NominalCamera, Placement, Point3, Pose, Process, Ray, Sensor,
-    Solid, Substance, Vector3,
+    Angle, Assembly, Body, OpticalClarity, NominalCamera, Placement, Point3, Pose, Process, Ray, Sensor,
+    Solid, MaterialProperties, Vector3,
 };
-use fabkit_optics::{End, Sight, Sights, Stack, Tracer};
+use fabkit_optics::{RayEnd, SightLine, ViewStacks, OpticalStack, Tracer};
 use proptest::prelude::*;
 
 fn placed(body: Body) -> Body {
@@ -12,12 +12,12 @@ fn placed(body: Body) -> Body {
 }
 
 fn medium(name: &str, index: f64, solid: Solid) -> Body {
-    let mut body = placed(Body::cast(name, "", solid).from("jelly").in_light(Clarity::Clear));
-    body.substance = Substance { refractive_index: Some(index), ..Substance::default() };
+    let mut body = placed(Body::cast(name, "", solid).with_material("jelly").with_clarity(OpticalClarity::Clear));
+    body.substance = MaterialProperties { refractive_index: Some(index), ..MaterialProperties::default() };
     body
 }
 
-fn sights(bodies: impl IntoIterator<Item = Body>) -> Sights {
+fn sights(bodies: impl IntoIterator<Item = Body>) -> ViewStacks {
     let camera = NominalCamera {
         sensor_from_camera: Pose::identity(),
         width_px: 128,
@@ -25,11 +25,11 @@ fn sights(bodies: impl IntoIterator<Item = Body>) -> Sights {
         field_of_view: Angle::from_deg(120.0).unwrap(),
         lens: Default::default(),
     };
-    Sights::new(Stack::of(&Sensor::new("test", "", "", camera, bodies)).unwrap())
+    ViewStacks::new(OpticalStack::from_sensor(&Sensor::new("test", "", "", camera, bodies)).unwrap())
 }
 
 /// Builds a pane, a ball of gel above it, then air.
-fn pane_and_ball(index: f64) -> Sights {
+fn pane_and_ball(index: f64) -> ViewStacks {
     let pane = medium("pane", 1.5, Solid::cylinder(40.0, 2.0).at(0.0, 0.0, 3.0));
     let ball = medium("ball", index, Solid::sphere(15.0).at(0.0, 0.0, 25.0));
     sights([pane, ball])
@@ -51,7 +51,7 @@ proptest! {
             _ => return Ok(()),
         };
         let place = from + share * (to - from);
-        let found = sights.seeker().seek(&ray.origin, &place);
+        let found = sights.sight_line_solver().find_sight_line(&ray.origin, &place);
         let sight = found.expect("the ray that was followed is one");
         // Spheres focus: another ray may lead to the point as well, and must then pass through it.
         let way_mm: f64 = tracer.corners()[..4].windows(2).map(|p| (p[1] - p[0]).norm()).sum();
@@ -76,14 +76,14 @@ proptest! {
     ) {
         let sights = pane_and_ball(1.41);
         let (pupil, place) = (Point3::origin(), Point3::new(x, y, z));
-        let mut seeker = sights.seeker();
-        let sight = seeker.seek(&pupil, &place).unwrap();
-        let across = Sight::across(&sight.direction);
-        let by_place = seeker.by_place(&pupil, &place, &sight).unwrap();
+        let mut seeker = sights.sight_line_solver();
+        let sight = seeker.find_sight_line(&pupil, &place).unwrap();
+        let across = SightLine::transverse_axes(&sight.direction);
+        let by_place = seeker.direction_by_point(&pupil, &place, &sight).unwrap();
         for axis in 0..3 {
             let by = Vector3::ith(axis, 5e-4);
             let [before, after] =
-                [place - by, place + by].map(|place| seeker.seek(&pupil, &place).unwrap().direction);
+                [place - by, place + by].map(|place| seeker.find_sight_line(&pupil, &place).unwrap().direction);
             let expected = across.transpose() * (after - before) / 1e-3;
             let error = (by_place.column(axis) - expected).norm();
             prop_assert!(error < 1e-6 * by_place.norm(), "{error}");
@@ -93,10 +93,10 @@ proptest! {
 
 /// At a flat face the solution is known: Snell's law, and the point where the ray meets the face.
 #[test]
-fn a_place_behind_a_face_is_where_snell_says() {
+fn a_ray_to_a_point_behind_a_flat_face_obeys_snells_law() {
     let gel = medium("gel", 1.41, Solid::cylinder(100.0, 30.0).at(0.0, 0.0, 4.0));
     let place = Point3::new(9.0, 0.0, 12.0);
-    let sight = sights([gel]).seeker().seek(&Point3::origin(), &place).unwrap();
+    let sight = sights([gel]).sight_line_solver().find_sight_line(&Point3::origin(), &place).unwrap();
     let tangent = |sine: f64| sine / (1.0 - sine * sine).sqrt();
     let sine = sight.direction.x;
     let reached = 4.0 * tangent(sine) + 8.0 * tangent(sine / 1.41);
@@ -104,7 +104,7 @@ fn a_place_behind_a_face_is_where_snell_says() {
 }
 
 #[test]
-fn what_is_in_the_way_is_named() {
+fn hiding_bodies_are_named() {
     let gel = medium("gel", 1.41, Solid::cylinder(100.0, 30.0).at(0.0, 0.0, 4.0));
     let wall = placed(Body::made(
         "wall",
@@ -113,31 +113,31 @@ fn what_is_in_the_way_is_named() {
         Solid::cuboid(2.0, 2.0, 1.0).at(0.0, 0.0, 2.0),
     ));
     let sights = sights([gel, wall]);
-    let mut seeker = sights.seeker();
-    let hidden = seeker.seek(&Point3::origin(), &Point3::new(0.5, 0.0, 20.0)).unwrap();
+    let mut seeker = sights.sight_line_solver();
+    let hidden = seeker.find_sight_line(&Point3::origin(), &Point3::new(0.5, 0.0, 20.0)).unwrap();
     let wall = sights.stack().names().iter().position(|name| name == "wall").unwrap();
-    assert_eq!(hidden.hidden_by(0.0), Some(End::Body(wall as u8)));
+    assert_eq!(hidden.hidden_by(0.0), Some(RayEnd::Body(wall as u8)));
     // Beside the wall.
-    let seen = seeker.seek(&Point3::origin(), &Point3::new(15.0, 0.0, 20.0)).unwrap();
+    let seen = seeker.find_sight_line(&Point3::origin(), &Point3::new(15.0, 0.0, 20.0)).unwrap();
     assert_eq!(seen.hidden_by(0.0), None);
 }
 
 /// From a dense to a thin medium, light beyond the critical angle does not get out.
 #[test]
-fn where_no_light_leads_nothing_is_found() {
+fn points_beyond_the_critical_angle_have_no_ray() {
     let around = medium("oil", 1.8, Solid::sphere(5.0));
     let gap = sights([around]);
     // From a pupil off the centre, the far side of the ball is met beyond the critical angle.
     let pupil = Point3::new(4.9, 0.0, 0.0);
     let mut tracer = Tracer::new(gap.stack());
     let grazing = Ray { origin: pupil, direction: Vector3::new(-0.6, 0.8, 0.0) };
-    assert!(matches!(tracer.follow(&grazing).end, End::Mirror(_)));
-    let mut seeker = gap.seeker();
+    assert!(matches!(tracer.follow(&grazing).end, RayEnd::TotalReflection(_)));
+    let mut seeker = gap.sight_line_solver();
     let mut none = 0;
     for number in 0..200 {
         let angle = f64::from(number) * std::f64::consts::TAU / 200.0;
         let place = Point3::new(5.2 * angle.cos(), 5.2 * angle.sin(), 0.0);
-        match seeker.seek(&pupil, &place) {
+        match seeker.find_sight_line(&pupil, &place) {
             None => none += 1,
             Some(sight) => {
                 // A found ray does pass through the point.
@@ -178,11 +178,11 @@ fn every_ray_to_a_place_behind_a_ball_is_found() {
             counted += usize::from(now.0 == before.0 && now.1.signum() != before.1.signum());
             before = now;
         }
-        let every = sights.seeker().every(&pupil, &place);
+        let every = sights.sight_line_solver().find_all_sight_lines(&pupil, &place);
         assert_eq!((every.len(), counted), (expected, expected), "{x}: {every:?}");
         assert!(every.windows(2).all(|pair| pair[0].way_mm <= pair[1].way_mm));
         // The result of the search for one ray is among them.
-        let one = sights.seeker().seek(&pupil, &place).unwrap();
+        let one = sights.sight_line_solver().find_sight_line(&pupil, &place).unwrap();
         assert!(every.iter().any(|sight| (sight.direction - one.direction).norm() < 1e-9));
     }
 }

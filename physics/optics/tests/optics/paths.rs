@@ -1,19 +1,19 @@
 //! Paths compared with independent results: the camera's own interfaces, formulas, and the reversed path.
 
-use fabkit_camera::{Camera, Flat, Interface, Intrinsics, KannalaBrandt, Lens, Point2, Sphere};
+use fabkit_camera::{Camera, FlatInterface, Interface, Intrinsics, KannalaBrandt, Lens, Point2, SphericalInterface};
 use fabkit_geometry::{
-    Angle, Assembly, Body, Clarity, DomeSurface, EllipsoidOffset, Grip, NominalCamera, Path,
-    Placement, Point3, Pose, Process, Ray, Sensor, Solid, Substance, TouchSurface, Vector3,
+    Angle, Assembly, Body, OpticalClarity, DomeSurface, EllipsoidOffset, FixtureGrip, NominalCamera, Path,
+    Placement, Point3, Pose, Process, Ray, Sensor, Solid, MaterialProperties, TouchSurface, Vector3,
 };
-use fabkit_optics::{Bundles, End, InvalidStack, LightPath, Stack, TILE, Tracer, refract};
+use fabkit_optics::{TileTracing, RayEnd, InvalidStack, LightPath, OpticalStack, TILE, Tracer, refract};
 use proptest::prelude::*;
 
 fn medium(name: &str, index: f64, solid: Solid) -> Body {
     let mut body = Body::cast(name, "", solid)
-        .from("jelly")
-        .in_light(Clarity::Clear)
+        .with_material("jelly")
+        .with_clarity(OpticalClarity::Clear)
         .placed([Placement::in_place(Assembly::sensor())]);
-    body.substance = Substance { refractive_index: Some(index), ..Substance::default() };
+    body.substance = MaterialProperties { refractive_index: Some(index), ..MaterialProperties::default() };
     body
 }
 
@@ -49,9 +49,9 @@ fn camera(interface: Interface) -> Camera {
 
 /// Compares every pixel's ray in the gel, by the camera's interface and through the drawn bodies, which refract it
 /// `bends` times before.
-fn agree(interface: Interface, bodies: Vec<Body>, bends: usize) {
+fn compare_with_interface(interface: Interface, bodies: Vec<Body>, bends: usize) {
     let (seeing, bare) = (camera(interface), camera(Interface::None));
-    let stack = Stack::of(&sensor(bodies)).unwrap();
+    let stack = OpticalStack::from_sensor(&sensor(bodies)).unwrap();
     let mut tracer = Tracer::new(&stack);
     let mut compared = 0;
     for (column, row) in (0..96).flat_map(|row| (0..128).map(move |column| (column, row))) {
@@ -73,30 +73,30 @@ fn agree(interface: Interface, bodies: Vec<Body>, bends: usize) {
 
 #[test]
 fn a_drawn_pane_is_the_cameras_flat_interface() {
-    let flat = Flat { glass_thickness_mm: 2.0, index_glass: 1.5, ..Flat::in_air(3.0, 1.41) };
+    let flat = FlatInterface { glass_thickness_mm: 2.0, index_glass: 1.5, ..FlatInterface::bare_in_air(3.0, 1.41) };
     let pane = medium("pane", 1.5, Solid::cylinder(500.0, 2.0).at(0.0, 0.0, 3.0));
     let gel = medium("gel", 1.41, Solid::cylinder(500.0, 20.0).at(0.0, 0.0, 5.0));
     // Denser than the gel, so that nothing is totally reflected.
     let beyond = medium("beyond", 1.45, Solid::cylinder(900.0, 50.0).at(0.0, 0.0, 25.0));
-    agree(Interface::Flat(flat), vec![pane, gel, beyond.clone()], 2);
-    let bare = Flat::in_air(3.0, 1.41);
+    compare_with_interface(Interface::Flat(flat), vec![pane, gel, beyond.clone()], 2);
+    let bare = FlatInterface::bare_in_air(3.0, 1.41);
     let gel = medium("gel", 1.41, Solid::cylinder(500.0, 22.0).at(0.0, 0.0, 3.0));
-    agree(Interface::Flat(bare), vec![gel, beyond], 1);
+    compare_with_interface(Interface::Flat(bare), vec![gel, beyond], 1);
 }
 
 #[test]
 fn a_drawn_ball_is_the_cameras_spherical_interface() {
     // The camera sits in a ball of air in the gel, off its centre.
     let centre = Point3::new(0.3, -0.2, 0.5);
-    let sphere = Sphere {
+    let sphere = SphericalInterface {
         radius_mm: 4.0,
         centre_in_camera: centre,
         index_inside: 1.0,
         index_outside: 1.41,
-        is_drawn_behind: false,
+        has_drawn_bodies_behind: false,
     };
     let gel = Solid::sphere(30.0).minus(Solid::sphere(4.0).at(centre.x, centre.y, centre.z));
-    agree(Interface::Sphere(sphere), vec![medium("gel", 1.41, gel)], 1);
+    compare_with_interface(Interface::Sphere(sphere), vec![medium("gel", 1.41, gel)], 1);
 }
 
 /// A dome of layers whose boundaries are concentric spheres, which touch without a gap.
@@ -131,7 +131,7 @@ proptest! {
         prop_assume!(Vector3::new(aim.0, aim.1, aim.2).norm() > 0.1);
         let mut radii = vec![3.0];
         widths.iter().for_each(|width| radii.push(radii.last().unwrap() + width));
-        let stack = Stack::of(&sensor(dome(&radii, &indices, centre_z))).unwrap();
+        let stack = OpticalStack::from_sensor(&sensor(dome(&radii, &indices, centre_z))).unwrap();
         let mut tracer = Tracer::new(&stack);
         let path = tracer.follow(&ray(aim.0, aim.1, aim.2));
         let along: Vec<f64> = std::iter::once(1.0).chain(indices).collect();
@@ -141,7 +141,7 @@ proptest! {
         for (corner, radius) in tracer.corners()[1..].iter().zip(&radii) {
             prop_assert!(((corner - centre).norm() - radius).abs() < 1e-11);
         }
-        prop_assert!(matches!(path.end, End::Nothing | End::Mirror(_)));
+        prop_assert!(matches!(path.end, RayEnd::Nothing | RayEnd::TotalReflection(_)));
     }
 
     /// Paths are reversible.
@@ -150,10 +150,10 @@ proptest! {
         indices in prop::collection::vec(1.3..1.6f64, 3),
         aim in (-1.0..1.0f64, -1.0..1.0f64, 0.3..1.0f64),
     ) {
-        let stack = Stack::of(&sensor(dome(&[3.0, 4.0, 6.0, 7.0], &indices, 0.7))).unwrap();
+        let stack = OpticalStack::from_sensor(&sensor(dome(&[3.0, 4.0, 6.0, 7.0], &indices, 0.7))).unwrap();
         let mut tracer = Tracer::new(&stack);
         let path = tracer.follow(&ray(aim.0, aim.1, aim.2));
-        prop_assume!(path.end == End::Nothing);
+        prop_assume!(path.end == RayEnd::Nothing);
         let there: Vec<Point3<f64>> = tracer.corners().to_vec();
         let back = Ray { origin: path.last.at(5.0), direction: -path.last.direction };
         tracer.follow(&back);
@@ -191,13 +191,13 @@ fn tip() -> Sensor {
     let coat = skin("coat", ball(10.5).minus(ball(10.0)));
     let ring = Solid::cylinder(12.0, 0.8).minus(Solid::cylinder(2.5, 3.0).at(0.0, 0.0, -1.0));
     let mut sensor = sensor([gel, coat, wall("ring", ring.at(0.0, 0.0, 1.0))]);
-    sensor.sight = vec!["coat".into()];
+    sensor.visible_bodies = vec!["coat".into()];
     sensor.touch = Some(TouchSurface::Dome(DomeSurface {
         dome: EllipsoidOffset { equatorial_mm: 10.5, polar_mm: 10.5, offset_mm: 0.0 },
         centre_z_mm: 4.0,
         foot_z_mm: 2.0,
-        soft_mm: 2.0,
-        grip: Grip {
+        max_indentation_mm: 2.0,
+        grip: FixtureGrip {
             outline: Path::from([12.0, 0.0]).arc([-12.0, 0.0], [0.0, 0.0], true).arc(
                 [12.0, 0.0],
                 [0.0, 0.0],
@@ -214,34 +214,34 @@ fn tip() -> Sensor {
 }
 
 #[test]
-fn what_stands_in_the_way_ends_a_ray_and_the_skin_shows_the_surface() {
-    let stack = Stack::of(&tip()).unwrap();
+fn opaque_bodies_end_rays_and_skin_shows_the_surface() {
+    let stack = OpticalStack::from_sensor(&tip()).unwrap();
     let mut tracer = Tracer::new(&stack);
     let path = tracer.follow(&ray(0.2, 0.0, 1.0));
-    assert_eq!((path.end, path.bends), (End::Surface, 1));
+    assert_eq!((path.end, path.bends), (RayEnd::Surface, 1));
     let point = path.last.at(path.end_mm);
     assert!(((point - Point3::new(0.0, 0.0, 4.0)).norm() - 10.5).abs() < 1e-12);
     let hidden = tracer.follow(&ray(3.0, 0.0, 1.0));
-    let End::Body(body) = hidden.end else { panic!("{hidden:?}") };
+    let RayEnd::Body(body) = hidden.end else { panic!("{hidden:?}") };
     assert_eq!(stack.names()[usize::from(body)], "ring");
     assert!((hidden.last.at(hidden.end_mm).z - 1.0).abs() < 1e-12);
 }
 
 #[test]
-fn what_is_seen_at_too_flat_an_angle_is_a_mirror() {
+fn rays_beyond_the_critical_angle_are_totally_reflected() {
     // From within glass, whose face the camera meets at 60 degrees.
     let glass =
         medium("glass", 1.5, Solid::cuboid_between([-50.0, -50.0, -5.0], [50.0, 50.0, 5.0]));
-    let stack = Stack::of(&sensor([glass])).unwrap();
+    let stack = OpticalStack::from_sensor(&sensor([glass])).unwrap();
     let path = Tracer::new(&stack).follow(&ray(3f64.sqrt(), 0.0, 1.0));
-    assert_eq!(path.end, End::Mirror(0));
+    assert_eq!(path.end, RayEnd::TotalReflection(0));
     assert!((path.end_mm - 10.0).abs() < 1e-9);
 }
 
 #[test]
 fn bad_stacks_are_refused_with_the_place() {
     let ball = |r: f64, z: f64| Solid::sphere(r).at(0.0, 0.0, z);
-    let refused = |bodies: Vec<Body>| Stack::of(&sensor(bodies)).unwrap_err();
+    let refused = |bodies: Vec<Body>| OpticalStack::from_sensor(&sensor(bodies)).unwrap_err();
     for index in [0.9, f64::NAN, 5.0] {
         let error = refused(vec![medium("gel", index, ball(2.0, 5.0))]);
         assert!(matches!(error, InvalidStack::Index { .. }), "{error}");
@@ -263,7 +263,7 @@ fn bad_stacks_are_refused_with_the_place() {
 
 /// Traces all rays of a camera over the dome, singly and in tiles.
 #[test]
-fn many_rays_together_go_as_each_alone() {
+fn tiles_give_the_same_paths_as_single_rays() {
     let pins = (0..40).map(|i| {
         let (sin, cos) = (f64::from(i) * 2.4).sin_cos();
         let out = 1.0 + 0.15 * f64::from(i);
@@ -274,12 +274,12 @@ fn many_rays_together_go_as_each_alone() {
     with_pins.bodies[1].solid = with_pins.bodies[1].solid.clone().minus(pins.clone());
     let pins = wall("pins", pins);
     let order: Vec<Body> = with_pins.bodies.drain(..).chain([pins]).collect();
-    with_pins.bodies = fabkit_geometry::in_order(order);
+    with_pins.bodies = fabkit_geometry::sort_by_kind(order);
     for sensor in [tip(), with_pins] {
         // Fails if the pins overlap the gel.
-        let stack = Stack::of(&sensor);
+        let stack = OpticalStack::from_sensor(&sensor);
         let stack = stack.unwrap_or_else(|error| panic!("{error}"));
-        let bundles = Bundles::new(&stack);
+        let bundles = TileTracing::new(&stack);
         let (mut together, mut alone) = (bundles.tracer(), Tracer::new(&stack));
         let ray = |column: u32, row: u32| {
             let [x, y] = [f64::from(column) - 160.0, f64::from(row) - 120.0];
@@ -309,6 +309,6 @@ fn many_rays_together_go_as_each_alone() {
         assert_eq!(compared, rays);
         assert!(seen.iter().all(|count| *count <= 1));
         // Most rays must not be traced singly, otherwise the test is void.
-        assert!(together.singles() < rays / 3, "{} of {rays}", together.singles());
+        assert!(together.single_ray_count() < rays / 3, "{} of {rays}", together.single_ray_count());
     }
 }

@@ -13,23 +13,23 @@ use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
 
-use fabkit_depth::truth::{DepthMap, ReferenceSurface, SURFACE_LABEL};
+use fabkit_depth::ground_truth::{DepthMap, ReferenceSurface, SURFACE_LABEL};
 use fabkit_files::Error;
 use fabkit_fixtures::Press;
 use fabkit_geometry::{Pose, TouchSurface};
 use fabkit_scene::SensorView;
-use fabkit_scene::ground_truth::pressers;
-use fabkit_scene::pressing::{Answer, Contact, Linear, Moved, Ready, Step, soft_layers, threads};
+use fabkit_scene::ground_truth::compile_indenters;
+use fabkit_scene::press_simulation::{ContactSolution, ContactModel, LinearOptions, MarkerDisplacement, ElasticSolver, PressStep, soft_layers, threads};
 use rayon::prelude::*;
 use serde_json::Value;
 
-use crate::Studio;
+use crate::Renderer;
 
-pub use skin::{LiveSkin, SkinPicture, SkinPictures, SkinShown};
+pub use skin::{LiveSkin, SkinImages, SkinImageRequest, SkinResult};
 
 /// Displacement below which the surface counts as unmoved, mm. Slopes are then about 1e-3, and intensities change by
 /// less than their noise.
-const STILL_MM: f64 = Studio::STILL_MM;
+const STILL_MM: f64 = Renderer::MOTION_THRESHOLD_MM;
 
 /// Options of a live sensor.
 #[derive(Clone, Debug, Default)]
@@ -59,7 +59,7 @@ pub struct LivePress {
 
 /// Result of a press. Lists of pixels go row by row.
 #[derive(Clone, Debug)]
-pub struct LiveShown {
+pub struct LiveResult {
     /// Intensities from 0 to 255, not rounded, pixel by pixel: one value, or red, green and blue.
     pub grey: Vec<f64>,
     /// Indentation along each pixel's ray, mm: the mean over its rays. NaN where no surface is seen.
@@ -67,18 +67,18 @@ pub struct LiveShown {
     /// Pixels where any ray sees an indenter.
     pub contact: Vec<bool>,
     /// Forces and contact; `None` without contact.
-    pub step: Option<Step>,
+    pub step: Option<PressStep>,
     /// Markers at their present places.
-    pub marks: Vec<Moved>,
+    pub marks: Vec<MarkerDisplacement>,
     /// Pixels of the markers; `None` outside the image.
     pub mark_px: Vec<Option<[f64; 2]>>,
 }
 
-type Asked = (Vec<LivePress>, Sender<Result<Vec<LiveShown>, Error>>);
+type LiveRequest = (Vec<LivePress>, Sender<Result<Vec<LiveResult>, Error>>);
 
 /// Data of a live sensor that is known before any press.
 #[derive(Clone, Debug)]
-pub struct LiveAbout {
+pub struct LiveInfo {
     /// Number of columns and rows of images.
     pub size_px: [usize; 2],
     /// Number of values per pixel: 1 or 3.
@@ -91,12 +91,12 @@ pub struct LiveAbout {
 
 /// A sensor that is ready for presses. Dropping it ends its thread.
 #[derive(Debug)]
-pub struct Live {
-    asks: Sender<Asked>,
-    about: LiveAbout,
+pub struct LiveSensor {
+    asks: Sender<LiveRequest>,
+    about: LiveInfo,
 }
 
-impl Live {
+impl LiveSensor {
     /// Sets a sensor up, which takes seconds.
     ///
     /// # Errors
@@ -106,10 +106,10 @@ impl Live {
         // The thread reports its data or the error of its setup once, before it serves presses.
         let (begin, begun) = mpsc::sync_channel(1);
         thread::spawn(move || {
-            let kept = keep(&scene, &options, |about, kept| {
+            let kept = run_live(&scene, &options, |about, kept| {
                 // The receiver is gone if the caller was interrupted.
                 if begin.send(Ok(about)).is_ok() {
-                    answer_all(&asked, kept);
+                    serve_requests(&asked, kept);
                 }
             });
             if let Err(error) = kept {
@@ -121,7 +121,7 @@ impl Live {
     }
 
     /// Returns the data that is known before any press.
-    pub fn about(&self) -> &LiveAbout {
+    pub fn about(&self) -> &LiveInfo {
         &self.about
     }
 
@@ -130,7 +130,7 @@ impl Live {
     /// # Errors
     /// Returns the error of the first press that has one: contact deeper than the layers, contact that does not
     /// converge, unknown friction.
-    pub fn press(&self, presses: Vec<LivePress>) -> Result<Vec<LiveShown>, Error> {
+    pub fn press(&self, presses: Vec<LivePress>) -> Result<Vec<LiveResult>, Error> {
         let (reply, replied) = mpsc::channel();
         let gone = |_| Error::bug("a live sensor has stopped");
         self.asks.send((presses, reply)).map_err(|_| Error::bug("a live sensor has stopped"))?;
@@ -138,7 +138,7 @@ impl Live {
     }
 }
 
-fn answer_all(asked: &Receiver<Asked>, kept: &Kept<'_>) {
+fn serve_requests(asked: &Receiver<LiveRequest>, kept: &LiveState<'_>) {
     while let Ok((presses, reply)) = asked.recv() {
         let shown = presses.par_iter().map(|press| kept.press(press)).collect();
         // The receiver is gone if the caller was interrupted.
@@ -147,55 +147,55 @@ fn answer_all(asked: &Receiver<Asked>, kept: &Kept<'_>) {
 }
 
 /// Everything that no press changes.
-struct Kept<'a> {
+struct LiveState<'a> {
     scene: &'a SensorView,
     touch: &'a TouchSurface,
     samples: usize,
     surface: &'a ReferenceSurface<'a>,
-    ready: Ready,
-    studio: Studio<'a>,
+    ready: ElasticSolver,
+    studio: Renderer<'a>,
     /// Pixels of the markers at rest.
     mark_px: Vec<Option<[f64; 2]>>,
 }
 
-fn keep(
+fn run_live(
     scene: &SensorView,
     options: &LiveOptions,
-    work: impl FnOnce(LiveAbout, &Kept<'_>),
+    work: impl FnOnce(LiveInfo, &LiveState<'_>),
 ) -> Result<(), Error> {
     let sensor = &scene.project.design.sensor;
     let (light, constants) = (options.light.as_deref(), options.constants.as_deref());
-    let (lighting, constants) = crate::lit(&scene.project, light, constants)?;
+    let (lighting, constants) = crate::select_lighting(&scene.project, light, constants)?;
     let touch = scene.touch()?;
-    let contact = Contact::Linear(Linear { spacing_mm: options.spacing_mm, friction: None });
+    let contact = ContactModel::Linear(LinearOptions { spacing_mm: options.spacing_mm, friction: None });
     let samples = options.samples.max(1);
-    let size_px = scene.size_rays(samples)?.map(|side| (side / samples) as usize);
+    let size_px = scene.ray_grid_size(samples)?.map(|side| (side / samples) as usize);
     let rays = scene.rays_of_rows(samples, 0..u32::MAX);
     let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
     // Presses may come anywhere and with shear.
-    let ready = Ready::for_all(sensor, options.spacing_mm, true, threads())?;
-    let studio = Studio::new(scene, &surface, lighting, &constants, contact)?;
+    let ready = ElasticSolver::for_any_press(sensor, options.spacing_mm, true, threads())?;
+    let studio = Renderer::new(scene, &surface, lighting, &constants, contact)?;
     let mut document = studio.document();
     document["layers"] = soft_layers(&ready.soft.layers);
-    document["layers_left_out"] = ready.soft.left_out.clone().into();
+    document["layers_left_out"] = ready.soft.simplifications.clone().into();
     document["spacing_mm"] = ready.spacing_mm.into();
-    let (middle, outward) = crate::middle_of(touch).ok_or_else(|| Error::bug("no middle"))?;
+    let (middle, outward) = crate::surface_middle(touch).ok_or_else(|| Error::bug("no middle"))?;
     let sensor_from_touch = Pose::z_to(outward, middle);
     let channels = studio.channels();
-    let about = LiveAbout { size_px, channels, document, sensor_from_touch };
+    let about = LiveInfo { size_px, channels, document, sensor_from_touch };
     let samples = samples as usize;
-    let marks = crate::moved(sensor, None);
-    let mark_px = crate::mark_pixels(&scene.viewpoint, scene.sights(), &marks);
-    work(about, &Kept { scene, touch, samples, surface: &surface, ready, studio, mark_px });
+    let marks = crate::displaced_markers(sensor, None);
+    let mark_px = crate::project_markers(&scene.viewpoint, scene.sights(), &marks);
+    work(about, &LiveState { scene, touch, samples, surface: &surface, ready, studio, mark_px });
     Ok(())
 }
 
-impl Kept<'_> {
-    fn press(&self, asked: &LivePress) -> Result<LiveShown, Error> {
+impl LiveState<'_> {
+    fn press(&self, asked: &LivePress) -> Result<LiveResult, Error> {
         let LivePress { press, shear_mm, friction, seed } = asked;
         let answer = match press.bodies.is_empty() {
             true => None,
-            false => match self.ready.answer(self.touch, &press.bodies, *shear_mm, *friction) {
+            false => match self.ready.solve_contact(self.touch, &press.bodies, *shear_mm, *friction) {
                 // Contact smaller than the node spacing counts as none, so that a control loop does not stop at first
                 // touch.
                 Err(error) if error.is_no_contact() || error.is_first_touch() => None,
@@ -203,58 +203,58 @@ impl Kept<'_> {
             },
         };
         let Some(answer) = answer else {
-            return self.shown(&self.surface.untouched(), None, *seed);
+            return self.to_result(&self.surface.map_without_contact(), None, *seed);
         };
         let mut moved = press.clone();
-        let way = Pose::translation(answer.way_mm.x, answer.way_mm.y, answer.way_mm.z);
+        let way = Pose::translation(answer.shear_displacement_mm.x, answer.shear_displacement_mm.y, answer.shear_displacement_mm.z);
         for body in &mut moved.bodies {
             body.sensor_from_body = way.then_in(body.sensor_from_body);
         }
-        let pressers = pressers(&[moved]).map_err(Error::bug)?;
+        let pressers = compile_indenters(&[moved]).map_err(Error::bug)?;
         // Normals cost time and only shading by slopes needs them.
-        let normals = self.studio.wants_normals();
-        let map = self.surface.yielded_beyond(STILL_MM, &pressers, &answer, normals);
-        self.shown(&map, Some(&answer), *seed)
+        let normals = self.studio.needs_normals();
+        let map = self.surface.map_deformed_beyond(STILL_MM, &pressers, &answer, normals);
+        self.to_result(&map, Some(&answer), *seed)
     }
 
     /// Projects markers to pixels. Only those that have moved are projected anew.
-    fn pixels_of(&self, marks: &[Moved]) -> Vec<Option<[f64; 2]>> {
-        let has_moved = |mark: &Moved| mark.displacement_mm.is_none_or(|mm| mm.norm() > STILL_MM);
+    fn pixels_of(&self, marks: &[MarkerDisplacement]) -> Vec<Option<[f64; 2]>> {
+        let has_moved = |mark: &MarkerDisplacement| mark.displacement_mm.is_none_or(|mm| mm.norm() > STILL_MM);
         let moved: Vec<usize> = (0..marks.len()).filter(|i| has_moved(&marks[*i])).collect();
-        let own: Vec<Moved> = moved.iter().map(|i| marks[*i].clone()).collect();
-        let found = crate::mark_pixels(&self.scene.viewpoint, self.scene.sights(), &own);
+        let own: Vec<MarkerDisplacement> = moved.iter().map(|i| marks[*i].clone()).collect();
+        let found = crate::project_markers(&self.scene.viewpoint, self.scene.sights(), &own);
         let mut pixels = self.mark_px.clone();
         moved.into_iter().zip(found).for_each(|(i, pixel)| pixels[i] = pixel);
         pixels
     }
 
-    fn shown(
+    fn to_result(
         &self,
         map: &DepthMap<'_>,
-        answer: Option<&Answer<'_>>,
+        answer: Option<&ContactSolution<'_>>,
         seed: Option<u64>,
-    ) -> Result<LiveShown, Error> {
+    ) -> Result<LiveResult, Error> {
         let by_ray: Vec<f64> = map.indentation_mm().collect();
-        let grey = if self.studio.wants_normals() || answer.is_none() {
-            self.studio.take(map, answer, seed)?
+        let grey = if self.studio.needs_normals() || answer.is_none() {
+            self.studio.render(map, answer, seed)?
         } else {
             // Rays whose indentation is below the threshold keep their value at rest and are not rendered again.
             let seen = |mm: &f64| if mm.is_finite() { *mm as f32 } else { 0.0 };
             let by_mm: Vec<f32> = by_ray.iter().map(seen).collect();
             let label = |label: &u16| u8::try_from(*label).unwrap_or(u8::MAX);
             let labels: Vec<u8> = map.label().iter().map(label).collect();
-            let moved = self.surface.indented(&by_mm, &labels, Studio::STILL_MM);
-            self.studio.take(&moved, answer, seed)?
+            let moved = self.surface.map_from_indentation(&by_mm, &labels, Renderer::MOTION_THRESHOLD_MM);
+            self.studio.render(&moved, answer, seed)?
         };
         let sensor = &self.scene.project.design.sensor;
-        let marks = crate::moved(sensor, answer);
+        let marks = crate::displaced_markers(sensor, answer);
         let mark_px = self.pixels_of(&marks);
         let width = map.width_px() as usize;
         let touched: Vec<bool> = map.label().iter().map(|label| *label > SURFACE_LABEL).collect();
-        Ok(LiveShown {
+        Ok(LiveResult {
             grey,
-            indentation_mm: of_pixels(&by_ray, width, self.samples, mean),
-            contact: of_pixels(&touched, width, self.samples, |rays| rays.contains(&true)),
+            indentation_mm: map_pixels(&by_ray, width, self.samples, mean),
+            contact: map_pixels(&touched, width, self.samples, |rays| rays.contains(&true)),
             step: answer.map(|answer| answer.step),
             marks,
             mark_px,
@@ -263,7 +263,7 @@ impl Kept<'_> {
 }
 
 /// Applies `of` to the rays of each pixel; rays lie in rows of `width`.
-fn of_pixels<T: Copy, U>(
+fn map_pixels<T: Copy, U>(
     rays: &[T],
     width: usize,
     samples: usize,
@@ -296,10 +296,10 @@ mod tests {
     #[test]
     fn pixels_are_made_of_their_own_rays() {
         let rays: Vec<f64> = vec![1.0, 3.0, f64::NAN, f64::NAN, 5.0, 7.0, 2.0, f64::NAN];
-        let means = of_pixels(&rays, 4, 2, mean);
+        let means = map_pixels(&rays, 4, 2, mean);
         assert_eq!(means[0], 4.0);
         assert_eq!(means[1], 2.0);
-        assert!(of_pixels(&rays[2..4], 2, 1, mean)[0].is_nan());
-        assert_eq!(of_pixels(&[true, false, false, false], 2, 2, |r| r.contains(&true)), [true]);
+        assert!(map_pixels(&rays[2..4], 2, 1, mean)[0].is_nan());
+        assert_eq!(map_pixels(&[true, false, false, false], 2, 2, |r| r.contains(&true)), [true]);
     }
 }

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use fabkit_elastic::{ElasticError, LiquidOutcome, LiquidReady, LiquidStack};
+use fabkit_elastic::{ElasticError, LiquidOutcome, LiquidSolver, LiquidStack};
 use fabkit_files::Error;
 use fabkit_fixtures::{Press, Project};
-use fabkit_geometry::{Lighting, Mark, Shows, Vector3};
-use fabkit_optics::Sights;
+use fabkit_geometry::{Lighting, Marker, VisibleEffect, Vector3};
+use fabkit_optics::ViewStacks;
 use fabkit_scene::SceneError;
 use fabkit_scene::ground_truth::Viewpoint;
-use fabkit_scene::pressing::{Moved, PressingError, on_solids, press_skin};
+use fabkit_scene::press_simulation::{MarkerDisplacement, PressingError, with_indenters, press_skin};
 
 /// Default distance of nodes, mm.
 const SPACING_MM: f64 = 1.0;
@@ -20,12 +20,12 @@ pub struct LiveSkin {
     project: Arc<Project>,
     stack: LiquidStack,
     /// Lightings with their cameras: one sees the markers, one the columns.
-    views: Vec<(Lighting, Viewpoint, Sights)>,
+    views: Vec<(Lighting, Viewpoint, ViewStacks)>,
 }
 
 /// Selection of images to render of presses.
 #[derive(Clone, Debug, Default)]
-pub struct SkinPictures {
+pub struct SkinImageRequest {
     /// Names of the lightings.
     pub lights: Vec<String>,
     /// Seed of the first press's noise; the next presses use the next numbers. `None` for images without noise.
@@ -34,7 +34,7 @@ pub struct SkinPictures {
 
 /// Images of a skin in one of its lightings.
 #[derive(Clone, Debug)]
-pub struct SkinPicture {
+pub struct SkinImages {
     /// Name of the lighting.
     pub light: String,
     /// Number of columns and rows.
@@ -47,7 +47,7 @@ pub struct SkinPicture {
 
 /// Result of a press on a skin.
 #[derive(Clone, Debug)]
-pub struct SkinShown {
+pub struct SkinResult {
     /// Force of the indenters on the skin, sensor frame, N; zeros without contact.
     pub force_n: [f64; 3],
     /// Displacement of the liquid of each channel in its tube, away from the needle, mm.
@@ -59,8 +59,8 @@ pub struct SkinShown {
     /// Pixel of each marker.
     pub mark_px: Vec<Option<[f64; 2]>>,
     /// Markers and column ends that images show.
-    marks: Vec<Moved>,
-    columns: Vec<Moved>,
+    marks: Vec<MarkerDisplacement>,
+    columns: Vec<MarkerDisplacement>,
 }
 
 impl LiveSkin {
@@ -80,7 +80,7 @@ impl LiveSkin {
             let problem = format!("{} has no skin with channels of liquid", sensor.name);
             return Err(PressingError::Contact { problem }.into());
         }
-        let stack = LiquidStack::of(sensor, spacing_mm.unwrap_or(SPACING_MM));
+        let stack = LiquidStack::from_sensor(sensor, spacing_mm.unwrap_or(SPACING_MM));
         let stack = stack.map_err(PressingError::from)?;
         let views = sensor.lightings.iter().map(|lighting| {
             // Each lighting may have a camera of its own.
@@ -91,7 +91,7 @@ impl LiveSkin {
             if let Some(size_px) = size_px {
                 viewpoint = viewpoint.resized(size_px).map_err(wrong)?;
             }
-            let sights = Sights::new(viewpoint.stack(&seen).map_err(SceneError::Light)?);
+            let sights = ViewStacks::new(viewpoint.stack(&seen).map_err(SceneError::Light)?);
             Ok::<_, Error>((lighting.clone(), viewpoint, sights))
         });
         let views = views.collect::<Result<_, _>>()?;
@@ -109,11 +109,11 @@ impl LiveSkin {
     /// # Errors
     /// Returns the error of the first press that has one: a channel that is pressed shut, contact that does not
     /// converge.
-    pub fn press(&self, presses: &[Press]) -> Result<Vec<SkinShown>, Error> {
+    pub fn press(&self, presses: &[Press]) -> Result<Vec<SkinResult>, Error> {
         let bodies: Vec<_> = presses.iter().flat_map(|press| &press.bodies).cloned().collect();
-        let ready = on_solids(&bodies, |pressers| Ok(self.stack.ready(pressers)?));
+        let ready = with_indenters(&bodies, |pressers| Ok(self.stack.prepare(pressers)?));
         match ready {
-            Ok(ready) => presses.iter().map(|press| self.shown(&ready, press)).collect(),
+            Ok(ready) => presses.iter().map(|press| self.solve(&ready, press)).collect(),
             Err(error) if error.is_no_contact() => presses.iter().map(|_| self.at_rest()).collect(),
             // The nodes under all presses exceed what one setup can solve, so the presses are split.
             Err(PressingError::Elastic(ElasticError::TooFine { .. })) if presses.len() > 1 => {
@@ -132,25 +132,25 @@ impl LiveSkin {
     /// Returns an error for an unknown lighting.
     pub fn pictures(
         &self,
-        shown: &[SkinShown],
-        wanted: &SkinPictures,
-    ) -> Result<Vec<SkinPicture>, Error> {
+        shown: &[SkinResult],
+        wanted: &SkinImageRequest,
+    ) -> Result<Vec<SkinImages>, Error> {
         let sensor = &self.project.design.sensor;
         let of_light = |light: &String| {
-            let lighting = crate::lighting(sensor, Some(light))?;
-            let is_it = |(known, ..): &&(Lighting, Viewpoint, Sights)| known.name == lighting.name;
+            let lighting = crate::find_lighting(sensor, Some(light))?;
+            let is_it = |(known, ..): &&(Lighting, Viewpoint, ViewStacks)| known.name == lighting.name;
             let view = self.views.iter().find(is_it);
             let (_, viewpoint, _) = view.ok_or_else(|| Error::bug("a light without a camera"))?;
-            let is_of_columns = matches!(lighting.shows, Shows::Columns { .. });
+            let is_of_columns = matches!(lighting.effect, VisibleEffect::LiquidColumns { .. });
             let presses = shown.iter().enumerate().map(|(i, one)| {
                 let moved = if is_of_columns { &one.columns } else { &one.marks };
                 // Presses get different noise.
                 (moved.clone(), wanted.seed.map(|seed| seed.wrapping_add(i as u64)))
             });
             let presses = presses.collect();
-            let grey = crate::skin_pictures(sensor, lighting, viewpoint, presses)?;
+            let grey = crate::render_skin(sensor, lighting, viewpoint, presses)?;
             let camera = viewpoint.camera();
-            Ok(SkinPicture {
+            Ok(SkinImages {
                 light: light.clone(),
                 size_px: [camera.width_px(), camera.height_px()].map(|side| side as usize),
                 channels: if lighting.is_colored() { 3 } else { 1 },
@@ -160,28 +160,28 @@ impl LiveSkin {
         wanted.lights.iter().map(of_light).collect()
     }
 
-    fn shown(&self, ready: &LiquidReady<'_>, press: &Press) -> Result<SkinShown, Error> {
+    fn solve(&self, ready: &LiquidSolver<'_>, press: &Press) -> Result<SkinResult, Error> {
         match press_skin(ready, press) {
-            Ok(outcome) => self.of(Some(&outcome)),
+            Ok(outcome) => self.to_result(Some(&outcome)),
             Err(error) if error.is_no_contact() => self.at_rest(),
             Err(error) => Err(error.into()),
         }
     }
 
-    fn at_rest(&self) -> Result<SkinShown, Error> {
-        self.of(None)
+    fn at_rest(&self) -> Result<SkinResult, Error> {
+        self.to_result(None)
     }
 
-    fn of(&self, outcome: Option<&LiquidOutcome>) -> Result<SkinShown, Error> {
+    fn to_result(&self, outcome: Option<&LiquidOutcome>) -> Result<SkinResult, Error> {
         let sensor = &self.project.design.sensor;
-        let by_mm = |mark: &Mark| match outcome {
+        let by_mm = |mark: &Marker| match outcome {
             Some(outcome) => outcome.displacement_mm(&self.stack, &mark.point),
             None => Vector3::zeros(),
         };
-        let marks: Vec<Moved> = sensor
+        let marks: Vec<MarkerDisplacement> = sensor
             .marks
             .iter()
-            .map(|mark| Moved {
+            .map(|mark| MarkerDisplacement {
                 displacement_mm: Some(by_mm(mark)),
                 axis: mark.axis,
                 mark: mark.clone(),
@@ -192,16 +192,16 @@ impl LiveSkin {
         let mut ends = Vec::new();
         // If several lightings show the same kind, the last one defines the pixels.
         for (lighting, viewpoint, sights) in &self.views {
-            if let Shows::Columns { columns, .. } = &lighting.shows {
+            if let VisibleEffect::LiquidColumns { columns, .. } = &lighting.effect {
                 ends = crate::column_ends(columns, channels);
-                column_px = crate::mark_pixels(viewpoint, sights, &ends);
+                column_px = crate::project_markers(viewpoint, sights, &ends);
             } else {
-                mark_px = crate::mark_pixels(viewpoint, sights, &marks);
+                mark_px = crate::project_markers(viewpoint, sights, &marks);
             }
         }
         let count = self.stack.skin().channels.len();
-        let moved = |i: usize| channels.get(i).map_or(0.0, |channel| channel.column_moves_mm);
-        Ok(SkinShown {
+        let moved = |i: usize| channels.get(i).map_or(0.0, |channel| channel.column_displacement_mm);
+        Ok(SkinResult {
             force_n: outcome.map_or([0.0; 3], |outcome| outcome.force_n.into()),
             column_mm: (0..count).map(moved).collect(),
             column_px,

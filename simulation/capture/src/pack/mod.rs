@@ -5,15 +5,15 @@ mod depths;
 mod slopes;
 
 use fabkit_designs::design_hash;
-use fabkit_export::{Array, Values, npz, png};
+use fabkit_export::{NpyArray, NpyValues, npz, png};
 use fabkit_files::Error;
 use fabkit_files::staging::OutputFile;
-use fabkit_geometry::{Lighting, Shows};
-use fabkit_scene::pressing::{Contact, Linear};
+use fabkit_geometry::{Lighting, VisibleEffect};
+use fabkit_scene::press_simulation::{ContactModel, LinearOptions};
 use fabkit_scene::{Cast, SensorView};
 use serde_json::{Value, json};
 
-use super::{CaptureError, Captured, Capturing, LightConstants};
+use super::{CaptureError, SimulatedCapture, CaptureRequest, LightConstants};
 
 pub use slopes::BINS as SLOPE_BINS;
 
@@ -37,9 +37,9 @@ pub fn optics_pack(
     constants: &LightConstants,
 ) -> Result<OpticsPack, Error> {
     let project = &scene.project;
-    let mut all = match &lighting.shows {
-        Shows::Slopes { .. } => slopes::pack(scene, lighting, constants)?,
-        Shows::Thickness { .. } => depths::pack(scene, lighting, constants)?,
+    let mut all = match &lighting.effect {
+        VisibleEffect::Slopes { .. } => slopes::slope_pack(scene, lighting, constants)?,
+        VisibleEffect::Thickness { .. } => depths::depth_pack(scene, lighting, constants)?,
         _ => {
             let (sensor, light) = (project.design.sensor.name.clone(), lighting.name);
             return Err(CaptureError::NoTable { sensor, light }.into());
@@ -52,27 +52,27 @@ pub fn optics_pack(
     document["sensor"] = json!(project.design.sensor.name);
     document["design_hash"] = json!(design_hash(&project.design));
     document["light"] = json!(lighting.name);
-    document["constants"] = constants.document(&lighting.shows);
+    document["constants"] = constants.document(&lighting.effect);
     document["left_out"] =
-        json!(super::document::left_out(&lighting.shows, vec![super::lens::LEFT_OUT]));
+        json!(super::document::omitted_effects(&lighting.effect, vec![super::lens::OMITTED_EFFECTS]));
     let text = serde_json::to_string_pretty(&all.document).map_err(Error::bug)? + "\n";
     all.files.push(file("optics.json", text.into_bytes()));
     Ok(all)
 }
 
 /// Renders the image at rest without noise; `also` is called with its ground truth.
-fn at_rest(
+fn render_at_rest(
     scene: &SensorView,
     lighting: &Lighting,
     constants: &LightConstants,
-    also: impl FnOnce(&fabkit_scene::Seen<'_>) -> Result<(), Error>,
-) -> Result<Captured, Error> {
-    let cast = Cast::at_rest(Contact::Linear(Linear::default()));
-    Capturing { cast, lighting, constants, seed: None }.take(scene, also)
+    also: impl FnOnce(&fabkit_scene::CastResult<'_>) -> Result<(), Error>,
+) -> Result<SimulatedCapture, Error> {
+    let cast = Cast::at_rest(ContactModel::Linear(LinearOptions::default()));
+    CaptureRequest { cast, lighting, constants, seed: None }.render(scene, also)
 }
 
 /// Converts an image to 8-bit red, green and blue.
-fn colors(picture: &Captured) -> Vec<u8> {
+fn to_rgb8(picture: &SimulatedCapture) -> Vec<u8> {
     let all = picture.grey.chunks(picture.channels);
     // A greyscale pixel is repeated for the three colours.
     all.flat_map(|pixel| std::array::from_fn::<_, 3, _>(|k| pixel[k % pixel.len()]))
@@ -80,19 +80,19 @@ fn colors(picture: &Captured) -> Vec<u8> {
         .collect()
 }
 
-fn background_png(picture: &Captured) -> Result<Vec<u8>, Error> {
+fn background_png(picture: &SimulatedCapture) -> Result<Vec<u8>, Error> {
     let [width, height] = picture.size_px;
-    png(width, height, &colors(picture)).map_err(Error::bug)
+    png(width, height, &to_rgb8(picture)).map_err(Error::bug)
 }
 
 fn file(name: &str, bytes: Vec<u8>) -> OutputFile {
     OutputFile { name: name.to_owned(), bytes }
 }
 
-fn array(name: &str, shape: &[usize], values: Values) -> Array {
-    Array { name: name.to_owned(), shape: shape.to_vec(), values }
+fn array(name: &str, shape: &[usize], values: NpyValues) -> NpyArray {
+    NpyArray { name: name.to_owned(), shape: shape.to_vec(), values }
 }
 
-fn npz_file(name: &str, arrays: &[Array]) -> Result<OutputFile, Error> {
+fn npz_file(name: &str, arrays: &[NpyArray]) -> Result<OutputFile, Error> {
     Ok(file(name, npz(arrays).map_err(Error::bug)?))
 }

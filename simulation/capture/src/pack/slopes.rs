@@ -5,19 +5,19 @@
 //! polynomial of second degree in column and row. Taxim and TacEx store colours as blue, green, red and TacSL as red,
 //! green, blue, all under the names of the latter.
 
-use fabkit_depth::truth::{DepthMap, NO_LABEL};
-use fabkit_export::{Values, npy, npy_of_lists, zip};
+use fabkit_depth::ground_truth::{DepthMap, NO_LABEL};
+use fabkit_export::{NpyValues, npy, npy_lists, zip};
 use fabkit_files::Error;
 use fabkit_geometry::{Lighting, Point3, Rgb, TouchSurface, Vector3};
 use fabkit_light::linear_fit;
-use fabkit_picture::jpeg;
+use fabkit_picture::encode_jpeg;
 use fabkit_scene::SensorView;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::super::coat::CoatScene;
 use super::super::{CaptureError, LightConstants};
-use super::{OpticsPack, array, at_rest, background_png, colors, file, npz_file};
+use super::{OpticsPack, array, render_at_rest, background_png, to_rgb8, file, npz_file};
 
 /// Number of bins of a slope's angle, and of its direction: `floor(angle / (pi / 2 / (BINS - 1)))`.
 pub const BINS: usize = 125;
@@ -35,9 +35,9 @@ const STEEPEST: f64 = 1.5;
 /// Range of slope angles for which the error of the polynomials is reported, rad.
 const GENTLE: [f64; 2] = [0.05, 0.5];
 /// Number of shadow directions: `k / 10` rad.
-const WAYS: usize = 63;
+const SHADOW_DIRECTIONS: usize = 63;
 /// Number of shadow heights: bin `k` begins at `0.4 mm + (k - 6) / 10 mm` and is rendered at its middle.
-const HEIGHTS: usize = 24;
+const SHADOW_HEIGHTS: usize = 24;
 /// Step along shadows, px, and maximum number of steps.
 const SHADOW_STEP_PX: f64 = 1.25;
 const SHADOW_STEPS: usize = 120;
@@ -63,7 +63,7 @@ struct Spot {
 impl Spot {
     /// Returns the gradient of a surface that rises by `per_px` pixels towards the camera per pixel along columns and
     /// rows, as a tangent vector, for pixels of one size.
-    fn climbs(&self, per_px: [f64; 2], pixel_mm: f64) -> Vector3<f64> {
+    fn surface_gradient(&self, per_px: [f64; 2], pixel_mm: f64) -> Vector3<f64> {
         let [a, b] = self.steps;
         let [aa, ab, bb] = [a.dot(&a), a.dot(&b), b.dot(&b)];
         let determinant = aa * bb - ab * ab;
@@ -72,7 +72,7 @@ impl Spot {
     }
 }
 
-pub(super) fn pack(
+pub(super) fn slope_pack(
     scene: &SensorView,
     lighting: &Lighting,
     constants: &LightConstants,
@@ -82,10 +82,10 @@ pub(super) fn pack(
     if !matches!(touch, TouchSurface::Plane(_)) {
         return Err(CaptureError::NotFlat { sensor: sensor.name.clone() }.into());
     }
-    let coat = CoatScene::of(sensor, lighting, constants)?;
+    let coat = CoatScene::new(sensor, lighting, constants)?;
     let mut spots = Vec::new();
-    let picture = at_rest(scene, lighting, constants, |seen| {
-        spots = spots_of(seen.map, touch);
+    let picture = render_at_rest(scene, lighting, constants, |seen| {
+        spots = sample_spots(seen.map, touch);
         Ok(())
     })?;
     let middle = picture.size_px.map(|px| f64::from(px) / 2.0);
@@ -101,23 +101,23 @@ pub(super) fn pack(
     let mut scales: Vec<f64> = spots.iter().flat_map(|spot| spot.steps.map(|s| s.norm())).collect();
     scales.sort_by(f64::total_cmp);
     let pixel_mm = scales[scales.len() / 2];
-    let table = Table::of(&coat, &spots, pixel_mm);
+    let table = Table::fit(&coat, &spots, pixel_mm);
     let shadows = shadows(&coat, &centre, pixel_mm);
     let [width, height] = picture.size_px;
-    let rgb = colors(&picture);
+    let rgb = to_rgb8(&picture);
     let bgr: Vec<u8> = rgb.chunks(3).flat_map(|pixel| [pixel[2], pixel[1], pixel[0]]).collect();
     let shape = [height as usize, width as usize];
-    let f0 = array("f0", &[shape[0], shape[1], 3], Values::U8(bgr));
-    let flat = Values::F64(vec![0.0; shape[0] * shape[1]]);
+    let f0 = array("f0", &[shape[0], shape[1], 3], NpyValues::U8(bgr));
+    let flat = NpyValues::F64(vec![0.0; shape[0] * shape[1]]);
     let gel = npy(&array("gelmap", &shape, flat)).map_err(Error::bug)?;
-    let ways = Values::F64((0..WAYS).map(|k| k as f64 / 10.0).collect());
-    let ways = npy(&array("shadowDirections", &[WAYS], ways));
+    let ways = NpyValues::F64((0..SHADOW_DIRECTIONS).map(|k| k as f64 / 10.0).collect());
+    let ways = npy(&array("shadowDirections", &[SHADOW_DIRECTIONS], ways));
     // Blue comes first, as in the colours of these images.
     let lists: Vec<Vec<f64>> = [2, 1, 0].iter().flat_map(|k| shadows[*k].clone()).collect();
-    let lists = npy_of_lists(&[3, WAYS, HEIGHTS], &lists).map_err(Error::bug)?;
+    let lists = npy_lists(&[3, SHADOW_DIRECTIONS, SHADOW_HEIGHTS], &lists).map_err(Error::bug)?;
     let shadow_table =
         zip(&[("shadowDirections.npy", &ways.map_err(Error::bug)?), ("shadowTable.npy", &lists)]);
-    let params = serde_json::to_string_pretty(&params([width, height], pixel_mm));
+    let params = serde_json::to_string_pretty(&tacex_settings([width, height], pixel_mm));
     let config = json!({
         "image_width": width, "image_height": height, "num_bins": BINS, "mm_per_pixel": pixel_mm,
         "background_path": "bg.jpg", "calib_path": "polycalib.npz",
@@ -131,7 +131,7 @@ pub(super) fn pack(
         file("taxim/shadowTable.npz", shadow_table.map_err(Error::bug)?),
         file("taxim/params.json", (params.map_err(Error::bug)? + "\n").into_bytes()),
         npz_file("tacsl/polycalib.npz", &table.arrays([0, 1, 2]))?,
-        file("tacsl/bg.jpg", jpeg([width, height], &rgb, 100).map_err(Error::bug)?),
+        file("tacsl/bg.jpg", encode_jpeg([width, height], &rgb, 100).map_err(Error::bug)?),
         file("tacsl/render_cfg.json", (config.map_err(Error::bug)? + "\n").into_bytes()),
     ];
     let document = json!({
@@ -147,7 +147,7 @@ pub(super) fn pack(
 }
 
 /// Returns places over the image where the camera sees the surface and its surroundings.
-fn spots_of(map: &DepthMap<'_>, touch: &TouchSurface) -> Vec<Spot> {
+fn sample_spots(map: &DepthMap<'_>, touch: &TouchSurface) -> Vec<Spot> {
     let (width, height) = (map.width_px() as usize, map.height_px() as usize);
     let places: Vec<(Point3<f64>, Vector3<f64>)> =
         map.point_in_sensor().zip(map.direction_in_sensor()).collect();
@@ -186,9 +186,9 @@ struct Table {
 }
 
 impl Table {
-    fn of(coat: &CoatScene<'_>, spots: &[Spot], pixel_mm: f64) -> Self {
+    fn fit(coat: &CoatScene<'_>, spots: &[Spot], pixel_mm: f64) -> Self {
         let at_rest: Vec<Rgb> =
-            spots.iter().map(|spot| coat.slope(spot, &Vector3::zeros())).collect();
+            spots.iter().map(|spot| coat.sloped_light(spot, &Vector3::zeros())).collect();
         // Scaled coordinates keep the numbers near one during the fit.
         let unit = spots.iter().flat_map(|spot| spot.pixel).fold(1.0, f64::max);
         let features = |[x, y]: [f64; 2]| [x * x, y * y, x * y, x, y, 1.0];
@@ -208,14 +208,14 @@ impl Table {
         let bin = |k: usize| {
             let [angle, way] = [k / BINS, k % BINS];
             // The flat bin keeps its angle of exactly 0, other bins use their middle.
-            let angle = if angle == 0 { 0.0 } else { (angle as f64 + 0.5) * quarter() };
-            let way = (way as f64 + 0.5) * 4.0 * quarter() - std::f64::consts::PI;
+            let angle = if angle == 0 { 0.0 } else { (angle as f64 + 0.5) * bin_width_rad() };
+            let way = (way as f64 + 0.5) * 4.0 * bin_width_rad() - std::f64::consts::PI;
             let per_px = [way.cos(), way.sin()].map(|part| angle.min(STEEPEST).tan() * part);
             let sloped: Vec<Rgb> = spots
                 .iter()
                 .zip(&at_rest)
                 .map(|(spot, rest)| {
-                    let now = coat.slope(spot, &spot.climbs(per_px, pixel_mm));
+                    let now = coat.sloped_light(spot, &spot.surface_gradient(per_px, pixel_mm));
                     [0, 1, 2].map(|k| now[k] - rest[k])
                 })
                 .collect();
@@ -241,35 +241,35 @@ impl Table {
     }
 
     /// Returns the table as arrays with the colours in a given order.
-    fn arrays(&self, order: [usize; 3]) -> [fabkit_export::Array; 4] {
+    fn arrays(&self, order: [usize; 3]) -> [fabkit_export::NpyArray; 4] {
         let of = |k: usize| {
             let values = self.terms.iter().flat_map(|colors| colors[order[k]]).collect();
-            array(["grad_r", "grad_g", "grad_b"][k], &[BINS, BINS, TERMS], Values::F64(values))
+            array(["grad_r", "grad_g", "grad_b"][k], &[BINS, BINS, TERMS], NpyValues::F64(values))
         };
-        let bins = array("bins", &[], Values::U16(vec![BINS as u16]));
+        let bins = array("bins", &[], NpyValues::U16(vec![BINS as u16]));
         [bins, of(0), of(1), of(2)]
     }
 }
 
 /// Returns the width of a bin of angles, rad.
-fn quarter() -> f64 {
+fn bin_width_rad() -> f64 {
     std::f64::consts::FRAC_PI_2 / (BINS - 1) as f64
 }
 
 impl CoatScene<'_> {
     /// Returns the light of a place whose surface rises by `climbs`, in intensities.
-    fn slope(&self, spot: &Spot, climbs: &Vector3<f64>) -> Rgb {
+    fn sloped_light(&self, spot: &Spot, climbs: &Vector3<f64>) -> Rgb {
         let facing = (-spot.outward - climbs).normalize();
-        self.seen(spot, &facing, &mut |_| false)
+        self.light(spot, &facing, &mut |_| false)
     }
 
-    fn seen(
+    fn light(
         &self,
         spot: &Spot,
         facing: &Vector3<f64>,
         is_hidden: &mut dyn FnMut(&Vector3<f64>) -> bool,
     ) -> Rgb {
-        let light = self.lit(&spot.place, facing, &spot.direction, 0.0, is_hidden);
+        let light = self.shade(&spot.place, facing, &spot.direction, 0.0, is_hidden);
         light.map(|part| self.exposure * part)
     }
 }
@@ -278,16 +278,16 @@ impl CoatScene<'_> {
 /// edge is blocked.
 fn shadows(coat: &CoatScene<'_>, spot: &Spot, pixel_mm: f64) -> [Vec<Vec<f64>>; 3] {
     let facing = -spot.outward;
-    let lit = coat.seen(spot, &facing, &mut |_| false);
+    let lit = coat.light(spot, &facing, &mut |_| false);
     let of = |k: usize| {
-        let way = (k / HEIGHTS) as f64 / 10.0;
-        let height_mm = (0.45 + (k % HEIGHTS) as f64 / 10.0 - 0.6).max(0.0);
-        let away = spot.climbs([way.cos(), way.sin()], pixel_mm).normalize();
+        let way = (k / SHADOW_HEIGHTS) as f64 / 10.0;
+        let height_mm = (0.45 + (k % SHADOW_HEIGHTS) as f64 / 10.0 - 0.6).max(0.0);
+        let away = spot.surface_gradient([way.cos(), way.sin()], pixel_mm).normalize();
         let mut lists: [Vec<f64>; 3] = Default::default();
         let mut is_over = [false; 3];
         for step in 1..=SHADOW_STEPS {
             let far_mm = step as f64 * SHADOW_STEP_PX * pixel_mm;
-            let now = coat.seen(spot, &facing, &mut |arrives| {
+            let now = coat.light(spot, &facing, &mut |arrives| {
                 // Light from behind the edge is blocked unless it passes above or beside it. Gels round their edges:
                 // the top lies as far behind the foot as it is high.
                 let [back, up] = [arrives.dot(&away), -arrives.dot(&facing)];
@@ -306,13 +306,13 @@ fn shadows(coat: &CoatScene<'_>, spot: &Spot, pixel_mm: f64) -> [Vec<Vec<f64>>; 
         }
         lists
     };
-    let all: Vec<[Vec<f64>; 3]> = (0..WAYS * HEIGHTS).into_par_iter().map(of).collect();
+    let all: Vec<[Vec<f64>; 3]> = (0..SHADOW_DIRECTIONS * SHADOW_HEIGHTS).into_par_iter().map(of).collect();
     std::array::from_fn(|color| all.iter().map(|lists| lists[color].clone()).collect())
 }
 
 /// Returns the settings that TacEx reads beside the tables, relative to the image's width and height. The deformation
 /// of the gel around an object is Taxim's, in millimetres of its own sensor: neither elastic nor this sensor's.
-fn params([width, height]: [u32; 2], pixel_mm: f64) -> Value {
+fn tacex_settings([width, height]: [u32; 2], pixel_mm: f64) -> Value {
     let sides = [f64::from(width), f64::from(height)];
     let same = |px: f64| TAXIM_SIZE_PX.map(|side| px / side);
     let mm = |px: f64| sides.map(|side| px * TAXIM_PIXEL_MM / pixel_mm / side);

@@ -4,18 +4,18 @@ use std::collections::BTreeMap;
 
 use fabkit_fixtures::SurfacePoints;
 use fabkit_geometry::{InvalidSolid, TouchSurface};
-use fabkit_optics::{Lost, Sights};
+use fabkit_optics::{InvisibleReason, ViewStacks};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::Viewpoint;
-use super::looking::{AT_ONCE, Looking};
-use super::probes::places_of_seed;
+use super::projector::{POINTS_PER_CHUNK, Projector};
+use super::probes::seeded_points;
 
 /// Number of sampled points; shares are accurate to about a thousandth.
 const PLACES: u32 = 4_096;
 
-pub use fabkit_optics::{BESIDE_PICTURE, REFRACTION};
+pub use fabkit_optics::{OUTSIDE_IMAGE, REFRACTION};
 
 /// Share of a surface that a camera sees, and causes for the rest.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,22 +48,22 @@ impl SurfaceCoverage {
 ///
 /// # Errors
 /// Returns an error if the surface's dimensions make no valid solid.
-pub fn coverage(
+pub fn compute_coverage(
     touch: &TouchSurface,
     viewpoint: &Viewpoint,
-    sights: &Sights,
+    sights: &ViewStacks,
 ) -> Result<SurfaceCoverage, InvalidSolid> {
     let points = SurfacePoints::new(touch)?;
     let camera_from_sensor = viewpoint.sensor_from_camera.inverse();
     // A fixed seed: the result does not change from run to run.
-    let places = places_of_seed(0);
+    let places = seeded_points(0);
     let point = |number: u32| {
         let [along, around, _] = places.at(number as usize);
-        points.by_area([along, around]).map(|(point, _)| point)
+        points.point_at_area_fractions([along, around]).map(|(point, _)| point)
     };
     let numbers: Vec<u32> = (0..PLACES).collect();
-    let looks = numbers.par_chunks(AT_ONCE).flat_map_iter(|numbers| {
-        let mut looking = Looking::new(viewpoint, sights);
+    let looks = numbers.par_chunks(POINTS_PER_CHUNK).flat_map_iter(|numbers| {
+        let mut looking = Projector::new(viewpoint, sights);
         let look = |number: &u32| {
             let point = point(*number)?;
             let in_camera = camera_from_sensor.point(point);
@@ -73,14 +73,14 @@ pub fn coverage(
         };
         numbers.iter().filter_map(look).collect::<Vec<_>>()
     });
-    let looks: Vec<(Option<Lost>, f64)> = looks.collect();
+    let looks: Vec<(Option<InvisibleReason>, f64)> = looks.collect();
     let share = |count: usize| count as f64 / f64::from(PLACES);
-    let mut counts: BTreeMap<Lost, usize> = BTreeMap::new();
+    let mut counts: BTreeMap<InvisibleReason, usize> = BTreeMap::new();
     for lost in looks.iter().filter_map(|(lost, _)| *lost) {
         *counts.entry(lost).or_default() += 1;
     }
     let seen = looks.len() - counts.values().sum::<usize>();
-    let word = |lost: Lost| lost.word(sights.stack()).to_owned();
+    let word = |lost: InvisibleReason| lost.label(sights.stack()).to_owned();
     let mut lost: Vec<(String, f64)> =
         counts.into_iter().map(|(lost, count)| (word(lost), share(count))).collect();
     // Causes with equal shares keep the order of `Lost`, since the sort is stable.

@@ -3,13 +3,13 @@
 //! A dome is drawn in azimuthal equidistant projection around its tip: the distance from the image's middle is the
 //! angle from the tip, in degrees, about the dome's centre. A pad is drawn to scale. Shares in the legend are of area.
 
-use fabkit_depth::{Picture, RenderError};
+use fabkit_depth::{RenderedImage, RenderError};
 use fabkit_fixtures::SurfacePoints;
 use fabkit_geometry::{InvalidSolid, Point3, TouchSurface};
-use fabkit_optics::{BESIDE_PICTURE, REFRACTION, Sights};
+use fabkit_optics::{OUTSIDE_IMAGE, REFRACTION, ViewStacks};
 use rayon::prelude::*;
 
-use super::looking::Looking;
+use super::projector::Projector;
 use super::{SurfaceCoverage, Viewpoint};
 use crate::legend;
 
@@ -55,7 +55,7 @@ impl Chart {
     fn point(&self, points: &SurfacePoints, [x, y]: [f64; 2]) -> Option<Point3<f64>> {
         match points {
             SurfacePoints::Dome(dome) => {
-                let found = dome.towards(x.hypot(y).to_radians(), y.atan2(x))?;
+                let found = dome.point_in_direction(x.hypot(y).to_radians(), y.atan2(x))?;
                 Some(found.0)
             }
             SurfacePoints::Plane(pad) => pad.at([x, y]).map(|(point, _)| point),
@@ -67,28 +67,28 @@ impl Chart {
 ///
 /// # Errors
 /// Returns an error if the surface's dimensions make no valid solid.
-pub fn coverage_map(
+pub fn draw_coverage_map(
     touch: &TouchSurface,
     viewpoint: &Viewpoint,
-    sights: &Sights,
+    sights: &ViewStacks,
     coverage: &SurfaceCoverage,
-) -> Result<Picture, InvalidSolid> {
+) -> Result<RenderedImage, InvalidSolid> {
     let points = SurfacePoints::new(touch)?;
     let chart = match &points {
-        SurfacePoints::Dome(dome) => Chart::Dome { last_rad: dome.last_polar_rad() },
+        SurfacePoints::Dome(dome) => Chart::Dome { last_rad: dome.max_polar_rad() },
         SurfacePoints::Plane(pad) => Chart::Plane { bounds_mm: pad.bounds_mm() },
     };
     let (half, middle) = chart.half();
     let step = 2.0 * half[0].max(half[1]) / f64::from(PLACES);
     let size = half.map(|half| (2.0 * half / step).round() as u32);
-    let legend = legend_of(coverage);
+    let legend = legend_entries(coverage);
     let color = |word: &str| {
         let entry = legend.iter().find(|(name, ..)| name == word);
         entry.map_or(INK, |(_, color, _)| *color)
     };
     // Each row has a state of its own, so that the result does not depend on the number of threads.
     let rows = (0..size[1]).into_par_iter().map(|row| {
-        let mut looking = Looking::new(viewpoint, sights);
+        let mut looking = Projector::new(viewpoint, sights);
         let one = |column: u32| {
             let x = middle[0] - half[0] + (f64::from(column) + 0.5) * step;
             // Image rows run downwards, y runs upwards.
@@ -96,7 +96,7 @@ pub fn coverage_map(
             let point = chart.point(&points, [x, y])?;
             Some(match looking.look(&point) {
                 Ok(_) => SEEN,
-                Err(lost) => color(lost.word(sights.stack())),
+                Err(lost) => color(lost.label(sights.stack())),
             })
         };
         (0..size[0]).map(one).collect::<Vec<_>>()
@@ -106,7 +106,7 @@ pub fn coverage_map(
         size[0] * PLACE_PX + 2 * MARGIN_PX + LEGEND_PX,
         (size[1] * PLACE_PX).max(200) + 2 * MARGIN_PX,
     ];
-    let picture = Picture::filled(canvas[0], canvas[1], PAPER);
+    let picture = RenderedImage::filled(canvas[0], canvas[1], PAPER);
     let mut picture = picture.unwrap_or_else(|error: RenderError| unreachable!("{error}"));
     for (row, colors) in rows.iter().enumerate() {
         for (column, color) in colors.iter().enumerate() {
@@ -129,13 +129,13 @@ pub fn coverage_map(
 }
 
 /// Returns the legend's entries as cause, colour and text. The visible share comes first, with an empty cause.
-fn legend_of(coverage: &SurfaceCoverage) -> Vec<(String, [u8; 3], String)> {
+fn legend_entries(coverage: &SurfaceCoverage) -> Vec<(String, [u8; 3], String)> {
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     let mut entries = vec![(String::new(), SEEN, format!("seen {}", percent(coverage.area)))];
     let mut hidden = HIDDEN.iter().cycle();
     for (by, share) in &coverage.lost {
         let color = match by.as_str() {
-            BESIDE_PICTURE => BESIDE,
+            OUTSIDE_IMAGE => BESIDE,
             REFRACTION => BENT,
             _ => *hidden.next().unwrap_or(&INK),
         };
@@ -145,7 +145,7 @@ fn legend_of(coverage: &SurfaceCoverage) -> Vec<(String, [u8; 3], String)> {
 }
 
 /// Draws the axes: rings of equal polar angle on a dome, ticks in millimetres on a pad.
-fn axes(picture: &mut Picture, chart: &Chart, place: &dyn Fn(f64, f64) -> [f64; 2]) {
+fn axes(picture: &mut RenderedImage, chart: &Chart, place: &dyn Fn(f64, f64) -> [f64; 2]) {
     match chart {
         Chart::Dome { last_rad } => {
             let last = last_rad.to_degrees();

@@ -1,15 +1,15 @@
 //! Conversion of depth maps to arrays, images and point clouds.
 
-use fabkit_depth::Picture;
-use fabkit_depth::truth::{DepthMap, SURFACE_LABEL, Sigmas, false_color};
-use fabkit_export::{Array, Cloud, CloudPoint, ExportError, Values, float_tiff, grey16_png};
+use fabkit_depth::RenderedImage;
+use fabkit_depth::ground_truth::{DepthMap, SURFACE_LABEL, StandardDeviations, false_color};
+use fabkit_export::{NpyArray, PointCloud, CloudPoint, ExportError, NpyValues, float_tiff, grey16_png};
 
 /// Range per intensity step of 16-bit images, mm: 1 um, so that they reach to 65 mm.
 pub const GREY_STEP_MM: f64 = 0.001;
 
 /// Quantity that an image or a TIFF shows, mm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shown {
+pub enum MapQuantity {
     /// Distance along the ray.
     Range,
     /// Third coordinate in the camera frame.
@@ -20,9 +20,9 @@ pub enum Shown {
     Sigma,
 }
 
-impl Shown {
+impl MapQuantity {
     /// Returns the quantity pixel by pixel, mm.
-    pub fn values_mm(self, map: &DepthMap, sigmas: &Sigmas) -> Vec<f64> {
+    pub fn values_mm(self, map: &DepthMap, sigmas: &StandardDeviations) -> Vec<f64> {
         match self {
             Self::Range => map.range_mm().to_vec(),
             Self::Z => map.z_mm().collect(),
@@ -33,43 +33,43 @@ impl Shown {
 }
 
 /// Returns all maps of a press as arrays for `numpy.load`. They have rows x columns, vectors a third axis of 3.
-pub fn arrays(map: &DepthMap, sigmas: &Sigmas) -> Vec<Array> {
+pub fn arrays(map: &DepthMap, sigmas: &StandardDeviations) -> Vec<NpyArray> {
     let shape = vec![map.height_px() as usize, map.width_px() as usize];
-    let array = |name: &str, values| Array { name: name.into(), shape: shape.clone(), values };
-    let vectors = |name: &str, values: Vec<f64>| Array {
+    let array = |name: &str, values| NpyArray { name: name.into(), shape: shape.clone(), values };
+    let vectors = |name: &str, values: Vec<f64>| NpyArray {
         name: name.into(),
         shape: vec![shape[0], shape[1], 3],
-        values: Values::F64(values),
+        values: NpyValues::F64(values),
     };
     let points = map.point_in_sensor().flat_map(|p| [p.x, p.y, p.z]).collect();
     let normals = map.normal_in_sensor().iter().flat_map(|n| [n.x, n.y, n.z]).collect();
-    let names = |name: &str, names: Vec<String>| Array {
+    let names = |name: &str, names: Vec<String>| NpyArray {
         name: name.into(),
         shape: vec![names.len()],
-        values: Values::Text(names),
+        values: NpyValues::Text(names),
     };
     let (seen_by, seen_by_names) = map.seen_by();
     vec![
-        array("range_mm", Values::F64(map.range_mm().to_vec())),
-        array("z_mm", Values::F64(map.z_mm().collect())),
+        array("range_mm", NpyValues::F64(map.range_mm().to_vec())),
+        array("z_mm", NpyValues::F64(map.z_mm().collect())),
         vectors("point_in_sensor", points),
         vectors("normal_in_sensor", normals),
-        array("label", Values::U16(map.label().to_vec())),
-        array("indentation_mm", Values::F64(map.indentation_mm().collect())),
-        array("contact", Values::Bool(map.contact().collect())),
-        array("incidence_rad", Values::F64(map.incidence_rad().collect())),
-        array("sigma_mm", Values::F64(sigmas.range_mm().collect())),
-        array("point_sigma_mm", Values::F64(sigmas.point_mm().collect())),
-        array("indentation_sigma_mm", Values::F64(sigmas.indentation_mm().collect())),
-        array("normal_sigma_rad", Values::F64(sigmas.normal_rad().collect())),
+        array("label", NpyValues::U16(map.label().to_vec())),
+        array("indentation_mm", NpyValues::F64(map.indentation_mm().collect())),
+        array("contact", NpyValues::Bool(map.contact().collect())),
+        array("incidence_rad", NpyValues::F64(map.incidence_rad().collect())),
+        array("sigma_mm", NpyValues::F64(sigmas.range_mm().collect())),
+        array("point_sigma_mm", NpyValues::F64(sigmas.point_mm().collect())),
+        array("indentation_sigma_mm", NpyValues::F64(sigmas.indentation_mm().collect())),
+        array("normal_sigma_rad", NpyValues::F64(sigmas.normal_rad().collect())),
         names("label_names", map.names().to_vec()),
-        array("seen_by", Values::U8(seen_by)),
+        array("seen_by", NpyValues::U8(seen_by)),
         names("seen_by_names", seen_by_names),
     ]
 }
 
 /// Draws values in false colours with a scale beside them. The scale spans the values.
-pub fn picture(width_px: u32, values_mm: &[f64]) -> Picture {
+pub fn false_color_image(width_px: u32, values_mm: &[f64]) -> RenderedImage {
     false_color(width_px, values_mm, None)
 }
 
@@ -87,17 +87,17 @@ pub fn grey(width_px: u32, height_px: u32, values_mm: &[f64]) -> Result<Vec<u8>,
 ///
 /// # Errors
 /// [`ExportError`].
-pub fn tiff(width_px: u32, height_px: u32, values_mm: &[f64]) -> Result<Vec<u8>, ExportError> {
+pub fn encode_tiff(width_px: u32, height_px: u32, values_mm: &[f64]) -> Result<Vec<u8>, ExportError> {
     float_tiff(width_px, height_px, &values_mm.iter().map(|mm| *mm as f32).collect::<Vec<f32>>())
 }
 
 /// Creates an empty point cloud in the sensor frame.
-pub fn cloud() -> Cloud {
-    Cloud::new("sensor frame, mm; label 1 is the surface, from 2 on what presses")
+pub fn empty_cloud() -> PointCloud {
+    PointCloud::new("sensor frame, mm; label 1 is the surface, from 2 on what presses")
 }
 
 /// Adds one point for each pixel that sees the surface, coloured by its label.
-pub fn add_points(map: &DepthMap, cloud: &mut Cloud) {
+pub fn add_points(map: &DepthMap, cloud: &mut PointCloud) {
     let pixels = map.point_in_sensor().zip(map.normal_in_sensor()).zip(map.label());
     for ((point, normal), &label) in pixels.filter(|((point, _), _)| point.x.is_finite()) {
         cloud.push(&CloudPoint {

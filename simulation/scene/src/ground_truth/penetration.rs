@@ -47,11 +47,11 @@ pub struct Penetration {
 ///
 /// # Errors
 /// Returns an error if the body's solid is not valid.
-pub fn penetration(
+pub fn find_penetration(
     touch: &TouchSurface,
     body: &PressBody,
 ) -> Result<Option<Penetration>, InvalidSolid> {
-    Ok(approach(touch, body)?.filter(|deepest| deepest.depth_mm > 0.0))
+    Ok(find_deepest_point(touch, body)?.filter(|deepest| deepest.depth_mm > 0.0))
 }
 
 /// Finds the point of a body that is deepest in a surface, or nearest to it if none is inside. Returns `None` if the
@@ -59,7 +59,7 @@ pub fn penetration(
 ///
 /// # Errors
 /// Returns an error if the body's solid is not valid.
-pub fn approach(
+pub fn find_deepest_point(
     touch: &TouchSurface,
     body: &PressBody,
 ) -> Result<Option<Penetration>, InvalidSolid> {
@@ -69,10 +69,10 @@ pub fn approach(
         return Ok(None);
     }
     let (look, reach) = match touch {
-        TouchSurface::Dome(dome) => Look::out_of(dome, body, &bounds),
-        TouchSurface::Plane(plane) => Look::down_on(plane, body, &bounds)?,
+        TouchSurface::Dome(dome) => RayBundle::from_dome_centre(dome, body, &bounds),
+        TouchSurface::Plane(plane) => RayBundle::downwards(plane, body, &bounds)?,
     };
-    let mut rays = Rays {
+    let mut rays = PenetrationSearch {
         touch,
         solid: &solid,
         look,
@@ -102,16 +102,16 @@ pub fn approach(
 }
 
 /// Bundle of rays along which a surface is searched. Each ray has two parameters, both 0 towards the body's middle.
-enum Look {
+enum RayBundle {
     /// Rays from the dome's centre. The z axis of their frame points to the body; the parameters are angles, rad.
-    OutOf { sensor_from_rays: Pose },
+    FromCentre { sensor_from_rays: Pose },
     /// Rays straight down from above the whole body; the parameters are x and y, mm.
-    DownOn { above: Point3<f64>, pad: Box<CompiledSolid> },
+    Downwards { above: Point3<f64>, pad: Box<CompiledSolid> },
 }
 
-impl Look {
+impl RayBundle {
     /// Returns rays out of a dome, and their largest angle around the body's middle, rad.
-    fn out_of(dome: &DomeSurface, body: &PressBody, bounds: &Aabb) -> (Self, f64) {
+    fn from_dome_centre(dome: &DomeSurface, body: &PressBody, bounds: &Aabb) -> (Self, f64) {
         let centre = Point3::new(0.0, 0.0, dome.centre_z_mm);
         let towards = body.sensor_from_body.point(bounds.centre()) - centre;
         let radius_mm = 0.5 * Vector3::from(bounds.size_mm()).norm();
@@ -122,11 +122,11 @@ impl Look {
             Some(axis) => Pose::z_to(axis, centre),
             None => Pose::translation(0.0, 0.0, dome.centre_z_mm),
         };
-        (Self::OutOf { sensor_from_rays }, reach_rad)
+        (Self::FromCentre { sensor_from_rays }, reach_rad)
     }
 
     /// Returns rays down on a pad, and their largest distance from the body's middle, mm.
-    fn down_on(
+    fn downwards(
         plane: &PlaneSurface,
         body: &PressBody,
         bounds: &Aabb,
@@ -137,12 +137,12 @@ impl Look {
         // Contact beside the pad or below its foot is not contact with the sensing surface.
         let pad = PlaneSurface { top_z_mm: above.z.max(plane.top_z_mm) + 1.0, ..plane.clone() };
         let pad = CompiledSolid::new(&pad.solid(0.0, plane.foot_z_mm))?;
-        Ok((Self::DownOn { above, pad: Box::new(pad) }, radius_mm))
+        Ok((Self::Downwards { above, pad: Box::new(pad) }, radius_mm))
     }
 
     fn ray(&self, place: [f64; 2]) -> Ray {
         match self {
-            Self::OutOf { sensor_from_rays } => {
+            Self::FromCentre { sensor_from_rays } => {
                 let angle = place[0].hypot(place[1]);
                 let (sin, cos) = angle.min(PI).sin_cos();
                 // The limit of sin(angle) / angle at 0 is 1.
@@ -153,7 +153,7 @@ impl Look {
                     direction: sensor_from_rays.vector(direction),
                 }
             }
-            Self::DownOn { above, .. } => {
+            Self::Downwards { above, .. } => {
                 let origin = above + Vector3::new(place[0], place[1], 0.0);
                 Ray { origin, direction: -Vector3::z() }
             }
@@ -163,22 +163,22 @@ impl Look {
     /// Returns whether a point is on or over the part of the surface that can be pressed.
     fn is_pressed(&self, touch: &TouchSurface, point: &Point3<f64>) -> bool {
         match self {
-            Self::OutOf { .. } => point.z >= touch.foot_z_mm(),
-            Self::DownOn { pad, .. } => pad.contains(point),
+            Self::FromCentre { .. } => point.z >= touch.foot_z_mm(),
+            Self::Downwards { pad, .. } => pad.contains(point),
         }
     }
 }
 
-struct Rays<'a> {
+struct PenetrationSearch<'a> {
     touch: &'a TouchSurface,
     solid: &'a CompiledSolid,
-    look: Look,
+    look: RayBundle,
     body_from_sensor: Pose,
     scratch: Scratch,
     crossings: Vec<Crossing>,
 }
 
-impl Rays<'_> {
+impl PenetrationSearch<'_> {
     /// Returns the deepest of the ray's crossings with the body; `place` has the ray's two parameters.
     fn deepest(&mut self, place: [f64; 2]) -> Option<Penetration> {
         let ray = self.look.ray(place);

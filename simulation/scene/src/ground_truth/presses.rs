@@ -1,12 +1,12 @@
 //! Conversion of presses to ray-traced bodies, and the deepest visible contact.
 
-use fabkit_depth::truth::{DepthMap, Presser};
+use fabkit_depth::ground_truth::{DepthMap, PlacedIndenter};
 use fabkit_fixtures::Press;
 use fabkit_geometry::{InvalidSolid, Point3, TouchSurface};
 
 /// Deepest point of contact that the camera sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Deepest {
+pub struct DeepestContact {
     /// Depth below the undeformed surface along its normal, mm.
     pub depth_mm: f64,
     /// The point, sensor frame, mm.
@@ -20,7 +20,7 @@ pub struct Deepest {
 ///
 /// # Errors
 /// Returns an error if a solid is not valid.
-pub fn pressers(presses: &[Press]) -> Result<Vec<Presser>, InvalidSolid> {
+pub fn compile_indenters(presses: &[Press]) -> Result<Vec<PlacedIndenter>, InvalidSolid> {
     let mut pressers = Vec::new();
     for press in presses {
         for body in &press.bodies {
@@ -28,18 +28,18 @@ pub fn pressers(presses: &[Press]) -> Result<Vec<Presser>, InvalidSolid> {
                 [_] => body.name.clone(),
                 _ => format!("{} {}", press.id, body.name),
             };
-            pressers.push(Presser::new(name, &body.solid, body.sensor_from_body)?);
+            pressers.push(PlacedIndenter::new(name, &body.solid, body.sensor_from_body)?);
         }
     }
     Ok(pressers)
 }
 
 /// Finds the deepest contact in a depth map; `None` without contact.
-pub fn deepest(map: &DepthMap, touch: &TouchSurface) -> Option<Deepest> {
+pub fn find_deepest_contact(map: &DepthMap, touch: &TouchSurface) -> Option<DeepestContact> {
     let in_contact = map.contact().zip(map.point_in_sensor()).zip(map.label());
     let depths = in_contact.filter(|((contact, _), _)| *contact).map(|((_, point), label)| {
         let (depth_mm, _) = touch.depth_mm(&point);
-        Deepest { depth_mm, point_in_sensor: point, label: *label }
+        DeepestContact { depth_mm, point_in_sensor: point, label: *label }
     });
     depths.max_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm))
 }

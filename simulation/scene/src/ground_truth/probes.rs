@@ -18,11 +18,11 @@ use fabkit_camera::Point2;
 use fabkit_fixtures::SurfacePoints;
 use fabkit_geometry::sequences::EvenPoints;
 use fabkit_geometry::{InvalidSolid, Point3, TouchSurface};
-use fabkit_optics::Sights;
+use fabkit_optics::ViewStacks;
 use rayon::prelude::*;
 
 use super::Viewpoint;
-use super::looking::{AT_ONCE, Looking};
+use super::projector::{POINTS_PER_CHUNK, Projector};
 
 /// Number of probes in UVDtact's set.
 pub const DEFAULT_COUNT: u32 = 33_803;
@@ -33,7 +33,7 @@ pub struct Probes {
     /// Table as CSV with a header line.
     pub csv: String,
     /// Number of tips that the camera sees.
-    pub seen: u32,
+    pub visible_tips: u32,
 }
 
 /// Samples tips evenly over the surface's area and over depths up to `deepest_mm`, and projects them to pixels. The
@@ -41,10 +41,10 @@ pub struct Probes {
 ///
 /// # Errors
 /// Returns an error if the surface's dimensions make no valid solid.
-pub fn probes(
+pub fn sample_probes(
     touch: &TouchSurface,
     viewpoint: &Viewpoint,
-    sights: &Sights,
+    sights: &ViewStacks,
     count: u32,
     deepest_mm: f64,
     seed: u64,
@@ -52,22 +52,22 @@ pub fn probes(
     let points = SurfacePoints::new(touch)?;
     let apex = Point3::new(0.0, 0.0, touch.apex_z_mm());
     // The apex may lie outside the image; its projection still defines the centre.
-    let centre = Looking::new(viewpoint, sights).project(&apex);
+    let centre = Projector::new(viewpoint, sights).project(&apex);
     let mut csv = String::from(
         "index,depth_mm,x_mm,y_mm,z_mm,u_px,v_px,r_mm,theta_rad,phi_rad,phi_image_rad\n",
     );
     let mut seen = 0;
-    let even = places_of_seed(seed);
+    let even = seeded_points(seed);
     let places = (0..).map(|number| even.at(number)).filter_map(|[along, around, deep]| {
         // The factor 1 - deep turns the range [0, 1) into depths in (0, deepest].
-        Some((points.by_area([along, around])?, deepest_mm * (1.0 - deep)))
+        Some((points.point_at_area_fractions([along, around])?, deepest_mm * (1.0 - deep)))
     });
     let tips = places
         .take(count as usize)
         .map(|((point, outward), depth_mm)| (point - depth_mm * outward, depth_mm));
     let tips: Vec<(Point3<f64>, f64)> = tips.collect();
-    let pixels = tips.par_chunks(AT_ONCE).flat_map_iter(|tips| {
-        let mut looking = Looking::new(viewpoint, sights);
+    let pixels = tips.par_chunks(POINTS_PER_CHUNK).flat_map_iter(|tips| {
+        let mut looking = Projector::new(viewpoint, sights);
         tips.iter().map(|(tip, _)| looking.look(tip).ok()).collect::<Vec<_>>()
     });
     let pixels: Vec<Option<Point2<f64>>> = pixels.collect();
@@ -87,12 +87,12 @@ pub fn probes(
         }
         csv.push('\n');
     }
-    Ok(Probes { csv, seen })
+    Ok(Probes { csv, visible_tips: seen })
 }
 
 /// Returns the sequence of a seed: evenly spread points, shifted by an offset that a multiplicative hash derives from
 /// the seed for each axis.
-pub(super) fn places_of_seed(seed: u64) -> EvenPoints<3> {
+pub(super) fn seeded_points(seed: u64) -> EvenPoints<3> {
     EvenPoints::cube(std::array::from_fn(|axis| {
         // The multiplier is 2^64 divided by the golden ratio (Fibonacci hashing).
         let mixed = seed.wrapping_mul(3).wrapping_add(axis as u64);

@@ -6,9 +6,9 @@ use fabkit_camera::files::{self, InvalidCameraFile, PoseFile};
 use fabkit_camera::{
     Camera, CameraEstimate, Interface, InvalidCamera, InvalidCovariance, JointEstimate,
 };
-use fabkit_depth::truth::{PixelRays, Uncertainty};
+use fabkit_depth::ground_truth::{PixelRays, Uncertainty};
 use fabkit_geometry::{Matrix3, NominalCamera, Point3, Pose, Sensor, Vector3};
-use fabkit_optics::{InvalidStack, Sights, Stack, Window};
+use fabkit_optics::{InvalidStack, ViewStacks, OpticalStack, FirstInterface};
 use serde_json::{Value, json};
 
 /// A camera, its pose, and the uncertainty of both.
@@ -74,14 +74,14 @@ impl Viewpoint {
             None => {
                 let (width, height) = (nominal.width_px, nominal.height_px);
                 let terms = nominal.lens.projection.terms();
-                let camera = Camera::nominal(width, height, nominal.field_of_view.rad(), terms)?;
+                let camera = Camera::from_data_sheet(width, height, nominal.field_of_view.rad(), terms)?;
                 CameraEstimate::from(camera)
             }
         };
         let (sensor_from_camera, estimate) = match pose_file {
             Some(pose) => {
                 refuse_mixed(pose, estimate.camera())?;
-                (rigid(&pose.camera_from_sensor)?.inverse(), pose.with_camera(&estimate)?)
+                (rigid_pose(&pose.camera_from_sensor)?.inverse(), pose.with_camera(&estimate)?)
             }
             None => (nominal.sensor_from_camera, JointEstimate::independent(&estimate, None)?),
         };
@@ -102,34 +102,34 @@ impl Viewpoint {
     /// Returns whether the camera is a bare lens whose rays the design's bodies refract: the nominal camera, or one
     /// whose file says so. Other camera files were fitted to images seen through the bodies: their model contains the
     /// refraction, of all bodies or, where the file says so, of the first interface.
-    pub fn is_drawn(&self) -> bool {
-        self.is_nominal[0] || *self.camera().interface() == Interface::Drawn
+    pub fn is_bare_lens(&self) -> bool {
+        self.is_nominal[0] || *self.camera().interface() == Interface::FromDrawing
     }
 
     /// Returns the sensor's bodies as the camera's rays meet them.
     ///
     /// # Errors
     /// Returns the errors of [`Stack::of`], and one for a pose that puts the pupil inside an opaque body.
-    pub fn stack(&self, sensor: &Sensor) -> Result<Stack, InvalidStack> {
-        let stack = match self.is_drawn() {
-            true => Stack::of(sensor)?,
-            false if self.camera().interface().is_drawn_behind() => {
+    pub fn stack(&self, sensor: &Sensor) -> Result<OpticalStack, InvalidStack> {
+        let stack = match self.is_bare_lens() {
+            true => OpticalStack::from_sensor(sensor)?,
+            false if self.camera().interface().has_drawn_bodies_behind() => {
                 self.behind_interface(sensor)?
             }
-            false => Stack::straight(sensor)?,
+            false => OpticalStack::without_refraction(sensor)?,
         };
         stack.check_pupil(&self.sensor_from_camera.point(Point3::origin()))?;
         Ok(stack)
     }
 
     /// Returns the stack of bodies behind the camera's own interface.
-    fn behind_interface(&self, sensor: &Sensor) -> Result<Stack, InvalidStack> {
-        let stack = Stack::of(sensor)?;
+    fn behind_interface(&self, sensor: &Sensor) -> Result<OpticalStack, InvalidStack> {
+        let stack = OpticalStack::from_sensor(sensor)?;
         let nominal = &sensor.camera.sensor_from_camera;
         // The camera's model contains the first interface of this window, so only the bodies behind it are left to the
         // stack.
-        let window = Window::of(&self.camera().in_air(), nominal, &Sights::new(stack.clone()));
-        stack.behind(&window, nominal)
+        let window = FirstInterface::from_camera(&self.camera().without_interface(), nominal, &ViewStacks::new(stack.clone()));
+        stack.starting_behind(&window, nominal)
     }
 
     /// Returns the camera model.
@@ -144,7 +144,7 @@ impl Viewpoint {
 
     /// Returns the same rays as [`Viewpoint::rays`] for some rows alone. `rows` counts rows of rays.
     pub fn rays_of_rows(&self, samples: u32, rows: Range<u32>) -> PixelRays {
-        PixelRays::of_rows(self.camera(), &self.sensor_from_camera, samples, rows)
+        PixelRays::from_rows(self.camera(), &self.sensor_from_camera, samples, rows)
     }
 
     /// Returns the uncertainty of camera and pose, joined with the standard deviation of printed or cast surfaces along
@@ -154,19 +154,19 @@ impl Viewpoint {
     }
 
     /// Returns the contributions to the sigma of ground truth, as in `pose, lens, shape`.
-    pub fn sigma_of(&self) -> String {
-        self.estimate.covered().to_string()
+    pub fn sigma_contributions(&self) -> String {
+        self.estimate.coverage().to_string()
     }
 
     /// Returns whether a calibration states uncertainties of camera or pose.
-    pub fn says_how_sure(&self) -> bool {
+    pub fn has_uncertainty(&self) -> bool {
         !self.sigma_parameters().is_empty()
     }
 
     /// Returns the names of the parameters whose variances contribute to the sigma of ground truth.
     pub fn sigma_parameters(&self) -> Vec<&'static str> {
         let names = self.estimate.names();
-        self.estimate.free().map(|i| names[i]).collect()
+        self.estimate.free_parameters().map(|i| names[i]).collect()
     }
 
     /// Returns all data of the viewpoint as JSON, for data cards.
@@ -181,8 +181,8 @@ impl Viewpoint {
             "width_px": camera.width_px(),
             "height_px": camera.height_px(),
             "lens": camera.lens().model_name(),
-            "interface": if self.is_drawn() { "drawn" } else { camera.interface().kind_name() },
-            "is_drawn_behind": camera.interface().is_drawn_behind(),
+            "interface": if self.is_bare_lens() { "drawn" } else { camera.interface().kind_name() },
+            "is_drawn_behind": camera.interface().has_drawn_bodies_behind(),
             "parameters": parameters,
             "sensor_from_camera": self.sensor_from_camera,
         })
@@ -207,7 +207,7 @@ fn refuse_mixed(pose: &PoseFile, camera: &Camera) -> Result<(), InvalidViewpoint
     })
 }
 
-fn rigid(matrix: &[[f64; 4]; 4]) -> Result<Pose, InvalidViewpoint> {
+fn rigid_pose(matrix: &[[f64; 4]; 4]) -> Result<Pose, InvalidViewpoint> {
     let rotation = Matrix3::from_fn(|r, c| matrix[r][c]);
     let translation = Vector3::from_fn(|r, _| matrix[r][3]);
     // Matrices written by hand have about six digits and are rounded to the nearest rotation; larger errors are

@@ -3,10 +3,10 @@
 use fabkit_calibration::model::FitParameter;
 use fabkit_fixtures::{FixtureError, Project};
 
-use super::Computed;
+use super::ComputedMetrics;
 
 /// Computes the group's metrics; notes say why some are missing.
-pub(super) fn compute(project: &Project, computed: &mut Computed) {
+pub(super) fn compute(project: &Project, computed: &mut ComputedMetrics) {
     // The name is `pin dome` or `pin plate`.
     let what = project.pin_fixture_name().replace('-', " ");
     let forecast = match project.pin_forecast() {

@@ -2,41 +2,41 @@
 
 use fabkit_camera::Camera;
 use fabkit_fixtures::SurfacePoints;
-use fabkit_geometry::sequences::GOLDEN_SHARE;
+use fabkit_geometry::sequences::GOLDEN_RATIO_CONJUGATE;
 use fabkit_geometry::{InvalidSolid, Point3, Sensor, Vector3};
-use fabkit_optics::{InvalidStack, Look, Sights, Stack, Viewer};
+use fabkit_optics::{InvalidStack, PointProjection, ViewStacks, OpticalStack, CameraView};
 use nalgebra::{Matrix2x3, Matrix3x2, Vector2};
 
-use super::Computed;
+use super::ComputedMetrics;
 
 /// Number of places on the surface; fractions of its area are accurate to about a thousandth.
 const PLACES: u32 = 1024;
 
 /// Distance from a place, mm, within which a ray that ends counts as reaching it.
-const THERE_MM: f64 = 1e-6;
+const REACHED_MM: f64 = 1e-6;
 
 /// Camera of a design, with the bodies that it looks through.
 pub(super) struct View<'a> {
     sensor: &'a Sensor,
     camera: Camera,
-    sights: Sights,
+    sights: ViewStacks,
     /// Places that are spread evenly over the area of the surface, and that area, mm2; `None` if its shape is unknown.
-    places: Option<(Vec<Place>, f64)>,
+    places: Option<(Vec<SurfacePlace>, f64)>,
 }
 
 /// Place on the surface that lies in the image, if no body is in the way of its light.
-pub(super) struct Place {
+pub(super) struct SurfacePlace {
     /// Position in the sensor frame, mm.
     pub point: Point3<f64>,
-    pub look: Look,
+    pub look: PointProjection,
     /// Name of the body in its way, if any.
     pub hidden_by: Option<String>,
-    scale: Option<Scale>,
+    scale: Option<PixelScale>,
 }
 
 /// Size of a pixel on the surface.
 #[derive(Clone, Copy, Debug)]
-struct Scale {
+struct PixelScale {
     /// Side of the square on the surface that has the area of one pixel, mm.
     mm_per_px: f64,
     /// Change of the distance from one pixel to the next, in the direction where it is largest, mm.
@@ -52,13 +52,13 @@ impl<'a> View<'a> {
         let design = &sensor.camera;
         let (width, height) = (design.width_px, design.height_px);
         let (view_rad, terms) = (design.field_of_view.rad(), design.lens.projection.terms());
-        let Ok(camera) = Camera::nominal(width, height, view_rad, terms) else {
+        let Ok(camera) = Camera::from_data_sheet(width, height, view_rad, terms) else {
             return Ok(None);
         };
-        let sights = Sights::new(Stack::of(sensor)?);
+        let sights = ViewStacks::new(OpticalStack::from_sensor(sensor)?);
         let mut view = Self { sensor, camera, sights, places: None };
         let of_surface = |source| InvalidStack::Solid { body: "surface".into(), source };
-        view.places = view.look_around().map_err(of_surface)?;
+        view.places = view.find_places().map_err(of_surface)?;
         Ok(Some(view))
     }
 
@@ -71,38 +71,38 @@ impl<'a> View<'a> {
     }
 
     /// Creates a viewer through the drawn bodies.
-    pub(super) fn viewer(&self) -> Viewer<'_> {
-        Viewer::new(&self.camera, &self.sensor.camera.sensor_from_camera, &self.sights)
+    pub(super) fn viewer(&self) -> CameraView<'_> {
+        CameraView::new(&self.camera, &self.sensor.camera.sensor_from_camera, &self.sights)
     }
 
     /// Places that lie in the image, and the whole area of the surface, mm2.
-    pub(super) fn places(&self) -> Option<(&[Place], f64)> {
+    pub(super) fn places(&self) -> Option<(&[SurfacePlace], f64)> {
         self.places.as_ref().map(|(places, area_mm2)| (&places[..], *area_mm2))
     }
 
     /// Finds the places on the surface that lie in the image.
-    fn look_around(&self) -> Result<Option<(Vec<Place>, f64)>, InvalidSolid> {
+    fn find_places(&self) -> Result<Option<(Vec<SurfacePlace>, f64)>, InvalidSolid> {
         let Some(touch) = &self.sensor.touch else { return Ok(None) };
         let surface = SurfacePoints::new(touch)?;
         let mut viewer = self.viewer();
         let places = (0..PLACES).filter_map(|i| {
             // A low-discrepancy sequence: even steps along one axis, the golden ratio along the other.
             let shares =
-                [(f64::from(i) + 0.5) / f64::from(PLACES), (f64::from(i) * GOLDEN_SHARE).fract()];
-            let (point, normal) = surface.by_area(shares)?;
-            let look = viewer.look_at(&point).ok().filter(|look| self.camera.sees(&look.pixel))?;
-            let hidden = look.sight.hidden_by(THERE_MM);
+                [(f64::from(i) + 0.5) / f64::from(PLACES), (f64::from(i) * GOLDEN_RATIO_CONJUGATE).fract()];
+            let (point, normal) = surface.point_at_area_fractions(shares)?;
+            let look = viewer.project(&point).ok().filter(|look| self.camera.is_in_image(&look.pixel))?;
+            let hidden = look.sight.hidden_by(REACHED_MM);
             let hidden_by = hidden.map(|end| self.sights.stack().name_of(end).to_owned());
-            let by_place = viewer.by_place(&point, &look);
-            let scale = by_place.and_then(|by| scale(&by, &look.sight.direction_there, &normal));
-            Some(Place { point, look, hidden_by, scale })
+            let by_place = viewer.pixel_by_point(&point, &look);
+            let scale = by_place.and_then(|by| scale(&by, &look.sight.direction_at_point, &normal));
+            Some(SurfacePlace { point, look, hidden_by, scale })
         });
         Ok(Some((places.collect(), surface.area_mm2())))
     }
 }
 
 /// Computes a pixel's size from the derivative of the pixel by the place, px/mm.
-fn scale(by_place: &Matrix2x3<f64>, sight: &Vector3<f64>, normal: &Vector3<f64>) -> Option<Scale> {
+fn scale(by_place: &Matrix2x3<f64>, sight: &Vector3<f64>, normal: &Vector3<f64>) -> Option<PixelScale> {
     // Two orthogonal directions along the surface.
     let u = Vector3::ith(normal.iamin(), 1.0).cross(normal).normalize();
     let along = Matrix3x2::from_columns(&[u, normal.cross(&u)]);
@@ -113,13 +113,13 @@ fn scale(by_place: &Matrix2x3<f64>, sight: &Vector3<f64>, normal: &Vector3<f64>)
     // the derivative above.
     let by_mm: Vector2<f64> = along.transpose() * sight;
     let by_px = px_per_mm.transpose().try_inverse()? * by_mm;
-    Some(Scale { mm_per_px, range_mm_per_px: by_px.norm() })
+    Some(PixelScale { mm_per_px, range_mm_per_px: by_px.norm() })
 }
 
 /// Computes the group's metrics.
-pub(super) fn compute(view: &View, computed: &mut Computed) {
+pub(super) fn compute(view: &View, computed: &mut ComputedMetrics) {
     let Some((places, area_mm2)) = view.places() else { return };
-    let seen: Vec<&Place> = places.iter().filter(|place| place.hidden_by.is_none()).collect();
+    let seen: Vec<&SurfacePlace> = places.iter().filter(|place| place.hidden_by.is_none()).collect();
     computed.put("surface_area_mm2", area_mm2);
     computed.put("coverage", seen.len() as f64 / f64::from(PLACES));
     let scales = || seen.iter().filter_map(|place| place.scale);
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
 
     /// With nothing in between.
-    fn look(camera: &Camera, point: &Point3<f64>, normal: &Vector3<f64>) -> Scale {
+    fn look(camera: &Camera, point: &Point3<f64>, normal: &Vector3<f64>) -> PixelScale {
         let by_place = camera.project_with_jacobians(point).unwrap().by_point;
         scale(&by_place, &point.coords.normalize(), normal).unwrap()
     }

@@ -3,10 +3,10 @@
 use fabkit_checks::{Memo, Rule, Severity, check_variant};
 use fabkit_geometry::Sensor;
 
-use super::Computed;
+use super::ComputedMetrics;
 
 /// Computes the group's metrics.
-pub(super) fn compute(sensor: &Sensor, memo: &Memo, computed: &mut Computed) {
+pub(super) fn compute(sensor: &Sensor, memo: &Memo, computed: &mut ComputedMetrics) {
     let report = match check_variant(sensor, memo) {
         Ok(report) => report,
         Err(invalid) => return computed.notes.push(format!("checks: {invalid}")),
@@ -20,12 +20,12 @@ pub(super) fn compute(sensor: &Sensor, memo: &Memo, computed: &mut Computed) {
         let count = report.findings.iter().filter(|finding| finding.severity == severity).count();
         computed.put(name, count as f64);
     }
-    computed.put("overlaps", report.of(Rule::Interference).count() as f64);
+    computed.put("overlaps", report.for_rule(Rule::Interference).count() as f64);
     let pulls = report.examined.iter().any(|e| e.rule == Rule::Demolding && e.count > 0);
     if pulls {
         // Each finding of the rule states one of the two, distinguished by its unit.
         let largest = |unit: &str| {
-            let measured = report.of(Rule::Demolding).filter_map(|finding| finding.measured);
+            let measured = report.for_rule(Rule::Demolding).filter_map(|finding| finding.measured);
             measured.filter(|m| m.unit == unit).map(|m| m.value).fold(0.0, f64::max)
         };
         computed.put("undercut_mm2", largest("mm2"));

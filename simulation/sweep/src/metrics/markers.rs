@@ -7,11 +7,11 @@ use fabkit_geometry::{
 };
 use nalgebra::Matrix3x2;
 
-use super::Computed;
-use super::camera::{Place, View};
+use super::ComputedMetrics;
+use super::camera::{SurfacePlace, View};
 
 /// Names of features that a camera tracks; a number follows.
-const WORDS: [&str; 3] = ["marker", "dimple", "dot"];
+const FEATURE_NAMES: [&str; 3] = ["marker", "dimple", "dot"];
 
 /// Marker, sensor frame.
 struct Marker {
@@ -26,7 +26,7 @@ struct Marker {
 }
 
 /// Computes the group's metrics; nothing for a sensor without markers.
-pub(super) fn compute(view: &View, computed: &mut Computed) -> Result<(), InvalidSolid> {
+pub(super) fn compute(view: &View, computed: &mut ComputedMetrics) -> Result<(), InvalidSolid> {
     let markers = markers(view.sensor())?;
     if markers.is_empty() {
         return Ok(());
@@ -35,13 +35,13 @@ pub(super) fn compute(view: &View, computed: &mut Computed) -> Result<(), Invali
     let widths: Vec<f64> = markers
         .iter()
         .filter_map(|marker| {
-            let look = viewer.look_at(&marker.centre).ok()?;
+            let look = viewer.project(&marker.centre).ok()?;
             // The half of the marker in front of its centre does not hide it.
             let is_hidden = look.sight.hidden_by(marker.reach_mm).is_some();
-            if is_hidden || !view.camera().sees(&look.pixel) {
+            if is_hidden || !view.camera().is_in_image(&look.pixel) {
                 return None;
             }
-            let by_place = viewer.by_place(&marker.centre, &look)?;
+            let by_place = viewer.pixel_by_point(&marker.centre, &look)?;
             let across =
                 [Vector3::x(), Vector3::y()].map(|axis| marker.sensor_from_marker.vector(axis));
             // The marker's disc maps to an ellipse in the image; a disc of its area has the diameter sqrt(a b |det|).
@@ -54,9 +54,9 @@ pub(super) fn compute(view: &View, computed: &mut Computed) -> Result<(), Invali
     computed.put("markers_seen", widths.len() as f64);
     computed.put_spread("marker_px", widths);
     if let Some((places, _)) = view.places() {
-        let mut is_behind = |place: &Place| hides(&markers, &viewer.way(&place.point, &place.look));
+        let mut is_behind = |place: &SurfacePlace| is_path_blocked(&markers, &viewer.path_corners(&place.point, &place.look));
         // Light that another body blocks is lost in either case.
-        let (behind, open): (Vec<&Place>, Vec<&Place>) =
+        let (behind, open): (Vec<&SurfacePlace>, Vec<&SurfacePlace>) =
             places.iter().partition(|place| is_behind(place));
         let hidden = behind.len();
         let seen = open.iter().filter(|place| place.hidden_by.is_none()).count();
@@ -77,7 +77,7 @@ fn markers(sensor: &Sensor) -> Result<Vec<Marker>, InvalidSolid> {
     };
     for (solid, placements) in layers.chain(parts) {
         let Some(sensor_from_body) = in_use(placements) else { continue };
-        let found = of_body(solid, &sensor_from_body)?;
+        let found = markers_of_body(solid, &sensor_from_body)?;
         if !found.is_empty() {
             return Ok(found);
         }
@@ -86,12 +86,12 @@ fn markers(sensor: &Sensor) -> Result<Vec<Marker>, InvalidSolid> {
 }
 
 /// Finds the markers among a solid's features.
-fn of_body(solid: &Solid, sensor_from_body: &Pose) -> Result<Vec<Marker>, InvalidSolid> {
+fn markers_of_body(solid: &Solid, sensor_from_body: &Pose) -> Result<Vec<Marker>, InvalidSolid> {
     let mut names = BTreeSet::new();
     let mut markers = Vec::new();
     for leaf in solid.leaves() {
         let Some((word, number)) = leaf.feature.rsplit_once(' ') else { continue };
-        let is_marker = WORDS.contains(&word) && number.parse::<u32>().is_ok();
+        let is_marker = FEATURE_NAMES.contains(&word) && number.parse::<u32>().is_ok();
         // A feature of several primitives is measured by its first one.
         if !is_marker || !names.insert(leaf.feature) {
             continue;
@@ -112,12 +112,12 @@ fn of_body(solid: &Solid, sensor_from_body: &Pose) -> Result<Vec<Marker>, Invali
 }
 
 /// Returns whether a marker blocks a path of light.
-fn hides(markers: &[Marker], way: &[Point3<f64>]) -> bool {
-    way.windows(2).any(|piece| stands_on(markers, &piece[0], &piece[1]))
+fn is_path_blocked(markers: &[Marker], way: &[Point3<f64>]) -> bool {
+    way.windows(2).any(|piece| is_segment_blocked(markers, &piece[0], &piece[1]))
 }
 
 /// Returns whether a marker blocks the straight line between two points.
-fn stands_on(markers: &[Marker], eye: &Point3<f64>, place: &Point3<f64>) -> bool {
+fn is_segment_blocked(markers: &[Marker], eye: &Point3<f64>, place: &Point3<f64>) -> bool {
     let sight = place - eye;
     let length_mm = sight.norm();
     let direction = sight / length_mm;

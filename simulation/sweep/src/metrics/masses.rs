@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use fabkit_geometry::measure::ray_volume;
 use fabkit_geometry::{Action, CompiledSolid, InvalidSolid, Process, Sensor, Solid};
 
-use super::Computed;
-use super::stock::{self, Pace};
+use super::ComputedMetrics;
+use super::stock::{self, ProcessSpeed};
 
 /// Number of lines through each body: accurate to a percent for thin sheets, to some thousandths for other bodies.
 const LINES: u32 = 2_000;
@@ -22,12 +22,12 @@ struct Sum {
 }
 
 /// Computes the group's metrics; those that need an unknown density or price are missing.
-pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), InvalidSolid> {
+pub(super) fn compute(sensor: &Sensor, computed: &mut ComputedMetrics) -> Result<(), InvalidSolid> {
     let mut by_material: BTreeMap<&str, Sum> = BTreeMap::new();
     let mut cost_usd = Some(0.0);
     let mut unknown = BTreeSet::new();
     let mut add = |material, volume_mm3: f64, density: Option<f64>, waste: f64| -> Option<f64> {
-        let known = stock::of(material);
+        let known = stock::find_stock(material);
         let density = density.or(known.map(|stock| stock.density_g_per_cm3));
         let mass_g = density.map(|density| density * volume_mm3 / MM3_PER_CM3);
         let sum = by_material.entry(material).or_insert(Sum { volume_mm3: 0.0, mass_g: Some(0.0) });
@@ -51,10 +51,10 @@ pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), In
         parts.volume_mm3 += volume_mm3;
         parts.mass_g = parts.mass_g.zip(mass_g).map(|(a, b)| a + b);
         let Some(process) = part.process() else { continue };
-        match stock::pace(process) {
-            Some(Pace::Volume(mm3_per_h)) => print_h += volume_mm3 / mm3_per_h,
+        match stock::process_speed(process) {
+            Some(ProcessSpeed::Volume(mm3_per_h)) => print_h += volume_mm3 / mm3_per_h,
             // Parts on one bed print together: the tallest one of each process counts.
-            Some(Pace::Height(mm_per_h)) => {
+            Some(ProcessSpeed::Height(mm_per_h)) => {
                 let on_bed =
                     CompiledSolid::new(&part.solid.clone().placed(part.bed_from_body))?.bounds();
                 let hours = (on_bed.max.z - on_bed.min.z) / mm_per_h;

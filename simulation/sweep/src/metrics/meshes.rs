@@ -6,17 +6,17 @@ use std::sync::Mutex;
 use fabkit_geometry::{Sensor, Solid};
 use fabkit_mesh::{MeshError, mesh};
 
-use super::Computed;
+use super::ComputedMetrics;
 
 /// Largest distance between triangles and surface, mm: coarser than for `export`, to be fast.
 const TOLERANCE_MM: f64 = 0.05;
 
 /// Largest total size of all cached keys, numbers: 32 MB.
-const MOST_NUMBERS: usize = 4_000_000;
+const MAX_KEY_NUMBERS: usize = 4_000_000;
 
 /// Measurements of a mesh.
 #[derive(Clone, Copy, Debug)]
-struct Measured {
+struct MeshMeasures {
     triangles: usize,
     volume_mm3: f64,
     area_mm2: f64,
@@ -24,31 +24,31 @@ struct Measured {
 
 /// Cache of measurements of parts that variants share, by their shapes.
 #[derive(Debug, Default)]
-pub(super) struct Memo(Mutex<Known>);
+pub(super) struct MeshCache(Mutex<CachedMeshes>);
 
 #[derive(Debug, Default)]
-struct Known {
-    by_shape: BTreeMap<Vec<u64>, Measured>,
+struct CachedMeshes {
+    by_shape: BTreeMap<Vec<u64>, MeshMeasures>,
     numbers: usize,
 }
 
-impl Memo {
+impl MeshCache {
     /// Returns the measurements of a solid's mesh, from the cache if possible.
-    fn measured(&self, solid: &Solid) -> Result<Measured, MeshError> {
+    fn measured(&self, solid: &Solid) -> Result<MeshMeasures, MeshError> {
         let key = solid.shape_key();
         let known = self.0.lock().ok().and_then(|known| known.by_shape.get(&key).copied());
         if let Some(known) = known {
             return Ok(known);
         }
         let mesh = mesh(solid, TOLERANCE_MM)?.to_print()?;
-        let measured = Measured {
+        let measured = MeshMeasures {
             triangles: mesh.triangles().len(),
             volume_mm3: mesh.volume_mm3(),
             area_mm2: mesh.area_mm2(),
         };
         if let Ok(mut known) = self.0.lock()
             // A full cache only makes later variants slower.
-            && known.numbers + key.len() <= MOST_NUMBERS
+            && known.numbers + key.len() <= MAX_KEY_NUMBERS
         {
             known.numbers += key.len();
             known.by_shape.insert(key, measured);
@@ -58,7 +58,7 @@ impl Memo {
 }
 
 /// Computes the group's metrics; a part that cannot be meshed leaves a note.
-pub(super) fn compute(sensor: &Sensor, memo: &Memo, computed: &mut Computed) {
+pub(super) fn compute(sensor: &Sensor, memo: &MeshCache, computed: &mut ComputedMetrics) {
     let (mut triangles, mut volume_mm3, mut area_mm2) = (0, 0.0, 0.0);
     for part in sensor.parts() {
         match memo.measured(&part.solid) {

@@ -3,18 +3,18 @@
 use fabkit_elastic::SoftStack;
 use fabkit_geometry::Sensor;
 
-use super::Computed;
+use super::ComputedMetrics;
 
 /// Radius of the ball, mm: the size of a fingertip. `fabkit press` simulates other balls.
 const BALL_RADIUS_MM: f64 = 4.0;
 const DEPTH_MM: f64 = 1.0;
 
 /// Computes the group's metrics; a press without solution leaves a note.
-pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) {
+pub(super) fn compute(sensor: &Sensor, computed: &mut ComputedMetrics) {
     let Some(touch) = &sensor.touch else { return };
     // The press would be deeper than the surface can give way.
-    if touch.soft_mm() < DEPTH_MM {
-        let soft_mm = touch.soft_mm();
+    if touch.max_indentation_mm() < DEPTH_MM {
+        let soft_mm = touch.max_indentation_mm();
         computed
             .notes
             .push(format!("press: the surface gives way by {soft_mm} mm, less than {DEPTH_MM} mm"));

@@ -51,19 +51,19 @@ const STOCKS: &[Stock] = &[
 ];
 
 /// Finds the stock of a material by its name.
-pub fn of(material: &str) -> Option<&'static Stock> {
+pub fn find_stock(material: &str) -> Option<&'static Stock> {
     let name = material.to_lowercase();
     STOCKS.iter().find(|stock| name.contains(stock.word))
 }
 
 /// Returns the density of stock by a material's name, g/cm3, if it is known.
 pub fn stock_density_g_per_cm3(material: &str) -> Option<f64> {
-    of(material).map(|stock| stock.density_g_per_cm3)
+    find_stock(material).map(|stock| stock.density_g_per_cm3)
 }
 
 /// Speed of a process.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Pace {
+pub enum ProcessSpeed {
     /// Speed by volume, mm3 per hour; pieces are made one after the other.
     Volume(f64),
     /// Speed by height, mm per hour; all pieces are made together.
@@ -72,11 +72,11 @@ pub enum Pace {
 
 /// Returns the speed of a printer; `None` for other processes. The values are those of a 0.4 mm nozzle at 4 mm3/s,
 /// usual desktop resin printers at 0.05 mm layers, and jetting at 0.027 mm layers.
-pub fn pace(process: Process) -> Option<Pace> {
+pub fn process_speed(process: Process) -> Option<ProcessSpeed> {
     match process {
-        Process::Fdm => Some(Pace::Volume(4.0 * 3600.0)),
-        Process::Sla => Some(Pace::Height(20.0)),
-        Process::PolyJet => Some(Pace::Height(10.0)),
+        Process::Fdm => Some(ProcessSpeed::Volume(4.0 * 3600.0)),
+        Process::Sla => Some(ProcessSpeed::Height(20.0)),
+        Process::PolyJet => Some(ProcessSpeed::Height(10.0)),
         Process::Laser | Process::Cnc | Process::Cast | Process::Pcb => None,
     }
 }
@@ -115,7 +115,7 @@ mod tests {
             let sensor = fabkit_designs::load(name, yaml, &[], &["fixtures"]).unwrap().sensor;
             let parts = sensor.parts().map(|part| &part.material);
             for material in parts.chain(sensor.layers().map(|layer| &layer.material)) {
-                assert!(of(material).is_some(), "{name}: {material}");
+                assert!(find_stock(material).is_some(), "{name}: {material}");
             }
         }
     }

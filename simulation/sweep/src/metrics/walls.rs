@@ -3,7 +3,7 @@
 use fabkit_checks::{part_limits, thinnest_wall};
 use fabkit_geometry::{CompiledSolid, InvalidSolid, Sensor};
 
-use super::Computed;
+use super::ComputedMetrics;
 
 /// Largest wall thickness that is reported, mm: thicker walls are no problem.
 const LIMIT_MM: f64 = 5.0;
@@ -12,7 +12,7 @@ const LIMIT_MM: f64 = 5.0;
 const LINES: usize = 600;
 
 /// Computes the group's metric; nothing without printed parts.
-pub(super) fn compute(sensor: &Sensor, computed: &mut Computed) -> Result<(), InvalidSolid> {
+pub(super) fn compute(sensor: &Sensor, computed: &mut ComputedMetrics) -> Result<(), InvalidSolid> {
     let mut smallest_mm: Option<f64> = None;
     for part in sensor.parts().filter(|part| part_limits(part).is_some()) {
         let found = thinnest_wall(&CompiledSolid::new(&part.solid)?, LIMIT_MM, LINES);

@@ -1,6 +1,6 @@
 //! Axis of a plan: a parameter and its values.
 
-use fabkit_text::Kind;
+use fabkit_text::ValueKind;
 
 use super::quantity;
 use crate::row::Value;
@@ -11,7 +11,7 @@ pub struct PlanAxis {
     /// Path of the parameter, for example `surface.radius`.
     pub path: String,
     /// Kind of the parameter.
-    pub(super) kind: Kind,
+    pub(super) kind: ValueKind,
     pub(super) values: Values,
 }
 
@@ -41,8 +41,8 @@ impl Range {
         match share {
             0.0 => from,
             1.0 => to,
-            _ if log => quantity::tidy(from * (to / from).powf(share)),
-            _ => quantity::tidy(from + (to - from) * share),
+            _ if log => quantity::round_digits(from * (to / from).powf(share)),
+            _ => quantity::round_digits(from + (to - from) * share),
         }
     }
 }
@@ -55,7 +55,7 @@ impl PlanAxis {
 
     /// Describes the axis as JSON, for optimisers that choose values themselves: a range of numbers in the column's
     /// unit (`low`, `high`, `log`, `steps`, `whole`) or a list (`choices`), and the unit of numbers.
-    pub fn space(&self) -> serde_json::Value {
+    pub fn search_space(&self) -> serde_json::Value {
         let unit = quantity::suffix(self.kind).trim_start_matches('_');
         match &self.values {
             Values::List(choices) => {
@@ -68,7 +68,7 @@ impl PlanAxis {
                 "high": to,
                 "log": log,
                 "steps": steps,
-                "whole": self.kind == Kind::Count,
+                "whole": self.kind == ValueKind::Count,
             }),
         }
     }
@@ -82,7 +82,7 @@ impl PlanAxis {
     }
 
     /// Returns the value with an index below [`PlanAxis::len`], as written in files.
-    pub(super) fn nth(&self, index: usize) -> String {
+    pub(super) fn value_text_at_index(&self, index: usize) -> String {
         match &self.values {
             Values::List(values) => values[index.min(values.len() - 1)].clone(),
             Values::Range(range) => {
@@ -93,17 +93,17 @@ impl PlanAxis {
     }
 
     /// Returns the value at a fraction of the axis, from 0 to below 1.
-    pub(super) fn at(&self, share: f64) -> String {
+    pub(super) fn value_text_at_fraction(&self, share: f64) -> String {
         match (&self.values, self.len()) {
-            (_, Some(len)) => self.nth(((share * len as f64) as usize).min(len - 1)),
+            (_, Some(len)) => self.value_text_at_index(((share * len as f64) as usize).min(len - 1)),
             (Values::Range(range), None) => self.show(range.at(share)),
             (Values::List(_), None) => String::new(),
         }
     }
 
     fn show(&self, value: f64) -> String {
-        let value = if self.kind == Kind::Count { value.round() } else { value };
-        quantity::show(self.kind, value)
+        let value = if self.kind == ValueKind::Count { value.round() } else { value };
+        quantity::format_quantity(self.kind, value)
     }
 
     /// Converts a text of this axis to a cell of a table.
@@ -117,7 +117,7 @@ impl PlanAxis {
     /// Returns the value in the middle of the axis.
     pub(crate) fn middle(&self) -> Option<Value> {
         let len = self.len()?;
-        Some(self.cell(&self.nth((len - 1) / 2)))
+        Some(self.cell(&self.value_text_at_index((len - 1) / 2)))
     }
 
     /// Returns the words of an axis without numbers, in order.
@@ -133,27 +133,27 @@ impl PlanAxis {
 mod tests {
     use super::*;
 
-    fn range(kind: Kind, from: f64, to: f64, log: bool, steps: Option<usize>) -> PlanAxis {
+    fn range(kind: ValueKind, from: f64, to: f64, log: bool, steps: Option<usize>) -> PlanAxis {
         PlanAxis { path: "a".into(), kind, values: Values::Range(Range { from, to, log, steps }) }
     }
 
     #[test]
     fn ranges_hit_their_ends_and_round_numbers() {
-        let axis = range(Kind::Length, 0.1, 0.7, false, Some(7));
-        let all: Vec<String> = (0..7).map(|i| axis.nth(i)).collect();
+        let axis = range(ValueKind::Length, 0.1, 0.7, false, Some(7));
+        let all: Vec<String> = (0..7).map(|i| axis.value_text_at_index(i)).collect();
         assert_eq!(all, ["0.1 mm", "0.2 mm", "0.3 mm", "0.4 mm", "0.5 mm", "0.6 mm", "0.7 mm"]);
-        let axis = range(Kind::Number, 1.0, 1000.0, true, Some(4));
-        assert_eq!((0..4).map(|i| axis.nth(i)).collect::<Vec<_>>(), ["1", "10", "100", "1000"]);
-        let axis = range(Kind::Count, 4.0, 8.0, false, Some(5));
-        assert_eq!(axis.nth(3), "7");
-        assert_eq!(range(Kind::Angle, 90.0, 120.0, false, Some(2)).nth(1), "120 deg");
+        let axis = range(ValueKind::Number, 1.0, 1000.0, true, Some(4));
+        assert_eq!((0..4).map(|i| axis.value_text_at_index(i)).collect::<Vec<_>>(), ["1", "10", "100", "1000"]);
+        let axis = range(ValueKind::Count, 4.0, 8.0, false, Some(5));
+        assert_eq!(axis.value_text_at_index(3), "7");
+        assert_eq!(range(ValueKind::Angle, 90.0, 120.0, false, Some(2)).value_text_at_index(1), "120 deg");
     }
 
     #[test]
     fn a_share_of_steps_is_a_step() {
-        let axis = range(Kind::Count, 4.0, 6.0, false, Some(3));
-        let all: Vec<String> = [0.0, 0.3, 0.34, 0.66, 0.67, 0.999].map(|u| axis.at(u)).into();
+        let axis = range(ValueKind::Count, 4.0, 6.0, false, Some(3));
+        let all: Vec<String> = [0.0, 0.3, 0.34, 0.66, 0.67, 0.999].map(|u| axis.value_text_at_fraction(u)).into();
         assert_eq!(all, ["4", "4", "5", "5", "6", "6"]);
-        assert_eq!(range(Kind::Length, 1.0, 3.0, false, None).at(0.25), "1.5 mm");
+        assert_eq!(range(ValueKind::Length, 1.0, 3.0, false, None).value_text_at_fraction(0.25), "1.5 mm");
     }
 }

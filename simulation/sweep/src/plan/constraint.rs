@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use fabkit_text::{Kind, suggestion};
+use fabkit_text::{ValueKind, suggestion};
 
-use super::Known;
+use super::KnownNames;
 use super::quantity;
 
 /// Comparison, for example `surface.radius <= 0.5 * envelope.diameter`.
@@ -23,7 +23,7 @@ type Unit = Option<&'static str>;
 #[derive(Clone, Debug, PartialEq)]
 struct Term {
     factor: f64,
-    what: Operand,
+    operand: Operand,
     unit: Unit,
     text: String,
 }
@@ -70,14 +70,14 @@ impl Relation {
 }
 
 /// Problem of a constraint, and advice.
-pub(super) type Wrong = (String, String);
+pub(super) type Problem = (String, String);
 
 /// Values of parameters and metrics by name, in the units of their columns.
 pub(crate) type Numbers = BTreeMap<String, f64>;
 
 impl Constraint {
     /// Reads `TERM RELATION TERM`, where a term is a name, a number with its unit, or `NUMBER * NAME`.
-    pub(super) fn read(text: &str, known: &Known) -> Result<Self, Wrong> {
+    pub(super) fn read(text: &str, known: &KnownNames) -> Result<Self, Problem> {
         let found = RELATIONS.iter().filter_map(|(sign, r)| Some((text.find(sign)?, *sign, *r)));
         // Of signs at the same place the longer one comes first in the table, and `min_by_key` returns the first.
         let Some((at, sign, relation)) = found.min_by_key(|(at, ..)| *at) else {
@@ -91,7 +91,7 @@ impl Constraint {
         // Parameters with units need numbers with units; metrics carry their unit in the name.
         for (one, other) in [(&left, &right), (&right, &left)] {
             let unit = one.unit.unwrap_or("");
-            let Operand::Parameter(path) = &one.what else {
+            let Operand::Parameter(path) = &one.operand else {
                 if let (Some(a), Some(b)) = (one.unit, other.unit)
                     && a != b
                 {
@@ -100,7 +100,7 @@ impl Constraint {
                 }
                 continue;
             };
-            if one.unit.is_some() && other.what == Operand::Number && other.unit.is_none() {
+            if one.unit.is_some() && other.operand == Operand::Number && other.unit.is_none() {
                 let message = format!("`{path}` has a unit, `{}` has none", other.text);
                 return Err((message, format!("write `{} {unit}`", other.text)));
             }
@@ -113,13 +113,13 @@ impl Constraint {
     }
 
     /// Returns whether the constraint depends on parameters alone.
-    pub(crate) fn is_of_parameters(&self) -> bool {
-        [&self.left, &self.right].iter().all(|term| !matches!(term.what, Operand::Metric(_)))
+    pub(crate) fn depends_on_parameters_only(&self) -> bool {
+        [&self.left, &self.right].iter().all(|term| !matches!(term.operand, Operand::Metric(_)))
     }
 
     /// Lists the parameters of the constraint.
     pub(super) fn parameters(&self) -> impl Iterator<Item = &str> {
-        [&self.left, &self.right].into_iter().filter_map(|term| match &term.what {
+        [&self.left, &self.right].into_iter().filter_map(|term| match &term.operand {
             Operand::Parameter(path) => Some(path.as_str()),
             _ => None,
         })
@@ -131,8 +131,8 @@ impl Constraint {
     }
 
     /// Explains why the constraint does not hold; `None` if it does.
-    pub(crate) fn broken(&self, parameters: &Numbers, metrics: &Numbers) -> Option<String> {
-        let both = [&self.left, &self.right].map(|term| match &term.what {
+    pub(crate) fn violation(&self, parameters: &Numbers, metrics: &Numbers) -> Option<String> {
+        let both = [&self.left, &self.right].map(|term| match &term.operand {
             Operand::Number => Ok(term.factor),
             Operand::Parameter(path) => {
                 parameters.get(path).map(|value| term.factor * value).ok_or(path)
@@ -156,7 +156,7 @@ impl Constraint {
     /// Computes the distance from holding, in the unit of the terms, and describes both sides; infinite if a term is
     /// missing.
     pub(crate) fn distance(&self, parameters: &Numbers) -> (f64, String) {
-        let of = |term: &Term| match &term.what {
+        let of = |term: &Term| match &term.operand {
             Operand::Number => Some(term.factor),
             Operand::Parameter(path) => Some(term.factor * parameters.get(path)?),
             Operand::Metric(_) => None,
@@ -173,15 +173,15 @@ impl Constraint {
 
 impl Term {
     /// Reads a term, and checks its names.
-    fn read(text: &str, known: &Known) -> Result<Self, Wrong> {
+    fn read(text: &str, known: &KnownNames) -> Result<Self, Problem> {
         let text = text.trim();
-        let term = |factor, what, unit| Self { factor, what, unit, text: text.to_owned() };
+        let term = |factor, what, unit| Self { factor, operand: what, unit, text: text.to_owned() };
         if text.is_empty() {
             let hint = "write a name or a number on both sides".into();
             return Err(("one side of the comparison is empty".into(), hint));
         }
         for (kind, unit) in
-            [(Kind::Number, None), (Kind::Length, Some("mm")), (Kind::Angle, Some("deg"))]
+            [(ValueKind::Number, None), (ValueKind::Length, Some("mm")), (ValueKind::Angle, Some("deg"))]
         {
             if let Some(number) = quantity::parse(kind, text) {
                 return Ok(term(number, Operand::Number, unit));
@@ -189,7 +189,7 @@ impl Term {
         }
         let (factor, name) = match text.split_once('*') {
             None => (1.0, text),
-            Some((factor, name)) => match quantity::parse(Kind::Number, factor) {
+            Some((factor, name)) => match quantity::parse(ValueKind::Number, factor) {
                 Some(factor) => (factor, name.trim()),
                 None => {
                     let message = format!("`{}` is not a number", factor.trim());
@@ -197,7 +197,7 @@ impl Term {
                 }
             },
         };
-        let name = crate::metrics::current(name);
+        let name = crate::metrics::current_name(name);
         if let Some(setting) = known.parameters.get(name) {
             return match quantity::is_numeric(setting.kind) {
                 true => {
@@ -231,7 +231,7 @@ impl Term {
     }
 
     fn shown(&self, value: f64) -> String {
-        let value = quantity::tidy(value);
+        let value = quantity::round_digits(value);
         self.unit.map_or(format!("{value}"), |unit| format!("{value} {unit}"))
     }
 }

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use fabkit_designs::{BaseFile, SensorText, UserFile};
 use fabkit_fixtures::Project;
 use fabkit_geometry::sequences;
-use fabkit_text::{InvalidDesign, Kind};
+use fabkit_text::{InvalidDesign, ValueKind};
 use serde::{Deserialize, Serialize};
 
 pub use axis::PlanAxis;
@@ -19,7 +19,7 @@ pub use constraint::Constraint;
 pub(crate) use constraint::Numbers;
 pub use schema::json_schema;
 
-use crate::metrics::{self, Computed, Metric};
+use crate::metrics::{self, ComputedMetrics, Metric};
 use crate::panics;
 use crate::row::{PANIC, Row, Status, Value};
 
@@ -66,14 +66,14 @@ impl PlanSource {
 
     /// Returns the base files that the sensor extends.
     pub fn bases(&self) -> Vec<BaseFile> {
-        let base = |[by, word, file, text]: [String; 4]| BaseFile { by, word, file, text };
+        let base = |[by, word, file, text]: [String; 4]| BaseFile { extending_file: by, word, file, text };
         self.sensor_bases.iter().cloned().map(base).collect()
     }
 
     /// Adds the base files that the sensor extends.
     #[must_use]
     pub fn with_bases(mut self, bases: &[BaseFile]) -> Self {
-        let texts = |base: BaseFile| [base.by, base.word, base.file, base.text];
+        let texts = |base: BaseFile| [base.extending_file, base.word, base.file, base.text];
         self.sensor_bases = bases.iter().cloned().map(texts).collect();
         self
     }
@@ -157,22 +157,22 @@ pub struct Objective {
 
 /// Parameter with the sensor's value.
 #[derive(Clone, Debug)]
-pub(crate) struct Base {
-    pub kind: Kind,
+pub(crate) struct BaseParameter {
+    pub kind: ValueKind,
     pub value: String,
     /// True if the value follows from other parameters, so that it is known only after a variant is built.
-    pub follows: bool,
+    pub is_derived: bool,
 }
 
 /// Names that a plan may refer to.
 #[derive(Debug)]
-pub(crate) struct Known {
-    pub parameters: BTreeMap<String, Base>,
+pub(crate) struct KnownNames {
+    pub parameters: BTreeMap<String, BaseParameter>,
     pub metrics: Vec<&'static Metric>,
     pub custom: Vec<String>,
 }
 
-impl Known {
+impl KnownNames {
     /// Returns whether rows will have a metric of this name.
     fn is_computed(&self, name: &str) -> bool {
         let of = |metric: &&'static Metric| metric.covers(name);
@@ -197,15 +197,15 @@ pub struct Variant {
 }
 
 /// Finds the additional changes that make the sensor buildable with some overrides.
-fn changes(source: &PlanSource, overrides: &[String]) -> Result<Vec<String>, InvalidDesign> {
+fn find_changes(source: &PlanSource, overrides: &[String]) -> Result<Vec<String>, InvalidDesign> {
     let others = [fabkit_fixtures::KEY];
     let changes = source.with_text(|text| fabkit_designs::fixing::fix(text, overrides, &others))?;
-    Ok(changes.iter().map(fabkit_designs::fixing::Change::as_override).collect())
+    Ok(changes.iter().map(fabkit_designs::fixing::ValueChange::as_override).collect())
 }
 
 /// Custom metrics of a variant.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct More {
+pub struct CustomMetrics {
     /// Metrics by name; those that the plan does not contain are ignored.
     pub values: Vec<(String, f64)>,
     /// Reasons why others are missing.
@@ -213,13 +213,13 @@ pub struct More {
 }
 
 /// Function that computes custom metrics of a variant, given with its additional changes, and of its design.
-pub type AskMore<'a, E> = &'a mut dyn FnMut(&Variant, &Project) -> Result<More, E>;
+pub type ComputeCustomMetrics<'a, E> = &'a mut dyn FnMut(&Variant, &Project) -> Result<CustomMetrics, E>;
 
 /// Plan that has been read and checked.
 #[derive(Debug)]
 pub struct Plan {
     /// Cache of results that variants share; rows do not depend on it.
-    pub(crate) shared: metrics::Shared,
+    pub(crate) shared: metrics::MetricsCache,
     pub(crate) source: PlanSource,
     /// Sensor as named in the plan.
     pub(crate) sensor: String,
@@ -228,10 +228,10 @@ pub struct Plan {
     pub(crate) axes: Vec<PlanAxis>,
     pub(crate) fixed: Vec<String>,
     /// True if chosen values follow the axes, so that fewer variants are invalid.
-    pub(crate) fix: bool,
+    pub(crate) adapts_chosen_values: bool,
     pub(crate) constraints: Vec<Constraint>,
     pub(crate) objectives: Vec<Objective>,
-    pub(crate) known: Known,
+    pub(crate) known: KnownNames,
     len: usize,
 }
 
@@ -273,9 +273,9 @@ impl Plan {
 
     /// Lists the metrics of the bench that rows need. [`Plan::evaluate`] leaves them empty, [`Plan::evaluate_with`]
     /// requests them.
-    pub fn bench(&self) -> impl Iterator<Item = &'static str> {
+    pub fn bench_metrics(&self) -> impl Iterator<Item = &'static str> {
         let metrics = self.known.metrics.iter();
-        metrics.filter(|metric| metric.group == metrics::Group::Bench).map(|metric| metric.name)
+        metrics.filter(|metric| metric.group == metrics::MetricGroup::Bench).map(|metric| metric.name)
     }
 
     /// Seed of the sample, and of the bench.
@@ -284,8 +284,8 @@ impl Plan {
     }
 
     /// Returns whether values that fabkit chose follow the axes, so that fewer variants are invalid.
-    pub fn is_fixed(&self) -> bool {
-        self.fix
+    pub fn adapts_chosen_values(&self) -> bool {
+        self.adapts_chosen_values
     }
 
     /// Source of the plan.
@@ -326,11 +326,11 @@ impl Plan {
                     *index = rest % len;
                     rest /= len;
                 }
-                self.axes.iter().zip(indices).map(|(axis, index)| axis.nth(index)).collect()
+                self.axes.iter().zip(indices).map(|(axis, index)| axis.value_text_at_index(index)).collect()
             }
             Sampling::Sample(_) => {
                 let shares = sequences::halton(number as u64, self.axes.len(), self.seed);
-                self.axes.iter().zip(shares).map(|(axis, share)| axis.at(share)).collect()
+                self.axes.iter().zip(shares).map(|(axis, share)| axis.value_text_at_fraction(share)).collect()
             }
         };
         self.variant_at(number, &texts)
@@ -354,7 +354,7 @@ impl Plan {
     /// Panics if `number` is not below [`Plan::len`].
     pub fn evaluate(&self, number: usize) -> Row {
         let nothing =
-            &mut |_: &Variant, _: &Project| Ok::<_, std::convert::Infallible>(More::default());
+            &mut |_: &Variant, _: &Project| Ok::<_, std::convert::Infallible>(CustomMetrics::default());
         match self.evaluate_with(&self.variant(number), nothing) {
             Ok(row) => row,
             Err(never) => match never {},
@@ -368,26 +368,26 @@ impl Plan {
     ///
     /// # Errors
     /// Returns the errors of `custom`.
-    pub fn evaluate_with<E>(&self, variant: &Variant, custom: AskMore<E>) -> Result<Row, E> {
+    pub fn evaluate_with<E>(&self, variant: &Variant, custom: ComputeCustomMetrics<E>) -> Result<Row, E> {
         let mut row = Row::new(variant.number, variant.values.clone());
-        let mut parameters = self.numbers(variant);
+        let mut parameters = self.constraint_values(variant);
         let broken = |is_early: bool, parameters: &Numbers, metrics: &Numbers| {
             let asked = self.constraints.iter().filter(|c| self.is_early(c) == is_early);
-            asked.filter_map(|c| c.broken(parameters, metrics)).collect::<Vec<_>>()
+            asked.filter_map(|c| c.violation(parameters, metrics)).collect::<Vec<_>>()
         };
         let early = broken(true, &parameters, &Numbers::new());
         if !early.is_empty() {
-            row.refuse(Status::Excluded, "constraint", early.join("; "));
+            row.set_failure(Status::Excluded, "constraint", early.join("; "));
             return Ok(row);
         }
-        let (project, mut computed, changes) = match panics::caught(|| self.built(variant)) {
+        let (project, mut computed, changes) = match panics::catch_panics(|| self.build(variant)) {
             Ok(Ok(built)) => built,
             Ok(Err(why)) => {
-                row.refuse(Status::Invalid, "design", why);
+                row.set_failure(Status::Invalid, "design", why);
                 return Ok(row);
             }
             Err(panic) => {
-                row.refuse(Status::Failed, PANIC, panic.to_string());
+                row.set_failure(Status::Failed, PANIC, panic.to_string());
                 return Ok(row);
             }
         };
@@ -407,7 +407,7 @@ impl Plan {
         row.metrics = computed.values;
         row.notes = computed.notes;
         if !wrong.is_empty() {
-            row.refuse(Status::Failed, "not-finite", wrong.join("; "));
+            row.set_failure(Status::Failed, "not-finite", wrong.join("; "));
             return Ok(row);
         }
         // Values that follow from other parameters are known now.
@@ -421,23 +421,23 @@ impl Plan {
         // Constraints on metrics and on derived parameters can be checked only now.
         let late = broken(false, &parameters, &row.metrics);
         if !late.is_empty() {
-            row.refuse(Status::Excluded, "constraint", late.join("; "));
+            row.set_failure(Status::Excluded, "constraint", late.join("; "));
         }
         Ok(row)
     }
 
     /// Builds a variant's design with its built-in metrics and additional changes; returns the reason if that fails.
-    fn built(&self, variant: &Variant) -> Result<(Project, Computed, Vec<String>), String> {
+    fn build(&self, variant: &Variant) -> Result<(Project, ComputedMetrics, Vec<String>), String> {
         #[cfg(test)]
         panics::tests::misbehave(&variant.overrides);
         let told = |invalid: InvalidDesign| {
             let messages: Vec<&str> = invalid.problems.iter().map(|p| &*p.message).collect();
             messages.join("; ")
         };
-        let changes = self.changes(variant).map_err(told)?;
+        let changes = self.find_changes(variant).map_err(told)?;
         let overrides = [&variant.overrides[..], &changes].concat();
         let project = self.source.load(&overrides).map_err(told)?;
-        let mut computed = Computed::default();
+        let mut computed = ComputedMetrics::default();
         metrics::compute(&project, &self.known.metrics, &self.shared, &mut computed)
             .map_err(|why| why.to_string())?;
         Ok((project, computed, changes))
@@ -448,7 +448,7 @@ impl Plan {
     /// # Errors
     /// Returns all problems that keep it from being built.
     pub fn load(&self, variant: &Variant) -> Result<Project, InvalidDesign> {
-        let changes = self.changes(variant)?;
+        let changes = self.find_changes(variant)?;
         let overrides = [&variant.overrides[..], &changes].concat();
         self.source.load(&overrides)
     }
@@ -457,21 +457,21 @@ impl Plan {
     ///
     /// # Errors
     /// Fails for rules that contradict each other.
-    fn changes(&self, variant: &Variant) -> Result<Vec<String>, InvalidDesign> {
-        if self.fix { changes(&self.source, &variant.overrides) } else { Ok(Vec::new()) }
+    fn find_changes(&self, variant: &Variant) -> Result<Vec<String>, InvalidDesign> {
+        if self.adapts_chosen_values { find_changes(&self.source, &variant.overrides) } else { Ok(Vec::new()) }
     }
 
     /// Returns whether a constraint can be checked before a variant is built, from written values alone.
     fn is_early(&self, constraint: &Constraint) -> bool {
         let is_written = |path: &str| {
             let is_axis = self.axes.iter().any(|axis| axis.path == path);
-            is_axis || self.known.parameters.get(path).is_some_and(|base| !base.follows)
+            is_axis || self.known.parameters.get(path).is_some_and(|base| !base.is_derived)
         };
-        constraint.is_of_parameters() && constraint.parameters().all(is_written)
+        constraint.depends_on_parameters_only() && constraint.parameters().all(is_written)
     }
 
     /// Returns the values of a variant's parameters that occur in constraints.
-    fn numbers(&self, variant: &Variant) -> Numbers {
+    fn constraint_values(&self, variant: &Variant) -> Numbers {
         let spoken_of = |path: &str| self.constraints.iter().any(|c| c.mentions(path));
         let base = self.known.parameters.iter().filter(|(path, _)| spoken_of(path));
         let base = base.filter_map(|(path, base)| {

@@ -4,12 +4,12 @@ mod axes;
 mod exclusion;
 
 use fabkit_text::{
-    Dialect, Entry, InvalidDesign, Kind, Node, Place, Position, Problem, Reading, TextLayer,
-    check_format, mapping_of, shown, suggestion,
+    Dialect, YamlEntry, InvalidDesign, ValueKind, YamlNode, TextPlace, Position, Problem, NodeReader, TextLayer,
+    take_format, read_mapping, to_printable, suggestion,
 };
 
 use super::{
-    Base, Constraint, Direction, Known, MAX_AXES, MAX_VARIANTS, Objective, Plan, PlanSource,
+    BaseParameter, Constraint, Direction, KnownNames, MAX_AXES, MAX_VARIANTS, Objective, Plan, PlanSource,
     Sampling, quantity,
 };
 use crate::metrics::{self, Metric};
@@ -34,15 +34,15 @@ const PLAN: Dialect = Dialect::new("sweep", 1, ", `sensor: NAME` and `axes:`");
 const START: Position = Position { line: 1, column: 1 };
 
 /// Parses the top level of a plan, and collects its problems.
-fn entries(file: &str, text: &str) -> Result<(Vec<Entry>, Reading), InvalidDesign> {
-    let mut reading = Reading::new(Place::new(TextLayer::File, file, &PLAN).at(START));
-    match mapping_of(text, &reading.place, &mut reading.found) {
+fn entries(file: &str, text: &str) -> Result<(Vec<YamlEntry>, NodeReader), InvalidDesign> {
+    let mut reading = NodeReader::new(TextPlace::new(TextLayer::File, file, &PLAN).at(START));
+    match read_mapping(text, &reading.place, &mut reading.found) {
         Some(entries) => Ok((entries, reading)),
-        None => Err(reading.invalid()),
+        None => Err(reading.into_invalid()),
     }
 }
 
-fn find<'n>(entries: &'n [Entry], key: &str) -> Option<&'n Entry> {
+fn find<'n>(entries: &'n [YamlEntry], key: &str) -> Option<&'n YamlEntry> {
     entries.iter().find(|entry| entry.key == key)
 }
 
@@ -51,8 +51,8 @@ impl Plan {
     ///
     /// # Errors
     /// Fails for a text that cannot be read, or names no sensor.
-    pub fn sensor_of(file: &str, text: &str) -> Result<String, InvalidDesign> {
-        sensor_of(file, text)
+    pub fn sensor_name(file: &str, text: &str) -> Result<String, InvalidDesign> {
+        read_sensor_name(file, text)
     }
 
     /// Reads a plan.
@@ -66,32 +66,32 @@ impl Plan {
 }
 
 /// Returns the sensor that a plan names.
-fn sensor_of(file: &str, text: &str) -> Result<String, InvalidDesign> {
+fn read_sensor_name(file: &str, text: &str) -> Result<String, InvalidDesign> {
     let (entries, mut reading) = entries(file, text)?;
     let sensor = match find(&entries, "sensor") {
-        Some(entry) => reading.scalar("sensor", &entry.value).map(str::to_owned),
+        Some(entry) => reading.read_scalar("sensor", &entry.value).map(str::to_owned),
         None => {
             let names = fabkit_designs::builtin_names();
             let hint = format!("write `sensor: NAME` with one of {}, or a path", names.join(", "));
-            reading.problem(START, "sensor", "", "the sensor is missing", hint);
+            reading.report_problem(START, "sensor", "", "the sensor is missing", hint);
             None
         }
     };
-    sensor.ok_or_else(|| reading.invalid())
+    sensor.ok_or_else(|| reading.into_invalid())
 }
 
 /// Reads a plan.
 fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
-    let sensor = sensor_of(&source.file, &source.text)?;
+    let sensor = read_sensor_name(&source.file, &source.text)?;
     let (mut entries, mut reading) = entries(&source.file, &source.text)?;
-    check_format(&mut entries, &reading.place, &mut reading.found);
+    take_format(&mut entries, &reading.place, &mut reading.found);
     check_keys(&mut reading, &entries);
-    let (fixed, places) = fixed(&mut reading, &entries);
+    let (fixed, places) = read_fixed_overrides(&mut reading, &entries);
 
     let fix = find(&entries, "fix").is_some_and(|entry| is_true(&mut reading, entry));
     // The sensor with the fixed overrides shows which parameters exist.
     let project = match fix {
-        true => super::changes(&source, &fixed),
+        true => super::find_changes(&source, &fixed),
         false => Ok(Vec::new()),
     };
     let project = project.and_then(|changes| source.load(&[&fixed[..], &changes].concat()));
@@ -113,27 +113,27 @@ fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
                     None => problem,
                 }
             });
-            let mut invalid = reading.invalid();
+            let mut invalid = reading.into_invalid();
             invalid.problems.extend(placed);
             return Err(invalid);
         }
     };
     let base = |s: &fabkit_text::Setting| {
         let follows = s.expression.is_some();
-        (s.path.clone(), Base { kind: s.kind, value: s.value.clone(), follows })
+        (s.path.clone(), BaseParameter { kind: s.kind, value: s.value.clone(), is_derived: follows })
     };
-    let mut known = Known {
+    let mut known = KnownNames {
         parameters: project.settings().map(base).collect(),
         metrics: Vec::new(),
         custom: source.custom_metrics.clone(),
     };
     let node = |key: &str| find(&entries, key).map(|entry| &entry.value);
     known.metrics = match node("metrics") {
-        Some(node) => metrics_of(&mut reading, node),
+        Some(node) => read_metrics(&mut reading, node),
         None => metrics::default_metrics(),
     };
-    let seed = node("seed").and_then(|n| reading.count("seed", n, [0, u64::MAX])).unwrap_or(0);
-    let sample = node("sample").map(|n| reading.count("sample", n, [1, MAX_VARIANTS as u64]));
+    let seed = node("seed").and_then(|n| reading.read_count("seed", n, [0, u64::MAX])).unwrap_or(0);
+    let sample = node("sample").map(|n| reading.read_count("sample", n, [1, MAX_VARIANTS as u64]));
     let sampling = match sample {
         None => Sampling::Grid,
         Some(count) => Sampling::Sample(count.unwrap_or(1) as usize),
@@ -144,29 +144,29 @@ fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
             for axis in &axes {
                 if let Some((_, at)) = places.iter().find(|(path, _)| *path == axis.path) {
                     let message = format!("{} is set, and is an axis too", axis.path);
-                    reading.problem(*at, &axis.path, "", message, "keep one of them");
+                    reading.report_problem(*at, &axis.path, "", message, "keep one of them");
                 }
             }
             axes
         }
         None => {
             let hint = "write `axes:`, then for example `  camera.depth: [6 mm, 8 mm]`";
-            reading.problem(START, "axes", "", "the plan has no axes", hint);
+            reading.report_problem(START, "axes", "", "the plan has no axes", hint);
             Vec::new()
         }
     };
     let mut constraints = Vec::new();
-    for item in node("constraints").map(|node| reading.list("constraints", node)).unwrap_or(&[]) {
-        let Some(text) = reading.scalar("constraints", item) else { continue };
+    for item in node("constraints").map(|node| reading.read_list("constraints", node)).unwrap_or(&[]) {
+        let Some(text) = reading.read_scalar("constraints", item) else { continue };
         match Constraint::read(text, &known) {
             Ok(constraint) => constraints.push((constraint, item.position)),
             Err((message, hint)) => {
-                reading.problem(item.position, "constraints", text, message, hint);
+                reading.report_problem(item.position, "constraints", text, message, hint);
             }
         }
     }
     let objectives = match node("objectives") {
-        Some(node) => objectives_of(&mut reading, node, &known),
+        Some(node) => read_objectives(&mut reading, node, &known),
         None => Vec::new(),
     };
     let len = match sampling {
@@ -179,13 +179,13 @@ fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
                 let at = find(&entries, "axes").map(|entry| entry.key_position);
                 let message = format!("the axes have {len} combinations; at most {MAX_VARIANTS}");
                 let hint = "take fewer steps, or add `sample: 1000` to draw some of them";
-                reading.problem(at.unwrap_or(START), "axes", "", message, hint);
+                reading.report_problem(at.unwrap_or(START), "axes", "", message, hint);
             }
             len
         }
     };
     if !reading.found.is_empty() {
-        return Err(reading.invalid());
+        return Err(reading.into_invalid());
     }
     let (constraints, places): (Vec<_>, Vec<_>) = constraints.into_iter().unzip();
     let plan = Plan {
@@ -195,7 +195,7 @@ fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
         sampling,
         axes,
         fixed,
-        fix,
+        adapts_chosen_values: fix,
         constraints,
         objectives,
         known,
@@ -207,36 +207,36 @@ fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
 }
 
 /// Reads the key `fix`.
-fn is_true(reading: &mut Reading, entry: &Entry) -> bool {
-    match reading.scalar("fix", &entry.value) {
+fn is_true(reading: &mut NodeReader, entry: &YamlEntry) -> bool {
+    match reading.read_scalar("fix", &entry.value) {
         Some("true") => true,
         Some("false") | None => false,
         Some(other) => {
-            let message = format!("fix is `{}`, which is neither true nor false", shown(other));
+            let message = format!("fix is `{}`, which is neither true nor false", to_printable(other));
             let hint = "write `true` or `false`";
-            reading.problem(entry.value.position, "fix", other, message, hint);
+            reading.report_problem(entry.value.position, "fix", other, message, hint);
             false
         }
     }
 }
 
 /// Reports unknown keys.
-fn check_keys(reading: &mut Reading, entries: &[Entry]) {
+fn check_keys(reading: &mut NodeReader, entries: &[YamlEntry]) {
     for entry in entries {
         if !KEYS.contains(&&*entry.key) {
-            let message = format!("`{}` is not a key of a sweep", shown(&entry.key));
+            let message = format!("`{}` is not a key of a sweep", to_printable(&entry.key));
             let hint = suggestion(&entry.key, KEYS, "the keys are");
-            reading.problem(entry.key_position, &entry.key, &entry.key, message, hint);
+            reading.report_problem(entry.key_position, &entry.key, &entry.key, message, hint);
         }
     }
 }
 
 /// Reads the overrides that all variants share, with their positions.
-fn fixed(reading: &mut Reading, entries: &[Entry]) -> (Vec<String>, Vec<(String, Position)>) {
+fn read_fixed_overrides(reading: &mut NodeReader, entries: &[YamlEntry]) -> (Vec<String>, Vec<(String, Position)>) {
     let Some(entry) = find(entries, "set") else { return Default::default() };
     let mut overrides = Vec::new();
     let mut places = Vec::new();
-    for entry in reading.map("set", &entry.value) {
+    for entry in reading.read_map("set", &entry.value) {
         if let Some(text) = axes::value_text(reading, &entry.key, &entry.value) {
             overrides.push(format!("{}={text}", entry.key));
             places.push((entry.key.clone(), entry.key_position));
@@ -246,15 +246,15 @@ fn fixed(reading: &mut Reading, entries: &[Entry]) -> (Vec<String>, Vec<(String,
 }
 
 /// Reads the metrics of the plan.
-fn metrics_of(reading: &mut Reading, node: &Node) -> Vec<&'static Metric> {
+fn read_metrics(reading: &mut NodeReader, node: &YamlNode) -> Vec<&'static Metric> {
     let mut wanted = Vec::new();
-    for item in reading.list("metrics", node) {
-        let Some(word) = reading.scalar("metrics", item) else { continue };
-        let found = metrics::named(word);
+    for item in reading.read_list("metrics", node) {
+        let Some(word) = reading.read_scalar("metrics", item) else { continue };
+        let found = metrics::metrics_by_word(word);
         if found.is_empty() {
-            let message = format!("`{}` is not a metric", shown(word));
+            let message = format!("`{}` is not a metric", to_printable(word));
             let hint = suggestion(word, metrics::words(), "the metrics are");
-            reading.problem(item.position, "metrics", word, message, hint);
+            reading.report_problem(item.position, "metrics", word, message, hint);
         }
         wanted.extend(found);
     }
@@ -264,10 +264,10 @@ fn metrics_of(reading: &mut Reading, node: &Node) -> Vec<&'static Metric> {
 }
 
 /// Reads the objectives of the plan.
-fn objectives_of(reading: &mut Reading, node: &Node, known: &Known) -> Vec<Objective> {
+fn read_objectives(reading: &mut NodeReader, node: &YamlNode, known: &KnownNames) -> Vec<Objective> {
     let mut objectives = Vec::new();
-    for entry in reading.map("objectives", node) {
-        let name = metrics::current(&entry.key);
+    for entry in reading.read_map("objectives", node) {
+        let name = metrics::current_name(&entry.key);
         if !known.is_computed(name) {
             let (message, hint) = match metrics::is_metric(name) {
                 true => (
@@ -278,19 +278,19 @@ fn objectives_of(reading: &mut Reading, node: &Node, known: &Known) -> Vec<Objec
                     let names = known.metrics.iter().map(|metric| metric.name);
                     let names: Vec<&str> = names.chain(known.custom.iter().map(|c| &**c)).collect();
                     let hint = suggestion(name, names, "the metrics are");
-                    (format!("`{}` is not a metric", shown(name)), hint)
+                    (format!("`{}` is not a metric", to_printable(name)), hint)
                 }
             };
-            reading.problem(entry.key_position, "objectives", name, message, hint);
+            reading.report_problem(entry.key_position, "objectives", name, message, hint);
         }
-        let Some(word) = reading.scalar(name, &entry.value) else { continue };
+        let Some(word) = reading.read_scalar(name, &entry.value) else { continue };
         let directions = [Direction::Min, Direction::Max];
         match directions.into_iter().find(|direction| direction.word() == word) {
             Some(direction) => objectives.push(Objective { metric: name.into(), direction }),
             None => {
-                let message = format!("`{}` is neither `min` nor `max`", shown(word));
+                let message = format!("`{}` is neither `min` nor `max`", to_printable(word));
                 let hint = format!("write `{name}: min` or `{name}: max`");
-                reading.problem(entry.value.position, name, word, message, hint);
+                reading.report_problem(entry.value.position, name, word, message, hint);
             }
         }
     }
@@ -298,11 +298,11 @@ fn objectives_of(reading: &mut Reading, node: &Node, known: &Known) -> Vec<Objec
 }
 
 /// Returns whether a text is a value of a kind, as far as that is known without the sensor.
-fn is_of(kind: Kind, text: &str) -> bool {
+fn is_value_of(kind: ValueKind, text: &str) -> bool {
     match kind {
-        Kind::Switch => matches!(text, "true" | "false"),
-        Kind::Text => !text.is_empty(),
-        Kind::List => text.starts_with('['),
+        ValueKind::Switch => matches!(text, "true" | "false"),
+        ValueKind::Text => !text.is_empty(),
+        ValueKind::List => text.starts_with('['),
         _ => quantity::parse(kind, text).is_some(),
     }
 }

@@ -13,15 +13,15 @@ use crate::row::{Status, Value};
 use crate::table::Table;
 
 /// Largest number of listed rows of the front.
-const MOST_LISTED: usize = 50;
+const MAX_LISTED_ROWS: usize = 50;
 /// Largest number of listed reasons.
-const MOST_REASONS: usize = 12;
+const MAX_LISTED_REASONS: usize = 12;
 /// Number of metrics that are drawn if the plan has no objectives.
-const MOST_DRAWN: usize = 4;
+const MAX_DRAWN_METRICS: usize = 4;
 
 /// Writes the report of a table.
 pub fn report(plan: &Plan, table: &Table) -> String {
-    let drawn = drawn(plan, table);
+    let drawn = metrics_to_draw(plan, table);
     let mut body = summary(plan, table);
     body += &reasons(table);
     body += &empty(table);
@@ -34,7 +34,7 @@ pub fn report(plan: &Plan, table: &Table) -> String {
 }
 
 /// Returns the metrics to draw: the objectives, or else the first metrics that vary.
-fn drawn(plan: &Plan, table: &Table) -> Vec<String> {
+fn metrics_to_draw(plan: &Plan, table: &Table) -> Vec<String> {
     if !plan.objectives().is_empty() {
         return plan.objectives().iter().map(|objective| objective.metric.clone()).collect();
     }
@@ -43,7 +43,7 @@ fn drawn(plan: &Plan, table: &Table) -> Vec<String> {
         let first = values.next();
         values.any(|value| Some(value) != first)
     };
-    table.metrics().iter().filter(changes).take(MOST_DRAWN).cloned().collect()
+    table.metrics().iter().filter(changes).take(MAX_DRAWN_METRICS).cloned().collect()
 }
 
 fn row(cells: &[String]) -> String {
@@ -102,12 +102,12 @@ fn reasons(table: &Table) -> String {
     counts.sort_by_key(|(_, (count, _))| std::cmp::Reverse(*count));
     let mut html = String::from("<h2>Why variants are not ok</h2>\n<table>");
     html += &heading(&["for example", "status", "variants"]);
-    for (status, (count, example)) in counts.iter().take(MOST_REASONS) {
+    for (status, (count, example)) in counts.iter().take(MAX_LISTED_REASONS) {
         html += &row(&[(*example).to_owned(), status.word().to_owned(), count.to_string()]);
     }
     html += "</table>\n";
-    if kinds > MOST_REASONS {
-        let _ = writeln!(html, "<p>And {} more; all are in the table.</p>", kinds - MOST_REASONS);
+    if kinds > MAX_LISTED_REASONS {
+        let _ = writeln!(html, "<p>And {} more; all are in the table.</p>", kinds - MAX_LISTED_REASONS);
     }
     html
 }
@@ -122,7 +122,7 @@ fn empty(table: &Table) -> String {
     let notes: BTreeSet<&str> =
         table.rows().iter().flat_map(|row| row.notes.iter().map(String::as_str)).collect();
     let notes: String =
-        notes.iter().take(MOST_REASONS).map(|n| format!("<li>{}</li>\n", escape(n))).collect();
+        notes.iter().take(MAX_LISTED_REASONS).map(|n| format!("<li>{}</li>\n", escape(n))).collect();
     format!(
         "<h2>What does not apply</h2>\n<p>No variant has {}.</p>\n<ul>{notes}</ul>\n",
         names.join(", ")
@@ -148,19 +148,19 @@ fn front(plan: &Plan, table: &Table) -> String {
         table.rows().len()
     );
     html += &heading(&names);
-    for (_, found) in on_front.iter().take(MOST_LISTED) {
+    for (_, found) in on_front.iter().take(MAX_LISTED_ROWS) {
         let mut cells = vec![found.variant.to_string()];
         cells.extend(found.parameters.iter().map(|value| match value {
-            Value::Number(number) => digits(*number),
+            Value::Number(number) => round_to_digits(*number),
             Value::Text(text) => text.clone(),
         }));
-        let value = |name: &str| found.metrics.get(name).map_or(String::new(), |v| digits(*v));
+        let value = |name: &str| found.metrics.get(name).map_or(String::new(), |v| round_to_digits(*v));
         cells.extend(plan.objectives().iter().map(|o| value(&o.metric)));
         html += &row(&cells);
     }
     html += "</table>\n";
-    if on_front.len() > MOST_LISTED {
-        let _ = writeln!(html, "<p>And {} more.</p>", on_front.len() - MOST_LISTED);
+    if on_front.len() > MAX_LISTED_ROWS {
+        let _ = writeln!(html, "<p>And {} more.</p>", on_front.len() - MAX_LISTED_ROWS);
     }
     html
 }
@@ -177,7 +177,7 @@ fn legend(table: &Table) -> String {
 }
 
 /// Rounds to five significant digits.
-fn digits(value: f64) -> String {
+fn round_to_digits(value: f64) -> String {
     let text = format!("{value:.4e}");
     text.parse::<f64>().map_or(text, |rounded| rounded.to_string())
 }

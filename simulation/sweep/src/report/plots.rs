@@ -15,13 +15,13 @@ const MAX_AXES: usize = 8;
 /// Number of bins of a sampled axis.
 const BINS: usize = 10;
 
-const OK: &str = "#1f4e79";
-const FRONT: &str = "#c0392b";
-const EXCLUDED: &str = "#bbbbbb";
+const OK_COLOUR: &str = "#1f4e79";
+const FRONT_COLOUR: &str = "#c0392b";
+const EXCLUDED_COLOUR: &str = "#bbbbbb";
 const CURVE: &str = r##"stroke="#1f4e79" stroke-width="1.6""##;
 
 /// Returns a row's position on an axis: its number, or the index of its word.
-fn place(axis: &PlanAxis, index: usize, row: &Row) -> Option<f64> {
+fn axis_position(axis: &PlanAxis, index: usize, row: &Row) -> Option<f64> {
     match (row.parameters.get(index)?, axis.words()) {
         (Value::Number(number), None) => Some(*number),
         (Value::Number(number), Some(words)) => {
@@ -36,7 +36,7 @@ fn place(axis: &PlanAxis, index: usize, row: &Row) -> Option<f64> {
 }
 
 /// Returns the label of an axis, with its words by index if it has words.
-fn name(axis: &PlanAxis) -> String {
+fn axis_label(axis: &PlanAxis) -> String {
     match axis.words() {
         None => axis.column(),
         Some(words) => {
@@ -79,7 +79,7 @@ fn scatter(
     dots.sort_by_key(|dot| (dot.0, dot.1));
     let mut plot = Plot::between(ranges, names);
     for (rank, i, at) in dots {
-        let fill = [EXCLUDED, OK, FRONT][usize::from(rank)];
+        let fill = [EXCLUDED_COLOUR, OK_COLOUR, FRONT_COLOUR][usize::from(rank)];
         plot.dot(at, fill, &format!("variant {}", table.rows()[i].variant));
     }
     Some(plot.finish(&format!("{} against {}", names[1], names[0])))
@@ -102,8 +102,8 @@ pub(super) fn pairs(plan: &Plan, table: &Table, metrics: &[String]) -> String {
     for metric in metrics {
         let mut row_html = String::new();
         for (index, axis) in plan.axes().iter().enumerate().take(MAX_AXES) {
-            let axis_name = name(axis);
-            let point = |row: &Row| Some([place(axis, index, row)?, *row.metrics.get(metric)?]);
+            let axis_name = axis_label(axis);
+            let point = |row: &Row| Some([axis_position(axis, index, row)?, *row.metrics.get(metric)?]);
             if let Some(plot) = scatter(table, [&axis_name, metric], point) {
                 let _ = write!(row_html, "<figure>{plot}</figure>");
             }
@@ -132,12 +132,12 @@ pub(super) fn sensitivity(plan: &Plan, table: &Table, metrics: &[String]) -> Str
         };
         for (axis, curve) in &curves {
             let Some(x) = range(curve.iter().map(|p| p[0])) else { continue };
-            let mut plot = Plot::between([x, y], [&name(axis), metric]);
+            let mut plot = Plot::between([x, y], [&axis_label(axis), metric]);
             for pair in curve.windows(2) {
                 plot.line(pair[0], pair[1], CURVE);
             }
             for point in curve {
-                plot.dot(*point, OK, &format!("{}", point[1]));
+                plot.dot(*point, OK_COLOUR, &format!("{}", point[1]));
             }
             let label = format!("{metric} as {} changes alone", axis.column());
             let _ = write!(row_html, "<figure>{}</figure>", plot.finish(&label));
@@ -159,7 +159,7 @@ pub(super) fn sensitivity(plan: &Plan, table: &Table, metrics: &[String]) -> Str
 /// Returns the points of a curve, in the order of the axis.
 fn curve(plan: &Plan, table: &Table, index: usize, metric: &str) -> Vec<[f64; 2]> {
     let axis = &plan.axes()[index];
-    let point = |row: &Row| Some([place(axis, index, row)?, *row.metrics.get(metric)?]);
+    let point = |row: &Row| Some([axis_position(axis, index, row)?, *row.metrics.get(metric)?]);
     let ok = table.rows().iter().filter(|row| row.status == Status::Ok);
     match plan.sampling {
         Sampling::Grid => {

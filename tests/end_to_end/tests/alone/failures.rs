@@ -10,12 +10,12 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use fabkit_tests::{Run, binary, command, contents, fabkit};
+use fabkit_tests::{Run, binary, command, read_folder, fabkit};
 
 /// A folder with an earlier export of one small part, and its content.
 fn earlier_export(root: &Path) -> BTreeMap<String, Vec<u8>> {
     fabkit(root, &["export", "rtac0", "--part=collar", "-o", "out"]).ok();
-    let before = contents(&root.join("out"));
+    let before = read_folder(&root.join("out"));
     assert_eq!(before.len(), 3, "{:?}", before.keys());
     before
 }
@@ -45,7 +45,7 @@ fn a_write_that_fails_halfway_leaves_everything_as_it_was() {
     let run = export("out");
     assert_eq!(run.code, Some(4), "{run:?}");
     assert_says(&run, &["cannot write out/", "File too large", "= help: ", "ulimit"]);
-    assert_eq!(contents(&root.path().join("out")), before);
+    assert_eq!(read_folder(&root.path().join("out")), before);
 
     assert_eq!(export("fresh/deep").code, Some(4));
     assert!(!root.path().join("fresh").exists());
@@ -93,7 +93,7 @@ fn a_folder_that_may_not_be_written_is_named() {
     let run = unprivileged(root.path(), &["export", "rtac0", "-o", "out"]);
     assert_eq!(run.code, Some(4), "{run:?}");
     assert_says(&run, &["cannot write into out: ", "Permission denied", "may write to with -o"]);
-    assert_eq!(contents(&out), before);
+    assert_eq!(read_folder(&out), before);
     fs::set_permissions(&out, fs::Permissions::from_mode(0o755)).unwrap();
 }
 
@@ -142,7 +142,7 @@ fn files_and_folders_in_the_way_are_named() {
     assert_says(&run, &["out/shell.stl: it is a folder, not a file", "= help: "]);
     fs::remove_dir(root.path().join("out/shell.stl")).unwrap();
 
-    assert_eq!(contents(&root.path().join("out")), before);
+    assert_eq!(read_folder(&root.path().join("out")), before);
 }
 
 fn interrupt(process: u32) {
@@ -168,7 +168,7 @@ fn an_interrupt_while_computing_ends_at_once_without_a_trace() {
     assert_eq!(run.code, Some(130), "{run:?}");
     assert_says(&run, &["interrupted"]);
     assert!(start.elapsed() < Duration::from_secs(2), "{:?}", start.elapsed());
-    assert_eq!(contents(&root.path().join("out")), before);
+    assert_eq!(read_folder(&root.path().join("out")), before);
 }
 
 /// A slicer has a folder of temporary files, and is a process of its own.
@@ -225,7 +225,7 @@ fn an_interrupt_while_all_is_exported_leaves_nothing() {
         let run: Run = child.wait_with_output().unwrap().into();
         assert_eq!(run.code, Some(130), "{run:?}");
         assert_says(&run, &["interrupted"]);
-        assert!(contents(root.path()).is_empty() && !root.path().join("out").exists());
+        assert!(read_folder(root.path()).is_empty() && !root.path().join("out").exists());
     }
 }
 
@@ -254,7 +254,7 @@ fn an_interrupt_while_writing_leaves_all_or_nothing() {
         }
         interrupt(child.id());
         let run: Run = child.wait_with_output().unwrap().into();
-        let after = contents(&out);
+        let after = read_folder(&out);
         match run.code {
             Some(130) => {
                 assert_eq!(after, before);

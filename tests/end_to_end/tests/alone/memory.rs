@@ -75,7 +75,7 @@ fn casting_in_bands_changes_no_byte() {
     use fabkit_application::Error;
     use fabkit_application::fixtures::load;
     use fabkit_application::ground_truth::{Viewpoint, arrays};
-    use fabkit_application::pressing::Contact;
+    use fabkit_application::press_simulation::ContactModel;
     use fabkit_application::scene::{Cast, SensorView};
 
     let root = tempfile::tempdir().unwrap();
@@ -91,7 +91,7 @@ fn casting_in_bands_changes_no_byte() {
     let cast = Cast {
         presses: &[press],
         samples: 2,
-        contact: Contact::Rigid,
+        contact: ContactModel::Rigid,
         shear_mm: [0.0; 2],
         print_sigma_mm: 0.05,
         allow_no_contact: false,

@@ -5,12 +5,12 @@ use std::path::Path;
 
 use fabkit_calibration::landmarks::{PinLandmark, PinLandmarks};
 use fabkit_calibration::model::Model;
-use fabkit_calibration::synthetic::Bench;
+use fabkit_calibration::synthetic::SyntheticSensor;
 use fabkit_camera::files::{self, CameraFormat};
 use fabkit_camera::{Camera, CameraEstimate, DMatrix};
 use fabkit_fixtures::DrawnBodies;
 use fabkit_geometry::{Angle, Point3, Pose, Vector3};
-use fabkit_tests::{Run, built, fabkit};
+use fabkit_tests::{Run, build_design, fabkit};
 use serde_json::Value;
 
 const CAPTURES: [[u32; 5]; 4] =
@@ -56,11 +56,11 @@ impl Setup {
         let truth = Pose::translation(0.4, -0.3, 7.5).then_in(Pose::rotation_z(quarter));
         let landmarks = landmarks();
         // A unit that is as drawn.
-        let bodies = DrawnBodies::of(&built("rtac0", &[]).sensor, &camera).unwrap();
-        let mut model = Model::new(camera, truth).behind(&bodies.interface().unwrap()).unwrap();
+        let bodies = DrawnBodies::new(&build_design("rtac0", &[]).sensor, &camera).unwrap();
+        let mut model = Model::new(camera, truth).with_drawn_interface(&bodies.interface().unwrap()).unwrap();
         let contacts: Vec<_> = landmarks.pins.iter().map(|pin| pin.contact_in_sensor_mm).collect();
         model.displacements = bodies.displacements(&truth, &contacts);
-        let mut bench = Bench::new(model, 2);
+        let mut bench = SyntheticSensor::new(model, 2);
         bench.play_mm = 0.05;
         let folder = root.path().join("captures");
         fs::create_dir(&folder).unwrap();

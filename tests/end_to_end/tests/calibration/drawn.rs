@@ -10,23 +10,23 @@
 use std::f64::consts::SQRT_2;
 use std::sync::Arc;
 
-use fabkit_application::calibrating::extrinsics::landmarks_of;
+use fabkit_application::calibration_runs::extrinsics::fixture_landmarks;
 use fabkit_application::fixtures;
 use fabkit_application::ground_truth::Viewpoint;
-use fabkit_calibration::drawn::{INDEX_SIGMA, PLACE_SIGMA_MM};
+use fabkit_calibration::drawn_interface::{INDEX_SIGMA, PLACE_SIGMA_MM};
 use fabkit_calibration::extrinsics::{Drawing, Loss, PoseSolution, solve_drawn, solve_pose};
 use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{Contact, Model, Observation};
 use fabkit_camera::files::{self, CameraFormat};
 use fabkit_camera::{Camera, Interface};
 
-use fabkit_application::depth::truth::ReferenceSurface;
+use fabkit_application::depth::ground_truth::ReferenceSurface;
 use fabkit_designs::builtin_yaml;
 use fabkit_fixtures::DrawnBodies;
-use fabkit_geometry::sequences::Random;
+use fabkit_geometry::sequences::SplitMix64;
 use fabkit_geometry::{Point3, Pose, Sensor, Solid, Vector3};
-use fabkit_optics::{Sights, Stack, Viewer};
-use fabkit_tests::built;
+use fabkit_optics::{ViewStacks, OpticalStack, CameraView};
+use fabkit_tests::build_design;
 use nalgebra::{Rotation3, Vector2, Vector6};
 use rayon::prelude::*;
 
@@ -48,20 +48,20 @@ struct Bench {
 
 impl Bench {
     fn new(name: &str) -> Self {
-        let sensor = built(name, &[]).sensor;
+        let sensor = build_design(name, &[]).sensor;
         let project = fixtures::load(name, builtin_yaml(name).unwrap(), &[]).unwrap();
         let dome = project.fixture("pin-dome").unwrap();
         let nominal = &sensor.camera;
         let lens = (nominal.width_px, nominal.height_px, nominal.field_of_view.rad());
         let camera = Camera::equidistant(lens.0, lens.1, lens.2).unwrap();
-        let bodies = DrawnBodies::of(&sensor, &camera).unwrap();
-        Self { pins: landmarks_of(&dome).unwrap().pins.clone(), sensor, camera, bodies }
+        let bodies = DrawnBodies::new(&sensor, &camera).unwrap();
+        Self { pins: fixture_landmarks(&dome).unwrap().pins.clone(), sensor, camera, bodies }
     }
 
     /// Another unit: its sensor, and its camera's pose.
-    fn unit(&self, random: &mut Random) -> (Sensor, Pose) {
+    fn unit(&self, random: &mut SplitMix64) -> (Sensor, Pose) {
         let drawn = self.bodies.interface().unwrap();
-        let Interface::Flat(flat) = drawn.as_designed() else { panic!("a face") };
+        let Interface::Flat(flat) = drawn.designed_interface() else { panic!("a face") };
         let nominal = &self.sensor.camera.sensor_from_camera;
         let shift_mm = PLACE_SIGMA_MM * random.normal();
         let face = nominal.point(Point3::new(0.0, 0.0, flat.distance_mm));
@@ -100,13 +100,13 @@ impl Bench {
         sensor: &Sensor,
         pose: &Pose,
         noise_px: f64,
-        random: &mut Random,
+        random: &mut SplitMix64,
     ) -> Vec<Observation> {
-        let sights = Sights::new(Stack::of(sensor).unwrap());
-        let mut viewer = Viewer::new(&self.camera, &pose.inverse(), &sights);
+        let sights = ViewStacks::new(OpticalStack::from_sensor(sensor).unwrap());
+        let mut viewer = CameraView::new(&self.camera, &pose.inverse(), &sights);
         let seen = self.pins.iter().filter_map(|pin| {
-            let look = viewer.look_at(&pin.contact_in_sensor_mm).ok()?;
-            let is_seen = self.camera.sees(&look.pixel) && look.sight.hidden_by(0.5).is_none();
+            let look = viewer.project(&pin.contact_in_sensor_mm).ok()?;
+            let is_seen = self.camera.is_in_image(&look.pixel) && look.sight.hidden_by(0.5).is_none();
             is_seen.then_some((pin, look.pixel))
         });
         let seen: Vec<_> = seen.collect();
@@ -143,18 +143,18 @@ impl Bench {
     }
 
     /// Where the surface is that each pixel of a small picture shows.
-    fn shown(&self, viewpoint: &Viewpoint, stack: Stack) -> Vec<Option<Point3<f64>>> {
+    fn shown(&self, viewpoint: &Viewpoint, stack: OpticalStack) -> Vec<Option<Point3<f64>>> {
         let small = viewpoint.resized([80, 60]).unwrap();
-        let rays = small.rays(1).through(&Arc::new(Sights::new(stack)));
+        let rays = small.rays(1).traced_through(&Arc::new(ViewStacks::new(stack)));
         let surface = ReferenceSurface::cast(self.sensor.touch.as_ref().unwrap(), &rays).unwrap();
-        let points = surface.untouched().point_in_sensor().collect::<Vec<_>>();
+        let points = surface.map_without_contact().point_in_sensor().collect::<Vec<_>>();
         points.into_iter().map(|point| Some(point).filter(|point| point.x.is_finite())).collect()
     }
 
     /// By how much the solved camera shows another place of the surface than the unit's own does, mm rms, of marks without
     /// noise: as the calibration files have it.
     fn surface_off_mm(&self, seed: u64) -> f64 {
-        let mut random = Random::new(seed);
+        let mut random = SplitMix64::new(seed);
         let (sensor, truth) = self.unit(&mut random);
         let observations = self.capture(&sensor, &truth, 0.0, &mut random);
         let fit = self.solved(&observations);
@@ -168,7 +168,7 @@ impl Bench {
             };
             Viewpoint::new(&sensor.camera, Some(&text), Some(&pose)).unwrap()
         };
-        let own = viewpoint(self.camera.behind_drawing(), &truth);
+        let own = viewpoint(self.camera.with_drawn_interface(), &truth);
         let own = self.shown(&own, own.stack(&sensor).unwrap());
         let solved = viewpoint(fit.model.camera, &fit.model.camera_from_sensor);
         let solved = self.shown(&solved, solved.stack(&self.sensor).unwrap());
@@ -183,7 +183,7 @@ impl Bench {
 
     /// Errors of the pose, in standard deviations, and their sum of squares by the covariance (NEES).
     fn trial(&self, seed: u64) -> ([Trial; 2], f64) {
-        let mut random = Random::new(seed);
+        let mut random = SplitMix64::new(seed);
         let (sensor, truth) = self.unit(&mut random);
         let observations = self.capture(&sensor, &truth, SIGMA_PX, &mut random);
         let start = self.sensor.camera.sensor_from_camera.inverse();

@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use fabkit_tests::contract::faults;
+use fabkit_tests::contract::find_faults;
 use fabkit_tests::{OPENCV_CAMERA, fabkit};
 use serde_json::Value;
 
@@ -41,7 +41,7 @@ fn simulated_captures_give_back_what_they_were_made_with() {
     let fit = ["fit-light", "rtac0", "--camera", "camera.yaml", "--captures", "pins"];
     let found =
         fabkit(root.path(), &[&fit[..], &["-o", "light.json", "--json"]].concat()).ok().json();
-    assert!(faults(&found).is_empty(), "{:?}", faults(&found));
+    assert!(find_faults(&found).is_empty(), "{:?}", find_faults(&found));
     // Pins go as deep as landmarks say; that they do is found, not taken for granted.
     let [depth_mm, stated_mm] =
         ["pin_depth_mm", "stated_pin_depth_mm"].map(|key| found[key].as_f64().unwrap());
@@ -121,7 +121,7 @@ fn balls_on_a_pad_give_back_light_and_depth() {
     let made = balls_on_a_pad(root.path(), &presses.iter().map(String::as_str).collect::<Vec<_>>());
     let fit = ["fit-light", "9dtact", "--captures", "balls", "--ball-diameter", "5mm", "--json"];
     let found = fabkit(root.path(), &[&fit[..], &["-o", "light.json"]].concat()).ok().json();
-    assert!(faults(&found).is_empty(), "{:?}", faults(&found));
+    assert!(find_faults(&found).is_empty(), "{:?}", find_faults(&found));
     let number = |key: &str| found[key].as_f64().unwrap();
     for ((ball, depth_mm), place) in found["balls"].as_array().unwrap().iter().zip(deep).zip(places)
     {
@@ -166,7 +166,7 @@ fn balls_on_a_pad_give_back_light_and_depth() {
     }
     let small = ["fit-light", "9dtact", "--captures", "one", "--ball-diameter", "3mm", "--json"];
     let small = fabkit(root.path(), &small).ok().json();
-    assert!(faults(&small).is_empty() && small["held_out_profile_rms_grey"].is_null(), "{small:#}");
+    assert!(find_faults(&small).is_empty() && small["held_out_profile_rms_grey"].is_null(), "{small:#}");
     let said = small["unexplained"].as_array().unwrap().iter();
     let asks = |words: &&Value| words.as_str().unwrap().contains("is the ball as large");
     assert_eq!(said.filter(asks).count(), 1, "{:#}", small["unexplained"]);

@@ -5,13 +5,13 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use fabkit_application::calibrating::extrinsics::landmarks_of;
+use fabkit_application::calibration_runs::extrinsics::fixture_landmarks;
 use fabkit_application::fixtures;
 use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_camera::files::{CameraFormat, write};
 use fabkit_camera::{Camera, CameraEstimate};
 use fabkit_designs::builtin_yaml;
-use fabkit_geometry::sequences::Random;
+use fabkit_geometry::sequences::SplitMix64;
 use fabkit_tests::fabkit;
 use rayon::prelude::*;
 use serde_json::Value;
@@ -37,7 +37,7 @@ fn rendered_pins_tell_where_the_camera_is_and_their_marks_alone_do_not() {
     let root = tempfile::tempdir().unwrap();
     let project = fixtures::load("rtac0", builtin_yaml("rtac0").unwrap(), &[]).unwrap();
     let nominal = &project.design.sensor.camera;
-    let lens = Camera::nominal(
+    let lens = Camera::from_data_sheet(
         nominal.width_px,
         nominal.height_px,
         nominal.field_of_view.rad(),
@@ -47,15 +47,15 @@ fn rendered_pins_tell_where_the_camera_is_and_their_marks_alone_do_not() {
     let text = write(&lens, CameraFormat::Fabkit).unwrap();
     fs::write(root.path().join("camera.yaml"), text).unwrap();
     let dome = project.fixture("pin-dome").unwrap();
-    let pins = &landmarks_of(&dome).unwrap().pins;
+    let pins = &fixture_landmarks(&dome).unwrap().pins;
     // Holes that the camera sees, apart from each other, of any length.
-    let mut random = Random::new(5);
+    let mut random = SplitMix64::new(5);
     let mut list = String::from("file,hole,kind\n");
     let mut presses = Vec::new();
     for capture in 0..CAPTURES {
         let mut chosen: Vec<&PinLandmark> = Vec::new();
         while chosen.len() < PINS {
-            let pin = random.one_of(pins);
+            let pin = random.choose(pins);
             let place = pin.contact_in_sensor_mm;
             let is_apart =
                 |o: &&PinLandmark| nalgebra::distance(&o.contact_in_sensor_mm, &place) > APART_MM;

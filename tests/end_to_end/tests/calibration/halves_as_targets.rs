@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use fabkit_application::calibrating::extrinsics::landmarks_of;
+use fabkit_application::calibration_runs::extrinsics::fixture_landmarks;
 use fabkit_application::fixtures;
 use fabkit_calibration::landmarks::PinLandmarks;
 use fabkit_camera::files::{CameraFormat, write};
@@ -22,7 +22,7 @@ fn camera(root: &Path) -> f64 {
     let nominal = &project.design.sensor.camera;
     let terms = nominal.lens.projection.terms();
     let field_rad = nominal.field_of_view.rad();
-    let lens = Camera::nominal(nominal.width_px, nominal.height_px, field_rad, terms).unwrap();
+    let lens = Camera::from_data_sheet(nominal.width_px, nominal.height_px, field_rad, terms).unwrap();
     let lens = CameraEstimate::new(lens, None).unwrap();
     fs::write(root.join("camera.yaml"), write(&lens, CameraFormat::Fabkit).unwrap()).unwrap();
     fs::create_dir(root.join("halves")).unwrap();
@@ -63,7 +63,7 @@ fn pictures_of_halves_tell_where_the_camera_is() {
     let set = project.fixture("semi-domes").unwrap();
     let list = set.companions.iter().find(|file| file.name == "semi-domes.landmarks.json").unwrap();
     let list = PinLandmarks::from_json(std::str::from_utf8(list.bytes()).unwrap()).unwrap();
-    assert_eq!(&list, landmarks_of(&set).unwrap());
+    assert_eq!(&list, fixture_landmarks(&set).unwrap());
     let on = |end: &str| {
         list.pins.iter().filter(|pin| pin.kind == format!("semi-dome-071{end}")).count()
     };

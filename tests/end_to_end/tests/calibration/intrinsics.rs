@@ -11,8 +11,8 @@ use common::scene::{Studio, USUAL, charuco, fisheye, save, somewhere};
 use fabkit_calibration::board::Board;
 use fabkit_calibration::image::GreyImage;
 use fabkit_camera::files;
-use fabkit_geometry::sequences::Random;
-use fabkit_tests::{Run, contents, fabkit};
+use fabkit_geometry::sequences::SplitMix64;
+use fabkit_tests::{Run, read_folder, fabkit};
 use tempfile::TempDir;
 
 const PICTURES: usize = 10;
@@ -26,7 +26,7 @@ fn folder() -> &'static Path {
     static FOLDER: OnceLock<TempDir> = OnceLock::new();
     let make = || {
         let folder = tempfile::tempdir().unwrap();
-        let (studio, board, mut random) = (Studio::new(fisheye()), board(), Random::new(20));
+        let (studio, board, mut random) = (Studio::new(fisheye()), board(), SplitMix64::new(20));
         fs::write(folder.path().join("board.json"), board.to_json()).unwrap();
         for index in 0..PICTURES {
             let pose = somewhere(&board, &mut random, [22.0, 45.0], 40.0, 45.0);
@@ -78,15 +78,15 @@ fn pictures_become_a_camera_with_its_covariance() {
     }
 
     // The same on one thread, to the last byte.
-    let before = contents(out.path());
+    let before = read_folder(out.path());
     let again: Vec<&str> = outputs.into_iter().chain(["--threads", "1"]).collect();
     assert_eq!(calibrate(&pictures(), &again).ok().stdout, run.stdout);
-    assert_eq!(contents(out.path()), before);
+    assert_eq!(read_folder(out.path()), before);
 }
 
 #[test]
 fn lists_of_corners_do_as_well() {
-    let (studio, board, mut random) = (Studio::new(fisheye()), board(), Random::new(21));
+    let (studio, board, mut random) = (Studio::new(fisheye()), board(), SplitMix64::new(21));
     let mut list = String::from("view,corner,x_px,y_px\n");
     for view in 0..8 {
         let pose = somewhere(&board, &mut random, [25.0, 40.0], 40.0, 45.0);

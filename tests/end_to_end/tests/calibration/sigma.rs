@@ -1,18 +1,18 @@
 //! The sigma of ground truth against the scatter of simulated recalibrations.
 
-use fabkit_application::depth::truth::{
-    DepthMap, PixelRays, Presser, ReferenceSurface, Sigmas, Uncertainty,
+use fabkit_application::depth::ground_truth::{
+    DepthMap, PixelRays, PlacedIndenter, ReferenceSurface, StandardDeviations, Uncertainty,
 };
 use fabkit_calibration::extrinsics::{JointCovariance, Loss, PoseSolution, joint_estimate, refine};
 use fabkit_calibration::intrinsics::{self, BoardView, LensModel};
 use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{FitParameter, Model};
-use fabkit_calibration::synthetic::Bench;
+use fabkit_calibration::synthetic::SyntheticSensor;
 use fabkit_camera::{
-    Camera, CameraEstimate, DMatrix, Flat, Interface, Intrinsics, JointEstimate, KannalaBrandt,
+    Camera, CameraEstimate, DMatrix, FlatInterface, Interface, Intrinsics, JointEstimate, KannalaBrandt,
     Lens, Point2, Vector2,
 };
-use fabkit_geometry::sequences::Random;
+use fabkit_geometry::sequences::SplitMix64;
 use fabkit_geometry::{Angle, Point3, Pose, Solid, Vector3};
 use fabkit_tests::builtin_designs;
 
@@ -84,7 +84,7 @@ fn quantities(map: &DepthMap) -> [Vec<f64>; 4] {
     ]
 }
 
-fn predicted(sigmas: &Sigmas) -> [Vec<f64>; 4] {
+fn predicted(sigmas: &StandardDeviations) -> [Vec<f64>; 4] {
     [
         sigmas.range_mm().collect(),
         sigmas.point_mm().collect(),
@@ -98,7 +98,7 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
     let designs = builtin_designs();
     let rtac0 = designs.iter().find(|design| design.sensor.name == "rtac0").unwrap();
     let touch = rtac0.sensor.touch.as_ref().unwrap();
-    let behind_glass = Interface::Flat(Flat::in_air(2.0, 1.41));
+    let behind_glass = Interface::Flat(FlatInterface::bare_in_air(2.0, 1.41));
     for (interface, with_camera) in
         [(Interface::None, false), (Interface::None, true), (behind_glass, true)]
     {
@@ -112,8 +112,8 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
         // Six captures of five pins each.
         let captures: Vec<Vec<&PinLandmark>> =
             (0..6).map(|capture| (0..5).map(|k| &pins[(capture + 6 * k) % 29]).collect()).collect();
-        let mut bench = Bench::new(truth.clone(), 3);
-        let mut noise = Random::new(4);
+        let mut bench = SyntheticSensor::new(truth.clone(), 3);
+        let mut noise = SplitMix64::new(4);
         let values: Vec<f64> = camera.parameters().into_iter().map(|(_, value)| value).collect();
 
         let mut maps: [Vec<Vec<f64>>; 4] = Default::default();
@@ -131,7 +131,7 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
             let camera = camera.with_parameters(&values).unwrap();
             let rays = PixelRays::new(&camera, &fit.model.camera_from_sensor.inverse());
             let surface = ReferenceSurface::cast(touch, &rays).unwrap();
-            let map = surface.pressed(&[ball()]);
+            let map = surface.map_with_indenters(&[ball()]);
             labels.push(map.label().to_vec());
             for (all, now) in maps.iter_mut().zip(quantities(&map)) {
                 all.push(now);
@@ -147,9 +147,9 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
         let uncertainty = Uncertainty { joint: Some(joint.unwrap()), shape_mm: 0.0 };
         let rays = PixelRays::new(&camera, &assembled.inverse());
         let surface = ReferenceSurface::cast(touch, &rays).unwrap();
-        let map = surface.pressed(&[ball()]);
+        let map = surface.map_with_indenters(&[ball()]);
         labels.push(map.label().to_vec());
-        let predicted = predicted(&map.sigmas(&uncertainty));
+        let predicted = predicted(&map.compute_standard_deviations(&uncertainty));
         // First order ends at edges.
         let is_smooth = |pixel: usize| labels.iter().all(|all| all[pixel] == labels[0][pixel]);
         for (((name, axes), maps), mut predicted) in
@@ -181,14 +181,14 @@ fn sigma_is_the_scatter_of_500_recalibrations() {
 }
 
 /// A ball of 12 mm that is pressed 2 mm deep into one side.
-fn ball() -> Presser {
+fn ball() -> PlacedIndenter {
     let outward = Vector3::new(0.5, 0.2, 0.8).normalize();
     let middle = Point3::new(0.0, 0.0, 6.0) + 25.0 * outward;
-    Presser::new("ball", &Solid::sphere(12.0), Pose::z_to(outward, middle)).unwrap()
+    PlacedIndenter::new("ball", &Solid::sphere(12.0), Pose::z_to(outward, middle)).unwrap()
 }
 
 /// Views of a board of 8 x 6 corners, seen from all sides, with normal noise.
-fn views(camera: &Camera, noise: &mut Random) -> Vec<BoardView> {
+fn views(camera: &Camera, noise: &mut SplitMix64) -> Vec<BoardView> {
     let tilts = [[35.0, 0.0], [-35.0, 10.0], [5.0, 40.0], [-10.0, -35.0], [25.0, 25.0], [0.0, 5.0]];
     let view = |[a, b]: [f64; 2]| {
         let turn = |deg: f64| Angle::from_deg(deg).unwrap();
@@ -223,7 +223,7 @@ fn sigma_is_the_scatter_of_lens_and_pose_calibrated_one_after_the_other() {
     let rtac0 = designs.iter().find(|design| design.sensor.name == "rtac0").unwrap();
     let touch = rtac0.sensor.touch.as_ref().unwrap();
     let in_air = camera(Interface::None);
-    let mut noise = Random::new(5);
+    let mut noise = SplitMix64::new(5);
     let lenses: Vec<CameraEstimate> = (0..TRIALS)
         .map(|_| {
             let views = views(&in_air, &mut noise);
@@ -231,7 +231,7 @@ fn sigma_is_the_scatter_of_lens_and_pose_calibrated_one_after_the_other() {
             found.unwrap().estimate
         })
         .collect();
-    let gel = Interface::Flat(Flat::in_air(2.0, 1.41));
+    let gel = Interface::Flat(FlatInterface::bare_in_air(2.0, 1.41));
     let refitted = [FitParameter::FocalScale, FitParameter::Camera("k1")];
     let cases = [
         ("lens held", Interface::None, &[][..]),
@@ -247,7 +247,7 @@ fn sigma_is_the_scatter_of_lens_and_pose_calibrated_one_after_the_other() {
         let behind = |lens: &Camera| Camera::new(64, 48, *lens.lens(), interface).unwrap();
         let truth = Model::new(camera(interface), assembled);
         let parameters = [&FitParameter::POSE[..], more].concat();
-        let mut bench = Bench::new(truth.clone(), 6);
+        let mut bench = SyntheticSensor::new(truth.clone(), 6);
         let (mut maps, mut last) = (Vec::new(), None);
         for lens in &lenses {
             let observations = bench.observe(&captures, PIN_SIGMA_PX).unwrap();
@@ -268,7 +268,7 @@ fn sigma_is_the_scatter_of_lens_and_pose_calibrated_one_after_the_other() {
             let ratios = scatter_over_sigma(
                 &maps,
                 1,
-                &surface.untouched().sigmas(&uncertainty).range_mm().collect::<Vec<_>>(),
+                &surface.map_without_contact().compute_standard_deviations(&uncertainty).range_mm().collect::<Vec<_>>(),
             );
             assert!(ratios.len() > 1000);
             let at = |share: f64| ratios[(share * (ratios.len() - 1) as f64) as usize];
@@ -277,7 +277,7 @@ fn sigma_is_the_scatter_of_lens_and_pose_calibrated_one_after_the_other() {
         let pose_alone: [[f64; 6]; 6] =
             std::array::from_fn(|r| std::array::from_fn(|c| fit.covariance[(r, c)]));
         let apart = JointEstimate::independent(&estimate.camera_estimate(), Some(&pose_alone));
-        assert_eq!(estimate.covered().interface, interface != Interface::None);
+        assert_eq!(estimate.coverage().interface, interface != Interface::None);
         let (together, apart) = (ratios(estimate), ratios(apart.unwrap()));
         println!("{name}: scatter / sigma {together:.3?}, as if independent {apart:.3?}");
         // A standard deviation of 200 trials is known to 5 %; a few parameters move all pixels.

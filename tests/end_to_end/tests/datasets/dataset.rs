@@ -7,7 +7,7 @@ use std::process::Stdio;
 use std::thread::sleep;
 use std::time::Instant;
 
-use fabkit_tests::{Run, command, contents, fabkit};
+use fabkit_tests::{Run, command, read_folder, fabkit};
 
 /// Few and small: what is tested here is the folder.
 const SMALL: &[&str] = &["--camera", "camera.yaml", "--set", "fixtures.semi_domes.count=8"];
@@ -117,7 +117,7 @@ fn nothing_is_overwritten() {
     fs::write(root.path().join("set/mine.txt"), "mine").unwrap();
     assert_says(&dataset(root.path(), &[]), 2, &["set is not empty", "--resume"]);
     assert_says(&dataset(root.path(), &["--resume"]), 2, &["set is not empty"]);
-    assert_eq!(contents(&root.path().join("set")).len(), 1);
+    assert_eq!(read_folder(&root.path().join("set")).len(), 1);
     fs::remove_file(root.path().join("set/mine.txt")).unwrap();
     dataset(root.path(), &[]).ok();
     let before = hashes(&root.path().join("set"));

@@ -9,7 +9,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use fabkit_application::sweep::{Plan, PlanSource, Row, Status};
-use fabkit_optics::{Sights, Viewer};
+use fabkit_optics::{ViewStacks, CameraView};
 use fabkit_tests::{Run, command, fabkit};
 
 const SMALL: &str = "
@@ -305,9 +305,9 @@ fn metrics_agree_with_other_ways_to_them() {
     let sensor = touch("rtac0");
     let viewpoint =
         fabkit_application::ground_truth::Viewpoint::new(&sensor.camera, None, None).unwrap();
-    let sights = Sights::new(viewpoint.stack(&sensor).unwrap());
+    let sights = ViewStacks::new(viewpoint.stack(&sensor).unwrap());
     let touch = sensor.touch.as_ref().unwrap();
-    let coverage = fabkit_application::ground_truth::coverage(touch, &viewpoint, &sights).unwrap();
+    let coverage = fabkit_application::ground_truth::compute_coverage(touch, &viewpoint, &sights).unwrap();
     assert!((of("coverage") - coverage.area).abs() < 4e-3, "{} {}", of("coverage"), coverage.area);
 }
 
@@ -337,10 +337,10 @@ fn markers_are_found_and_flat_sensors_have_empty_cells() {
     });
     let camera = &sensor.camera;
     let viewpoint = fabkit_application::ground_truth::Viewpoint::new(camera, None, None).unwrap();
-    let sights = Sights::new(viewpoint.stack(&sensor).unwrap());
-    let mut viewer = Viewer::new(viewpoint.camera(), &viewpoint.sensor_from_camera, &sights);
-    let look = viewer.look_at(&tip.unwrap()).unwrap();
-    let way = viewer.way(&tip.unwrap(), &look);
+    let sights = ViewStacks::new(viewpoint.stack(&sensor).unwrap());
+    let mut viewer = CameraView::new(viewpoint.camera(), &viewpoint.sensor_from_camera, &sights);
+    let look = viewer.project(&tip.unwrap()).unwrap();
+    let way = viewer.path_corners(&tip.unwrap(), &look);
     // Behind flat faces a thing looks nearer: each length counts by its index. Air, window, gel.
     let pieces = way.windows(2).map(|piece| (piece[1] - piece[0]).norm());
     let looks_mm: f64 = pieces.zip([1.0, 1.491, 1.41]).map(|(mm, index)| mm / index).sum();

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use fabkit_designs::Design;
 use fabkit_geometry::measure::overlap_volume;
 use fabkit_geometry::{Aabb, Body, CompiledSolid, Sensor, Solid};
-use fabkit_mesh::{DEFAULT_TOLERANCE_MM, Intersections, intersection_volume_mm3, mesh};
+use fabkit_mesh::{DEFAULT_TOLERANCE_MM, IntersectionCache, intersection_volume_mm3, mesh};
 
 /// Lines through the box that two bodies share.
 const LINES: u32 = 20_000;
@@ -81,7 +81,7 @@ fn press_fits_alone_overlap(designs: &[Design]) {
     for design in designs {
         let sensor = &design.sensor;
         let mut wrong = Vec::new();
-        let mut meshes = Intersections::new(DEFAULT_TOLERANCE_MM);
+        let mut meshes = IntersectionCache::new(DEFAULT_TOLERANCE_MM);
         for (assembly, placed) in assemblies(sensor) {
             let mut pairs = 0;
             for (i, a) in placed.iter().enumerate() {

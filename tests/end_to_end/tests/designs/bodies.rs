@@ -5,7 +5,7 @@ use fabkit_designs::Design;
 use fabkit_geometry::CompiledSolid;
 use fabkit_geometry::measure::ray_volume;
 use fabkit_mesh::{DEFAULT_TOLERANCE_MM, mesh};
-use fabkit_tests::sampled;
+use fabkit_tests::sample_bodies;
 use rayon::prelude::*;
 
 /// Lines through each body; enough for about 1e-5 of its volume.
@@ -22,7 +22,7 @@ fn meshes_of_fixtures_are_closed_and_have_the_exact_volume() {
 }
 
 fn meshes_have_the_exact_volume(designs: &[Design]) {
-    let bodies: Vec<_> = designs.iter().flat_map(|d| sampled(d).map(move |b| (d, b))).collect();
+    let bodies: Vec<_> = designs.iter().flat_map(|d| sample_bodies(d).map(move |b| (d, b))).collect();
     println!("{:40} {:>12} {:>12} {:>10}", "body", "exact mm3", "mesh mm3", "off");
     bodies.par_iter().for_each(|(design, body)| {
         let name = format!("{}/{}", design.sensor.name, body.name);

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use fabkit_checks::{CheckReport, Finding, Rule};
 use fabkit_geometry::{Action, Body, Pose, Pour, Sensor, Solid};
-use fabkit_tests::{built, check, fabkit};
+use fabkit_tests::{build_design, check, fabkit};
 
 /// With molds in halves, which can be off and undercut.
 fn rtac0() -> Sensor {
@@ -34,7 +34,7 @@ fn part<'a>(sensor: &'a mut Sensor, name: &str) -> &'a mut Body {
 fn every_built_in_sensor_passes() {
     let mut examined = BTreeMap::new();
     // All of them even where other tests look at a sample.
-    for design in fabkit_designs::builtin_names().into_iter().map(|name| built(name, &[])) {
+    for design in fabkit_designs::builtin_names().into_iter().map(|name| build_design(name, &[])) {
         let start = Instant::now();
         let report = report(&design.sensor);
         let counts: Vec<String> =
@@ -85,7 +85,7 @@ fn a_mold_that_is_off_by_a_tenth_of_a_millimetre_is_named() {
     mold.solid = mold.solid.clone().placed(Pose::translation(-0.1, 0.0, 0.0));
     let report = report(&sensor);
     let finding = report
-        .of(Rule::Casting)
+        .for_rule(Rule::Casting)
         .find(|f| f.bodies == ["transparent-gel", "mold-transparent-gel-a"])
         .unwrap();
     assert_eq!(finding.step.as_deref(), Some("pour-transparent-gel"));
@@ -100,14 +100,14 @@ fn a_lid_without_vents_traps_air_and_a_vent_that_was_not_drilled_is_closed() {
     let mut sensor = rtac0();
     pour(&mut sensor, "pour-translucent-gel").openings.clear();
     let report = report(&sensor);
-    let trapped: Vec<&Finding> = report.of(Rule::TrappedAir).collect();
+    let trapped: Vec<&Finding> = report.for_rule(Rule::TrappedAir).collect();
     assert_eq!(trapped.len(), 1, "{trapped:#?}");
     assert_eq!(trapped[0].step.as_deref(), Some("pour-translucent-gel"));
     assert_eq!(trapped[0].bodies, ["translucent-gel"]);
     // The foot of the gel is its highest place, under the lid.
     assert!(trapped[0].place.unwrap().z.abs() < 1e-9);
     // And the holes that are still in the lid are leaks now.
-    assert!(report.of(Rule::Casting).any(|f| f.message.contains("open") || f.bodies.contains(&"lid-translucent-gel".into())));
+    assert!(report.for_rule(Rule::Casting).any(|f| f.message.contains("open") || f.bodies.contains(&"lid-translucent-gel".into())));
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn an_undercut_keeps_a_mold_half_from_coming_off() {
     let mold = part(&mut sensor, "mold-transparent-gel-a");
     mold.solid = mold.solid.clone().plus(behind);
     let report = report(&sensor);
-    let finding = report.of(Rule::Demolding).next().unwrap();
+    let finding = report.for_rule(Rule::Demolding).next().unwrap();
     assert_eq!(finding.bodies[..2], ["mold-transparent-gel-a", "transparent-gel"]);
     assert_eq!(finding.step.as_deref(), Some("open-transparent-mold"));
     // The gel's shadow along the pull: half a disc on a rectangle, to the width of a line.
@@ -133,7 +133,7 @@ fn a_part_in_the_wrong_place_and_a_loose_fit_are_found() {
     let mut sensor = rtac0();
     sensor.press_fits.retain(|fit| fit.inner != "led-board");
     let found = report(&sensor);
-    let finding = found.of(Rule::Interference).next().unwrap();
+    let finding = found.for_rule(Rule::Interference).next().unwrap();
     assert_eq!(finding.bodies, ["shell", "led-board"]);
 
     let mut sensor = rtac0();
@@ -141,7 +141,7 @@ fn a_part_in_the_wrong_place_and_a_loose_fit_are_found() {
     board.solid = Solid::cylinder(5.0, 1.0).at(0.0, 0.0, -12.0);
     let report = report(&sensor);
     let loose = |f: &Finding| f.bodies == ["led-board", "shell"] && f.message.contains("nowhere");
-    assert!(report.of(Rule::Interference).any(loose));
+    assert!(report.for_rule(Rule::Interference).any(loose));
 }
 
 #[test]

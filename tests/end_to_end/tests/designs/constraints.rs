@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fabkit_tests::{Run, fabkit, some};
+use fabkit_tests::{Run, fabkit, sample_cases};
 
 /// How often advice is followed.
 const ROUNDS: u32 = 3;
@@ -90,7 +90,7 @@ fn a_lens_that_is_recommended_covers_the_chip() {
 fn halves_close_to_the_surface_are_made() {
     let close =
         [("rtac0", "0.1mm"), ("tactip", "0.1mm"), ("uvdtact", "0.1mm"), ("uvdtact", "0.4mm")];
-    for (sensor, clearance) in some(&close) {
+    for (sensor, clearance) in sample_cases(&close) {
         let near = [format!("fixtures.semi_domes.clearance={clearance}")];
         let folder = tempfile::tempdir().unwrap();
         let design = format!("{sensor}/semi-domes");

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use fabkit_tests::{contents, fabkit};
+use fabkit_tests::{read_folder, fabkit};
 
 const OTHER_PAD: &str = "format: 1\nextends: 9dtact\nname: mine\ntitle: another pad\n\
                          pad: {length: 20 mm, width: 25 mm, thickness: 3 mm}\n";
@@ -21,7 +21,7 @@ fn a_pad_of_another_size_is_checked_and_exported() {
     assert_eq!([of("casting"), of("trapped-air"), of("demolding")], [Some(3); 3], "{report:#}");
 
     fabkit(root.path(), &["export", "mine.yaml", "-o", "out", "--format=stl,3mf,dxf,svg"]).ok();
-    let files = contents(&root.path().join("out"));
+    let files = read_folder(&root.path().join("out"));
     for name in ["shell.stl", "base.3mf", "plate.dxf", "led-board.svg", "mold-coat.stl"] {
         assert!(files.contains_key(name), "{name}: {:?}", files.keys());
     }

@@ -5,7 +5,7 @@ use std::fs;
 
 use fabkit_application::designs::{Design, REGISTRY};
 use fabkit_application::source::Source;
-use fabkit_tests::{Run, contents, fabkit, looked_at};
+use fabkit_tests::{Run, read_folder, fabkit, tested_sensors};
 
 #[path = "../../../../fabkit/application/examples/own_part.rs"]
 #[allow(dead_code)]
@@ -75,7 +75,7 @@ fn files_of_a_new_sensor_are_those_of_the_example() {
         fabkit(root.path(), &[&export[..], &part].concat()).ok();
     }
     let files = |folder: &str| {
-        let mut files = contents(&root.path().join(folder));
+        let mut files = read_folder(&root.path().join(folder));
         files.remove("manifest.json").unwrap();
         files
     };
@@ -86,7 +86,7 @@ fn files_of_a_new_sensor_are_those_of_the_example() {
 #[test]
 fn what_extends_a_sensor_lists_all_that_it_may_change() {
     let root = tempfile::tempdir().unwrap();
-    for sensor in looked_at() {
+    for sensor in tested_sensors() {
         let name = format!("{sensor}-x");
         fabkit(root.path(), &["new", &name, "--extends", sensor]).ok();
         let place = root.path().join(format!("{name}.yaml"));
@@ -118,7 +118,7 @@ fn nothing_is_replaced_unasked_and_what_is_wrong_is_named() {
     let new = |arguments: &[&str]| fabkit(root.path(), &[&["new"], arguments].concat());
     let json = new(&["a", "--family=dome", "--json"]).ok().json();
     assert_eq!(json["file"], "a.yaml");
-    let before = contents(root.path());
+    let before = read_folder(root.path());
     let there = new(&["a", "--extends=rtac0"]);
     assert_refused(&there, &["a.yaml is there already", "-o", "--force"]);
     assert_refused(&new(&["b", "--family=dom"]), &["did you mean `dome`?", "half-ellipsoid"]);
@@ -131,9 +131,9 @@ fn nothing_is_replaced_unasked_and_what_is_wrong_is_named() {
     assert_refused(&new(&["b", "--family=dome", "-o", "b.txt"]), &["does not end in .yaml"]);
     assert_refused(&new(&["b", "--family=dome", "--extends=rtac0"]), &["cannot be used with"]);
     assert_refused(&new(&["b"]), &["--family", "--extends"]);
-    assert_eq!(contents(root.path()), before);
+    assert_eq!(read_folder(root.path()), before);
     new(&["a", "--extends=rtac0", "--force", "--quiet"]).ok();
-    assert_ne!(contents(root.path()), before);
+    assert_ne!(read_folder(root.path()), before);
     new(&["b", "--extends=rtac0", "-o", "new/b.yml"]).ok();
     fabkit(root.path(), &["show", "new/b.yml"]).ok();
     // Names that mean something else in YAML stay names.
@@ -150,7 +150,7 @@ fn nothing_is_replaced_unasked_and_what_is_wrong_is_named() {
 fn examples_of_the_library_do_what_they_say() {
     let root = tempfile::tempdir().unwrap();
     own_part::run(root.path()).unwrap();
-    let files = contents(root.path());
+    let files = read_folder(root.path());
     assert_eq!(files.keys().collect::<Vec<_>>(), ["foot.3mf", "foot.stl"]);
     // Binary STL: a header of 84 bytes, 50 for each triangle.
     let stl = &files["foot.stl"];

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use fabkit_tests::{Run, command, contents};
+use fabkit_tests::{Run, command, read_folder};
 use serde_json::Value;
 
 const LAB: &str = "\
@@ -134,7 +134,7 @@ fn plates_profiles_and_the_manifest_follow_the_machine() {
         laid,
         parts(manifest).iter().filter(|p| is_mold(p["name"].as_str().unwrap())).count()
     );
-    let files = contents(&root.path().join("out/own"));
+    let files = read_folder(&root.path().join("out/own"));
     assert!(files.keys().any(|name| name.starts_with("plate-fdm-pla-")), "{:?}", files.keys());
 }
 

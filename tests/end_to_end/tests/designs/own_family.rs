@@ -1,6 +1,6 @@
 //! The family that the book teaches with: it is built, checked and exported as those in the box are.
 
-use fabkit_tests::contents;
+use fabkit_tests::read_folder;
 
 #[path = "../../../../fabkit/application/examples/own_family.rs"]
 #[allow(dead_code)]
@@ -10,7 +10,7 @@ mod teaching;
 fn the_teaching_family_passes_its_checks_and_is_exported() {
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(teaching::run(folder.path()).unwrap(), 0);
-    let files = contents(folder.path());
+    let files = read_folder(folder.path());
     for name in ["base.stl", "housing.3mf", "mold-ring.stl", "window.dxf", "manifest.json"] {
         assert!(files.keys().any(|file| file.ends_with(name)), "{name}: {:?}", files.keys());
     }

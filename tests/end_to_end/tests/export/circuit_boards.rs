@@ -6,7 +6,7 @@ use std::path::Path;
 
 use fabkit_designs::Design;
 use fabkit_geometry::CompiledSolid;
-use fabkit_tests::{builtin_designs, contents, fabkit};
+use fabkit_tests::{builtin_designs, read_folder, fabkit};
 use serde_json::Value;
 
 /// Boards of a design, by the names of their bodies.
@@ -31,7 +31,7 @@ fn export(root: &Path, design: &Design, threads: &str, into: &str) -> BTreeMap<S
     fabkit(root, &[&words[..], &["--threads", threads, "-o", into]].concat()).ok();
     let mut files = BTreeMap::new();
     for board in boards(design) {
-        let of_board = contents(&root.join(into).join(board));
+        let of_board = read_folder(&root.join(into).join(board));
         files.extend(of_board.into_iter().map(|(name, bytes)| (format!("{board}/{name}"), bytes)));
     }
     files.insert("manifest.json".into(), fs::read(root.join(into).join("manifest.json")).unwrap());
@@ -123,7 +123,7 @@ fn a_sensor_without_boards_is_refused_with_what_to_do() {
         for said in [&*format!("{name} has no circuit board"), "= help: leave gerber out"] {
             assert!(run.stderr.contains(said), "{said}: {run:?}");
         }
-        assert!(contents(root.path()).is_empty(), "{name}");
+        assert!(read_folder(root.path()).is_empty(), "{name}");
     }
 }
 
@@ -182,7 +182,7 @@ fn circuits_light_up() {
     for design in builtin_designs() {
         assert!(!design.sensor.circuits.is_empty(), "{}", design.sensor.name);
         let findings =
-            fabkit_tests::found(&design.sensor, &[fabkit_checks::Rule::Circuit]).unwrap();
+            fabkit_tests::find_findings(&design.sensor, &[fabkit_checks::Rule::Circuit]).unwrap();
         assert!(findings.is_empty(), "{}: {findings:#?}", design.sensor.name);
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-use fabkit_tests::{binary, contents};
+use fabkit_tests::{binary, read_folder};
 
 fn export(binary: &Path, extra: &[&str]) -> BTreeMap<String, Vec<u8>> {
     let root = tempfile::tempdir().unwrap();
@@ -16,7 +16,7 @@ fn export(binary: &Path, extra: &[&str]) -> BTreeMap<String, Vec<u8>> {
         .status()
         .unwrap();
     assert!(status.success(), "{status}");
-    let files = contents(&root.path().join("here"));
+    let files = read_folder(&root.path().join("here"));
     assert!(files.len() > 20, "{:?}", files.keys());
     files
 }
@@ -49,7 +49,7 @@ fn any_number_of_threads_and_both_profiles_give_the_same_pictures() {
             .status()
             .unwrap();
         assert!(status.success(), "{status}");
-        contents(&root.path().join("here"))
+        read_folder(&root.path().join("here"))
     };
     let first = picture(binary(), "--threads=1");
     assert!(first.contains_key("base.png"), "{:?}", first.keys());

@@ -3,10 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use fabkit_application::exporting::{self, ExportOptions, Format};
+use fabkit_application::exports::{self, ExportOptions, Format};
 use fabkit_designs::Design;
 use fabkit_geometry::{Assembly, Body, Placement};
-use fabkit_tests::{contents, fabkit};
+use fabkit_tests::{read_folder, fabkit};
 use serde_json::Value;
 
 /// The JSON and the bytes of a file.
@@ -25,7 +25,7 @@ fn exported(design: &Design) -> Vec<u8> {
         tolerance_mm: 0.1,
         ..ExportOptions::default()
     };
-    let exported = exporting::export(design, &options, &|_| ()).unwrap();
+    let exported = exports::export(design, &options, &|_| ()).unwrap();
     let name = format!("{}.glb", design.sensor.name);
     exported.files.into_iter().find(|file| file.name == name).unwrap().bytes
 }
@@ -146,14 +146,14 @@ fn the_command_writes_one_file_of_the_whole() {
         fabkit(root.path(), &all).ok();
     };
     export("rtac0", &["--part=shell"]);
-    let whole = contents(&root.path().join("out/rtac0"));
+    let whole = read_folder(&root.path().join("out/rtac0"));
     assert_eq!(whole.keys().collect::<Vec<_>>(), ["manifest.json", "rtac0.glb"]);
     for threads in ["1", "8"] {
         export("rtac0", &["--part=shell", "-o", threads, "--threads", threads]);
-        assert_eq!(contents(&root.path().join(threads))["rtac0.glb"], whole["rtac0.glb"]);
+        assert_eq!(read_folder(&root.path().join(threads))["rtac0.glb"], whole["rtac0.glb"]);
     }
     export("rtac0/pin-dome", &["--part=dome"]);
-    let fixture = contents(&root.path().join("out/rtac0/pin-dome"));
+    let fixture = read_folder(&root.path().join("out/rtac0/pin-dome"));
     let (json, _) = parts(&fixture["rtac0-pin-dome.glb"]);
     let names =
         json["meshes"].as_array().unwrap().iter().map(|mesh| mesh["name"].as_str().unwrap());

@@ -10,7 +10,7 @@ use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::Command;
 
-use fabkit_tests::{Run, binary, command, contents, fabkit};
+use fabkit_tests::{Run, binary, command, read_folder, fabkit};
 use serde_json::Value;
 
 const CAMERA: &str = "fabkit_camera: 1\nwidth_px: 96\nheight_px: 72\nlens:\n  \
@@ -50,9 +50,9 @@ fn measurements_in_a_coupon_are_not_erased_by_a_second_export() {
     let coupon = root.path().join("out/rtac0/coupon/coupon.yaml");
     let mine = fs::read_to_string(&coupon).unwrap() + "# measured on Monday\n";
     fs::write(&coupon, &mine).unwrap();
-    let before = contents(coupon.parent().unwrap());
+    let before = read_folder(coupon.parent().unwrap());
     assert_refused(&export(&[]), &["coupon.yaml was changed since fabkit wrote it", "--force"]);
-    assert_eq!(contents(coupon.parent().unwrap()), before);
+    assert_eq!(read_folder(coupon.parent().unwrap()), before);
     // A part of it does not touch the file, and says that it is not as listed.
     export(&["--part=coupon"]).ok();
     assert_eq!(fs::read_to_string(&coupon).unwrap(), mine);
@@ -95,7 +95,7 @@ fn a_manifest_keeps_what_is_still_true_and_names_the_rest() {
     fs::write(out.join("collar.stl"), "mine too").unwrap();
     let run = export(&[&newer[..], &["--format=stl", "--clean", "--json"]].concat()).ok();
     assert_eq!(run.json()["removed"], serde_json::json!(["base.3mf", "collar.3mf"]));
-    let left: Vec<String> = contents(&out).into_keys().collect();
+    let left: Vec<String> = read_folder(&out).into_keys().collect();
     assert_eq!(left, ["base.stl", "collar.stl", "manifest.json", "notes.txt"]);
     let list = manifest(&out);
     assert_eq!(names(&list["files"]), ["base.stl"]);
@@ -125,10 +125,10 @@ fn another_designs_folder_is_refused() {
         fabkit(root.path(), &all)
     };
     export("rtac0", &["--part=collar"]).ok();
-    let before = contents(&out);
+    let before = read_folder(&out);
     for other in ["tactip/pin-dome", "rtac0/coupon"] {
         assert_refused(&export(other, &[]), &["out holds the export of rtac0, not of", "--clean"]);
-        assert_eq!(contents(&out), before);
+        assert_eq!(read_folder(&out), before);
     }
     export("rtac0/coupon", &["--clean"]).ok();
     assert!(!out.join("collar.stl").exists());
@@ -148,7 +148,7 @@ fn files_that_fabkit_did_not_write_are_not_replaced() {
     assert_refused(&export(&[]), &["out/collar.stl is there, and no manifest says", "--force"]);
     fs::rename(out.join("collar.stl"), out.join("manifest.json")).unwrap();
     assert_refused(&export(&[]), &["out/manifest.json is there"]);
-    assert_eq!(contents(&out).len(), 1);
+    assert_eq!(read_folder(&out).len(), 1);
     export(&["--force"]).ok();
     assert_eq!(names(&manifest(&out)["files"]), ["collar.stl"]);
 }

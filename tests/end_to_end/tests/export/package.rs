@@ -7,7 +7,7 @@ use std::path::Path;
 use fabkit_application::packaging::resolved_yaml;
 use fabkit_application::source::Target;
 use fabkit_designs::builtin_names;
-use fabkit_tests::{contents, fabkit};
+use fabkit_tests::{read_folder, fabkit};
 use serde_json::Value;
 
 fn read(path: impl AsRef<Path>) -> String {
@@ -92,7 +92,7 @@ fn a_package_holds_boards() {
         .filter(|file| file["format"] == "gerber")
         .map(|file| file["name"].as_str().unwrap())
         .collect();
-    let there = contents(&folder.join("led-board"));
+    let there = read_folder(&folder.join("led-board"));
     assert_eq!(boards.len(), there.len(), "{boards:?}");
     for name in ["led-board.gbrjob", "led-board-F_Cu.gbr", "led-board-pos.csv"] {
         assert!(
@@ -128,7 +128,7 @@ fn an_archive_is_the_same_on_any_number_of_threads() {
     assert_eq!(&bytes[..4], b"PK\x03\x04");
     // The first of all names, sorted; and nothing else is written.
     assert_eq!(&bytes[30..30 + 11], b"digit-like/");
-    let there: BTreeMap<_, _> = contents(root.path());
+    let there: BTreeMap<_, _> = read_folder(root.path());
     assert_eq!(there.len(), 2, "{:?}", there.keys());
 
     let refused = run(&[SMALL, &["--zip", "a.zip"]].concat());
@@ -155,7 +155,7 @@ fn slips_are_told_before_anything_is_made() {
         assert_eq!(run.code, Some(2), "{words:?}: {run:?}");
         assert!(run.stderr.contains(said), "{words:?}: {run:?}");
     }
-    assert!(contents(root.path()).is_empty());
+    assert!(read_folder(root.path()).is_empty());
 }
 
 /// Every built-in sensor can be said in one text, with its fixtures.

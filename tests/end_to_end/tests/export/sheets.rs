@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use fabkit_geometry::Process;
-use fabkit_tests::{builtin_designs, contents, fabkit};
+use fabkit_tests::{builtin_designs, read_folder, fabkit};
 use serde_json::Value;
 
 fn part<'a>(manifest: &'a Value, name: &str) -> &'a Value {
@@ -43,7 +43,7 @@ fn every_laser_and_board_part_of_every_sensor_is_flat() {
 fn flat_parts_get_drawings_without_asking_and_stock_sheets_with_all_of_them() {
     let root = tempfile::tempdir().unwrap();
     let run = fabkit(root.path(), &PRINTED).ok();
-    let files = contents(&root.path().join("out/rtac0"));
+    let files = read_folder(&root.path().join("out/rtac0"));
     let drawings: Vec<&str> =
         files.keys().filter(|name| name.ends_with(".dxf")).map(String::as_str).collect();
     let sheet = "sheet-acrylic-frosted-on-both-sides-2mm-1.dxf";
@@ -121,7 +121,7 @@ fn molds_are_larger_by_what_shrinks_and_nothing_else_is() {
         let arguments = ["--format=tree", "-o", "here", extra];
         let arguments = &arguments[..if extra.is_empty() { 3 } else { 4 }];
         fabkit(root.path(), &[&PRINTED[..], arguments].concat()).ok();
-        let bytes = contents(&root.path().join("here")).remove(tree).unwrap();
+        let bytes = read_folder(&root.path().join("here")).remove(tree).unwrap();
         serde_json::from_slice::<Value>(&bytes).unwrap()["solid"].take()
     });
     assert_eq!(solids[0].take(), solids[1].take());
@@ -144,5 +144,5 @@ fn what_cannot_be_cut_is_refused_with_a_way_out() {
         assert_eq!(run.code, Some(2), "{run:?}");
         assert!(run.stderr.contains(message) && run.stderr.contains(hint), "{}", run.stderr);
     }
-    assert!(contents(root.path()).is_empty(), "nothing was written");
+    assert!(read_folder(root.path()).is_empty(), "nothing was written");
 }

@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 
 use fabkit_application::designs::builtin_yaml;
 use fabkit_application::fixtures::{Project, load};
-use fabkit_elastic::{Curve, SoftStack};
+use fabkit_elastic::{MeridianCurve, SoftStack};
 use fabkit_geometry::{Point3, TouchSurface};
-use fabkit_tests::{fabkit, looked_at};
+use fabkit_tests::{fabkit, tested_sensors};
 use fabkit_tetra::{TetraError, Tetrahedra};
 
 /// No solver takes flatter ones gladly; the bound.
@@ -28,9 +28,9 @@ fn mesh(project: &Project, edge_mm: f64) -> (SoftStack, TouchSurface, Tetrahedra
 }
 
 /// Of what lies between two curves when they are turned around the axis, mm3: by Pappus, of thin quadrilaterals.
-fn between_mm3(outer: &Curve, inner: &Curve) -> f64 {
+fn between_mm3(outer: &MeridianCurve, inner: &MeridianCurve) -> f64 {
     const STEPS: usize = 20_000;
-    let corner = |curve: &Curve, i: usize| curve.at(i as f64 / STEPS as f64);
+    let corner = |curve: &MeridianCurve, i: usize| curve.at(i as f64 / STEPS as f64);
     let triangle = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
         let area = 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]));
         2.0 * PI * area * (a[0] + b[0] + c[0]) / 3.0
@@ -55,7 +55,7 @@ fn check(project: &Project, edge_mm: f64) {
         quality.least_dihedral_deg
     );
     // The touched surface, to rounding.
-    for node in Tetrahedra::nodes_of(&mesh.outer) {
+    for node in Tetrahedra::collect_nodes(&mesh.touched_faces) {
         let (depth_mm, _) = touch.depth_mm(&Point3::from(mesh.points_mm[node as usize]));
         assert!(depth_mm.abs() < 1e-9, "{name}: {depth_mm} mm off the surface");
     }
@@ -87,7 +87,7 @@ fn check(project: &Project, edge_mm: f64) {
         }
     }
     assert!(faces.values().all(|count| *count <= 2), "{name}");
-    for face in mesh.outer.iter().chain(&mesh.bonded) {
+    for face in mesh.touched_faces.iter().chain(&mesh.bonded_faces) {
         let mut sorted = *face;
         sorted.sort_unstable();
         assert_eq!(faces.get(&sorted), Some(&1), "{name}: a face of a set is not on the surface");
@@ -105,7 +105,7 @@ fn check(project: &Project, edge_mm: f64) {
 #[test]
 fn layers_of_every_sensor_are_even_closed_and_exact() {
     let mut seen = 0;
-    for sensor in looked_at() {
+    for sensor in tested_sensors() {
         let project = project(sensor, &[]);
         if project.design.sensor.touch.is_none() {
             continue;
@@ -120,7 +120,7 @@ fn layers_of_every_sensor_are_even_closed_and_exact() {
 
 #[test]
 fn edges_and_thicknesses_may_be_any() {
-    let mut random = fabkit_geometry::sequences::Random::new(11);
+    let mut random = fabkit_geometry::sequences::SplitMix64::new(11);
     let mut checked = 0;
     for _ in 0..8 {
         let thickness_mm = 1.2 + random.unit();

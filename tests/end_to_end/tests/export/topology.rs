@@ -1,7 +1,7 @@
 //! Holes, pieces and cavities are those of the design at every tolerance, and what values make
 //! otherwise is refused as what cannot be made.
 
-use fabkit_application::exporting::{ExportOptions, Format, export};
+use fabkit_application::exports::{ExportOptions, Format, export};
 use fabkit_designs::Design;
 use fabkit_tests::{Run, fabkit};
 use serde_json::Value;

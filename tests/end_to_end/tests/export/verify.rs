@@ -7,7 +7,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use fabkit_tests::{Run, command, contents};
+use fabkit_tests::{Run, command, read_folder};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -94,7 +94,7 @@ fn without_its_environment_one_line_says_which_command_makes_it() {
         assert_eq!(run.stderr.trim_end().lines().count(), 1, "{run:?}");
         assert!(run.stderr.contains("cargo xtask verify-env"), "{run:?}");
     }
-    assert!(contents(folder.path()).is_empty(), "nothing is written");
+    assert!(read_folder(folder.path()).is_empty(), "nothing is written");
 }
 
 /// An environment whose package imports what a hostile folder has files of, and says where it is.
@@ -188,7 +188,7 @@ fn the_package_is_given_nominal_files_and_all_options() {
     ];
     assert_eq!(bench.arguments(), expected);
 
-    let files = contents(&bench.path("kept"));
+    let files = read_folder(&bench.path("kept"));
     let names: Vec<&str> = files.keys().map(String::as_str).collect();
     let of_part = ["samples.json", "stl", "tree.json"].map(|end| format!("{part}.{end}"));
     assert_eq!(names, [&of_part.each_ref().map(String::as_str)[..], &["manifest.json"]].concat());
@@ -262,7 +262,7 @@ fn step_files_are_listed_in_the_manifest_as_designed() {
         (arguments[0].as_str(), &arguments[3..]),
         ("step", &strings(["--part", "collar"])[..])
     );
-    let files = contents(&bench.path("out"));
+    let files = read_folder(&bench.path("out"));
     assert_eq!(files["collar.step"], b"ISO-10303-21;\n");
     let manifest: Value = serde_json::from_slice(&files["manifest.json"]).unwrap();
     let entry = &manifest["files"][0];

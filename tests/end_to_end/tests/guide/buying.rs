@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 use std::fs;
 
-use fabkit_application::guiding;
+use fabkit_application::guides;
 use fabkit_designs::{Design, builtin_yaml};
-use fabkit_tests::{built, builtin_designs, command, fabkit, sampled};
+use fabkit_tests::{build_design, builtin_designs, command, fabkit, sample_bodies};
 use serde_json::Value;
 
 /// Keys of an order that are texts.
@@ -51,9 +51,9 @@ fn is_standard(text: &str) -> bool {
 fn every_piece_liquid_stock_and_supply_can_be_ordered() {
     let mut articles = BTreeSet::new();
     for mut design in builtin_designs().into_iter().chain(fixtures()) {
-        design.sensor.bodies = sampled(&design).cloned().collect();
-        let stages = guiding::stages(&design).unwrap();
-        let guide = guiding::facts(&design, &stages, None, 3).unwrap().to_json();
+        design.sensor.bodies = sample_bodies(&design).cloned().collect();
+        let stages = guides::find_stages(&design).unwrap();
+        let guide = guides::collect_facts(&design, &stages, None, 3).unwrap().to_json();
         let name = &design.sensor.name;
         let mut sum_eur = 0.0;
         for (thing, order) in orders(&guide) {
@@ -83,9 +83,9 @@ fn every_piece_liquid_stock_and_supply_can_be_ordered() {
 
 #[test]
 fn packs_hold_what_is_needed_and_kits_are_paid_once() {
-    let design = built("rtac0", &[]);
-    let stages = guiding::stages(&design).unwrap();
-    let of = |units| guiding::facts(&design, &stages, None, units).unwrap().to_json();
+    let design = build_design("rtac0", &[]);
+    let stages = guides::find_stages(&design).unwrap();
+    let of = |units| guides::collect_facts(&design, &stages, None, units).unwrap().to_json();
     let [one, many] = [1, 40].map(of);
     let line = |guide: &Value, list: &str, name: &str| {
         let lines = guide[list].as_array().unwrap();

@@ -8,10 +8,10 @@ use std::sync::{Mutex, OnceLock};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use fabkit_application::guide::{Guide, Warning};
-use fabkit_application::guiding;
+use fabkit_application::guides;
 use fabkit_designs::{Design, builtin_names};
 use fabkit_geometry::Action;
-use fabkit_tests::{built, fabkit, looked_at};
+use fabkit_tests::{build_design, fabkit, tested_sensors};
 use serde_json::Value;
 
 fn texts<'a>(list: &'a Value, key: &str) -> Vec<&'a str> {
@@ -37,8 +37,8 @@ fn text_of(html: &str) -> String {
 }
 
 fn facts(design: &Design, units: u32) -> Guide {
-    let stages = guiding::stages(design).unwrap();
-    guiding::facts(design, &stages, None, units).unwrap()
+    let stages = guides::find_stages(design).unwrap();
+    guides::collect_facts(design, &stages, None, units).unwrap()
 }
 
 /// Facts of one built-in sensor as it ships, which several tests ask for.
@@ -46,7 +46,7 @@ fn shipped(name: &'static str) -> &'static Guide {
     static GUIDES: Mutex<BTreeMap<&str, &'static OnceLock<Guide>>> = Mutex::new(BTreeMap::new());
     // Not locked while one is made: tests of other sensors go on.
     let guide = *GUIDES.lock().unwrap().entry(name).or_insert_with(|| Box::leak(Box::default()));
-    guide.get_or_init(|| facts(&built(name, &[]), 1))
+    guide.get_or_init(|| facts(&build_design(name, &[]), 1))
 }
 
 #[test]
@@ -190,8 +190,8 @@ fn tables(folder: &Path, guide: &Value) {
 /// What is in a sensor is counted once for each, what helps to build it once; and all designs have a guide.
 #[test]
 fn more_units_take_more_of_what_stays_in_them() {
-    for name in looked_at() {
-        let design = built(name, &[]);
+    for name in tested_sensors() {
+        let design = build_design(name, &[]);
         let (one, three) = (shipped(name), facts(&design, 3));
         let made = one.made.iter().zip(&three.made).map(|(a, b)| (&a.name, a.quantity, b.quantity));
         let bought = one.bought.iter().zip(&three.bought);
@@ -220,7 +220,7 @@ fn the_same_on_any_number_of_threads_and_whole_or_not_at_all() {
     let root = tempfile::tempdir().unwrap();
     let bytes = |threads: &str| {
         fabkit(root.path(), &["guide", "digit-like", "-o", threads, "--threads", threads]).ok();
-        guiding::FILES.map(|name| fs::read(root.path().join(threads).join(name)).unwrap())
+        guides::FILES.map(|name| fs::read(root.path().join(threads).join(name)).unwrap())
     };
     assert!(bytes("1") == bytes("2"));
     let part = fabkit(root.path(), &["guide", "rtac0/shell", "-o", "no"]);
@@ -249,20 +249,20 @@ fn warnings_follow_from_what_touches_what() {
     // Silicone in silicone molds: step 7 sprays them; without the word nobody does.
     assert!(of(rtac0, "release").iter().all(|w| w.dealt_with_in == Some(7)));
     assert_eq!(of(rtac0, "release").len(), 3);
-    let bare = facts(&without(built("rtac0", &[]), "release"), 1);
+    let bare = facts(&without(build_design("rtac0", &[]), "release"), 1);
     assert!(of(&bare, "release").iter().any(|w| w.dealt_with_in.is_none()));
     assert!(of(tactip, "release").is_empty());
     // Plywood under platinum silicone, sealed in step 1.
     assert!(of(fluidic, "inhibition").iter().all(|w| w.dealt_with_in == Some(1)));
     assert!(!of(fluidic, "inhibition").is_empty() && of(rtac0, "inhibition").is_empty());
-    let bare = facts(&without(built("fluidic", &[]), "lacquer"), 1);
+    let bare = facts(&without(build_design("fluidic", &[]), "lacquer"), 1);
     assert!(of(&bare, "inhibition").iter().all(|w| w.dealt_with_in.is_none()));
     // Primers.
     assert!(of(rtac0, "primer").iter().all(|w| w.dealt_with_in == Some(7)));
     assert!(!of(rtac0, "primer").is_empty() && of(tactip, "primer").is_empty());
     // PLA gives way at 55 degrees, and nothing is cured that warm unless somebody asks for it.
     assert!(of(rtac0, "heat").is_empty());
-    let mut hot = built("rtac0", &[]);
+    let mut hot = build_design("rtac0", &[]);
     for step in &mut hot.sensor.chain {
         if let Action::Pour(pour) = &mut step.action {
             pour.cure.celsius = 60.0;
@@ -298,7 +298,7 @@ fn checks_are_the_sizes_of_the_design() {
     assert_eq!(base.unwrap().along, [0.0, 0.0, 1.0]);
     assert!(step("close").tools.contains(&"a PH0 screwdriver".to_owned()));
     // A second unit waits for the mold, not for hands.
-    let three = facts(&built("rtac0", &[]), 3).timeline.units;
+    let three = facts(&build_design("rtac0", &[]), 3).timeline.units;
     assert!(
         three.waits_for.is_some()
             && three.total_h > guide.timeline.total_h + 2.0 * three.apart_h - 1e-9

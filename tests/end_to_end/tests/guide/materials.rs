@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use fabkit_tests::{contents, fabkit, some};
+use fabkit_tests::{read_folder, fabkit, sample_cases};
 use serde_json::Value;
 
 const SENSORS: [&str; 5] = ["rtac0", "tactip", "shadowtac", "uvdtact", "fluidic"];
@@ -15,7 +15,7 @@ fn strings(value: &Value) -> Vec<&str> {
 fn no_plate_or_sheet_of_any_sensor_or_fixture_mixes_materials() {
     let root = tempfile::tempdir().unwrap();
     let mut plates = 0;
-    for sensor in some(&SENSORS) {
+    for sensor in sample_cases(&SENSORS) {
         let arguments = ["export", sensor, "--fixtures", "--format=3mf,dxf", "--tolerance=0.1mm"];
         let few = ["--set", "fixtures.semi_domes.count=20", "--json"];
         let run = fabkit(root.path(), &[&arguments[..], &few].concat()).ok().json();
@@ -73,7 +73,7 @@ fn a_profile_is_for_parts_of_its_process_and_material_and_names_the_others() {
         fabkit(root.path(), &[&arguments, more].concat())
     };
     export(&["-o", "plain"]).ok();
-    let plain = contents(&root.path().join("plain"));
+    let plain = read_folder(&root.path().join("plain"));
 
     // Nothing of this sensor is of PLA: an error that says what would help, and no file.
     let run = export(&["--process=pla.yaml", "-o", "none"]);
@@ -102,7 +102,7 @@ fn a_profile_is_for_parts_of_its_process_and_material_and_names_the_others() {
     assert!(!run.stdout.contains("warning"), "{}", run.stdout);
     let left = "my-printer (fdm of ABS) is not applied to polyjet of Vero White: dots, ring\n";
     assert!(run.stdout.contains(left), "{}", run.stdout);
-    let [any, right] = ["any", "right"].map(|folder| contents(&root.path().join(folder)));
+    let [any, right] = ["any", "right"].map(|folder| read_folder(&root.path().join(folder)));
     for (name, bytes) in plain.iter().filter(|(name, _)| name.ends_with(".stl")) {
         let of_abs = ["body", "robot-mount", "focus-gauge", "controller-holder"];
         let is_changed = of_abs.contains(&name.trim_end_matches(".stl"));

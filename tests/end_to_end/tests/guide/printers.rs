@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use fabkit_tests::{contents, fabkit};
+use fabkit_tests::{read_folder, fabkit};
 use serde_json::Value;
 
 fn json(bytes: &[u8]) -> Value {
@@ -41,7 +41,7 @@ fn a_measured_coupon_changes_files_and_nothing_else() {
     let export = |folder: &str, more: &[&str]| -> BTreeMap<String, Vec<u8>> {
         let arguments = ["export", "rtac0", "--format=stl,tree", "-o", folder];
         fabkit(root.path(), &[&arguments, more].concat()).ok();
-        contents(&root.path().join(folder))
+        read_folder(&root.path().join(folder))
     };
     let nominal = export("nominal", &[]);
     let fitted = export("fitted", &["--process=shop/my-printer.yaml"]);

@@ -3,7 +3,7 @@
 use fabkit_checks::print_settings;
 use fabkit_designs::Design;
 use fabkit_geometry::{Body, Process};
-use fabkit_tests::{built, builtin_designs, builtin_fixtures, sampled};
+use fabkit_tests::{build_design, builtin_designs, builtin_fixtures, sample_bodies};
 
 /// The number before the words, for example `0.12` of `parting face up, 0.12 mm layers`.
 fn before<'a>(note: &'a str, words: &str) -> Option<&'a str> {
@@ -40,7 +40,7 @@ fn every_design() -> Vec<Design> {
 fn notes_say_what_slicers_are_told() {
     let mut said = [0; 3];
     for design in every_design() {
-        let fdm = sampled(&design).filter(|body| body.process() == Some(Process::Fdm));
+        let fdm = sample_bodies(&design).filter(|body| body.process() == Some(Process::Fdm));
         for part in fdm {
             let place = format!("{}/{}: {:?}", design.sensor.name, part.name, part.notes);
             assert_eq!(part.slicing.supports, supports(part), "{place}");
@@ -86,10 +86,10 @@ fn owners_say_how_their_printers_are_told() {
         (shell.infill_percent.value, shell.supports.value, shell.brim_mm.value),
         (40.0, true, 3.0)
     );
-    assert_eq!(shell.infill_percent.why, "as the process strong says");
+    assert_eq!(shell.infill_percent.reason, "as the process strong says");
     assert_eq!(told("base").perimeters.value, 3);
     // What is told to slicers is part of the design.
-    let plain = built("rtac0", &[]);
+    let plain = build_design("rtac0", &[]);
     let paths = |design: &Design| -> Vec<String> {
         design.parameters.iter().map(|setting| setting.path.clone()).collect()
     };

@@ -27,7 +27,7 @@ fn every_schema_is_printed_by_its_name() {
 fn what_is_not_in_a_schema_is_noticed() {
     let right = json!({ "format": "fabkit-render", "version": 1, "file": "a.png", "width_px": 4,
         "height_px": 3, "bytes": 90 });
-    assert_eq!(contract::faults(&right), [""; 0]);
+    assert_eq!(contract::find_faults(&right), [""; 0]);
     for (key, value) in [
         ("version", json!(2)),
         ("file", Value::Null),
@@ -37,12 +37,12 @@ fn what_is_not_in_a_schema_is_noticed() {
     ] {
         let mut wrong = right.clone();
         wrong[key] = value;
-        assert_eq!(contract::faults(&wrong).len(), 1, "{key}");
+        assert_eq!(contract::find_faults(&wrong).len(), 1, "{key}");
     }
     let mut short = right.clone();
     short.as_object_mut().unwrap().remove("bytes");
-    assert_eq!(contract::faults(&short).len(), 1);
-    assert_eq!(contract::faults(&json!({ "format": "other" })).len(), 1);
+    assert_eq!(contract::find_faults(&short).len(), 1);
+    assert_eq!(contract::find_faults(&json!({ "format": "other" })).len(), 1);
 }
 
 #[test]

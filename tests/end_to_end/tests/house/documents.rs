@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::Path;
 use std::process::Stdio;
 
-use fabkit_tests::{Run, command, contents, fabkit};
+use fabkit_tests::{Run, command, read_folder, fabkit};
 use serde_json::Value;
 
 fn strings(value: &Value) -> Vec<&str> {
@@ -16,7 +16,7 @@ fn strings(value: &Value) -> Vec<&str> {
 fn the_manifest_tells_the_truth_about_every_file() {
     let root = tempfile::tempdir().unwrap();
     let run = fabkit(root.path(), &["export", "rtac0", "--format=stl,3mf,tree"]).ok();
-    let files = contents(&root.path().join("out/rtac0"));
+    let files = read_folder(&root.path().join("out/rtac0"));
     let manifest: Value = serde_json::from_slice(&files["manifest.json"]).unwrap();
     assert_eq!(manifest["format"], "fabkit-manifest");
 
@@ -89,7 +89,7 @@ fn one_part_or_layer_can_be_had_alone() {
     let root = tempfile::tempdir().unwrap();
     let names = |arguments: &[&str]| {
         fabkit(root.path(), &[&["export", "-o", "here", "--quiet"], arguments].concat()).ok();
-        let files = contents(&root.path().join("here"));
+        let files = read_folder(&root.path().join("here"));
         fs::remove_dir_all(root.path().join("here")).unwrap();
         files.into_keys().collect::<Vec<_>>()
     };
@@ -168,11 +168,11 @@ fn pictures_are_drawn_of_parts_and_assemblies() {
         render(arguments).ok();
         assert_eq!(size("new/a.png"), [64, 48]);
     }
-    let before = contents(&root.path().join("new"));
+    let before = read_folder(&root.path().join("new"));
     for wrong in [&["rtac0/shell", "--exploded"][..], &["rtac0", "--assembly=x"], &["rtac0/x"]] {
         assert_eq!(render(wrong).code, Some(2));
     }
-    assert_eq!(contents(&root.path().join("new")), before);
+    assert_eq!(read_folder(&root.path().join("new")), before);
     assert_eq!(fabkit(root.path(), &["render", "rtac0", "-o", "a.jpg"]).code, Some(2));
     let view = fabkit(root.path(), &["render", "rtac0", "-o", "a.png", "--view", "toop"]);
     assert_eq!(view.code, Some(2));
@@ -212,7 +212,7 @@ fn schema_completions_and_manual_are_there() {
     assert!(offered(&["export", "x", "--tol"]).starts_with("--tolerance\t"));
     assert!(fabkit(root.path(), &["man"]).ok().stdout.starts_with(".ie"));
     fabkit(root.path(), &["man", "-o", "pages"]).ok();
-    let pages = contents(&root.path().join("pages"));
+    let pages = read_folder(&root.path().join("pages"));
     assert!(pages.contains_key("fabkit.1") && pages.contains_key("fabkit-export.1"));
     let help = fabkit(root.path(), &["--help"]).ok().stdout;
     for command in

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use fabkit_application::pictures::{Shot, picture_of_body};
-use fabkit_application::progress::unwatched;
+use fabkit_application::images::{ImageView, draw_body};
+use fabkit_application::progress::ignore_progress;
 use fabkit_application::text::SourceKind;
 
 fn designs() -> PathBuf {
@@ -107,10 +107,10 @@ fn every_sensor_file_is_registered() {
 
 #[test]
 fn every_body_has_a_picture_that_shows_it() {
-    let shot = Shot { size_px: [64, 48], section: false, from: None };
+    let shot = ImageView { size_px: [64, 48], is_section: false, from: None };
     for design in fabkit_tests::builtin_designs() {
         for body in &design.sensor.bodies {
-            let png = picture_of_body(body, shot, &unwatched)
+            let png = draw_body(body, shot, &ignore_progress)
                 .unwrap_or_else(|e| panic!("{}: {e}", body.name));
             // An empty picture of this size is smaller than that.
             assert!(png.len() > 300, "{}: {} bytes", body.name, png.len());

@@ -2,13 +2,13 @@
 
 use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_geometry::Sensor;
-use fabkit_tests::{built, found, some};
+use fabkit_tests::{build_design, find_findings, sample_cases};
 use rayon::prelude::*;
 
 fn errors(sensor: &Sensor) -> Vec<Finding> {
-    let mut found = found(sensor, &[Rule::Held]).unwrap();
+    let mut found = find_findings(sensor, &[Rule::Retention]).unwrap();
     found.retain(|finding| finding.severity == Severity::Error);
-    assert!(found.iter().all(|finding| finding.rule == Rule::Held));
+    assert!(found.iter().all(|finding| finding.rule == Rule::Retention));
     found
 }
 
@@ -56,8 +56,8 @@ fn blames(sensor: &Sensor, body: &str) -> bool {
 
 #[test]
 fn what_lacks_its_screws_comes_off() {
-    some(&WITHOUT).par_iter().for_each(|(name, screw, blamed)| {
-        let mut sensor = built(name, &[]).sensor;
+    sample_cases(&WITHOUT).par_iter().for_each(|(name, screw, blamed)| {
+        let mut sensor = build_design(name, &[]).sensor;
         let count = sensor.bodies.len();
         sensor.bodies.retain(|body| body.name != *screw);
         assert_eq!(sensor.bodies.len() + 1, count, "{name} has a {screw}");
@@ -67,8 +67,8 @@ fn what_lacks_its_screws_comes_off() {
 
 #[test]
 fn what_lacks_its_glue_comes_off() {
-    some(&UNGLUED).par_iter().for_each(|(name, body, blamed)| {
-        let mut sensor = built(name, &[]).sensor;
+    sample_cases(&UNGLUED).par_iter().for_each(|(name, body, blamed)| {
+        let mut sensor = build_design(name, &[]).sensor;
         let count = sensor.adhesions.len();
         sensor.adhesions.retain(|one| one.bodies.iter().all(|other| other != body));
         assert!(sensor.adhesions.len() < count, "something sticks to {name}'s {body}");
@@ -78,7 +78,7 @@ fn what_lacks_its_glue_comes_off() {
 
 #[test]
 fn a_screw_that_finds_no_thread_is_named() {
-    let mut sensor = built("rtac0", &[]).sensor;
+    let mut sensor = build_design("rtac0", &[]).sensor;
     sensor.bodies.retain(|body| body.name != "nut-m2");
     let found = errors(&sensor);
     assert!(found.iter().any(|f| f.message.contains("in no thread, and of no use: screw-m2x4")));
@@ -89,9 +89,9 @@ fn a_screw_that_finds_no_thread_is_named() {
 #[test]
 fn names_tell_nothing() {
     // Whatever they are called, screws hold and lamps do not count.
-    for name in some(&["rtac0", "uvdtact", "fluidic", "tactip"]) {
-        let mut sensor = built(name, &[]).sensor;
-        let before = found(&sensor, &[Rule::Held]).unwrap().len();
+    for name in sample_cases(&["rtac0", "uvdtact", "fluidic", "tactip"]) {
+        let mut sensor = build_design(name, &[]).sensor;
+        let before = find_findings(&sensor, &[Rule::Retention]).unwrap().len();
         let renamed = |name: &mut String| *name = format!("x{}", blake(name));
         for body in &mut sensor.bodies {
             renamed(&mut body.name);
@@ -106,7 +106,7 @@ fn names_tell_nothing() {
             fixing.bodies.iter_mut().chain(&mut fixing.onto).for_each(renamed);
         }
         assert_eq!(errors(&sensor), [], "{name}");
-        assert_eq!(found(&sensor, &[Rule::Held]).unwrap().len(), before, "{name}");
+        assert_eq!(find_findings(&sensor, &[Rule::Retention]).unwrap().len(), before, "{name}");
     }
 }
 
@@ -117,15 +117,15 @@ fn blake(name: &str) -> String {
 
 #[test]
 fn what_ships_stays_together() {
-    fabkit_tests::looked_at().into_par_iter().for_each(|name| {
-        assert_eq!(errors(&built(name, &[]).sensor), [], "{name}");
+    fabkit_tests::tested_sensors().into_par_iter().for_each(|name| {
+        assert_eq!(errors(&build_design(name, &[]).sensor), [], "{name}");
     });
 }
 
 /// The screws of one side alone: the same screws hold the other side, and the display.
 #[test]
 fn a_box_without_its_lower_corner_screws_leaves_its_floor() {
-    let mut sensor = built("fluidic", &[]).sensor;
+    let mut sensor = build_design("fluidic", &[]).sensor;
     let screws = &mut sensor.body_mut("screw-m3x12").unwrap().placements;
     let count = screws.len();
     screws.retain(|place| {

@@ -3,14 +3,14 @@
 
 use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_geometry::{Machine, Process, Sensor};
-use fabkit_tests::{built, found, some};
+use fabkit_tests::{build_design, find_findings, sample_cases};
 use rayon::prelude::*;
 
 /// What hangs over of one part, whatever its notes say of supports.
 fn unsaid(mut sensor: Sensor, part: &str) -> Vec<Finding> {
     sensor.bodies.retain(|body| body.name == part);
     sensor.bodies.iter_mut().for_each(|body| body.notes.clear());
-    found(&sensor, &[Rule::Overhang]).unwrap()
+    find_findings(&sensor, &[Rule::Overhang]).unwrap()
 }
 
 /// Sensor, what is set, the part to blame, and how far its printer has to bridge, mm.
@@ -25,8 +25,8 @@ const WIDE: [(&str, &str, &str, f64); 5] = [
 
 #[test]
 fn a_bridge_that_sags_is_found() {
-    some(&WIDE).par_iter().for_each(|(name, set, part, span_mm)| {
-        let found = unsaid(built(name, &[set]).sensor, part);
+    sample_cases(&WIDE).par_iter().for_each(|(name, set, part, span_mm)| {
+        let found = unsaid(build_design(name, &[set]).sensor, part);
         let [finding] = &found[..] else { panic!("{name} --set {set}: {found:#?}") };
         assert_eq!((finding.rule, finding.severity), (Rule::Overhang, Severity::Note));
         assert_eq!(finding.bodies, [*part]);
@@ -41,7 +41,7 @@ fn a_bridge_that_sags_is_found() {
 fn a_bridge_depends_on_the_process_and_on_the_machine() {
     // 8 mm: every filament printer spans it.
     let shell = |process: Process, overhang_deg: Option<f64>, bridge_mm: Option<f64>| {
-        let mut sensor = built("9dtact", &["shell.cable_width=8mm"]).sensor;
+        let mut sensor = build_design("9dtact", &["shell.cable_width=8mm"]).sensor;
         let body = sensor.bodies.iter_mut().find(|body| body.name == "shell").unwrap();
         *body = body.clone().made_by(process);
         let name = "own".to_owned();
@@ -59,12 +59,12 @@ fn a_bridge_depends_on_the_process_and_on_the_machine() {
 
 #[test]
 fn what_ships_bridges_or_says_where_supports_go() {
-    fabkit_tests::looked_at().into_par_iter().for_each(|name| {
-        let found = found(&built(name, &[]).sensor, &[Rule::Overhang]).unwrap();
+    fabkit_tests::tested_sensors().into_par_iter().for_each(|name| {
+        let found = find_findings(&build_design(name, &[]).sensor, &[Rule::Overhang]).unwrap();
         assert!(found.is_empty(), "{name}: {found:#?}");
     });
     // The note follows the window.
     let notes =
-        |set: &[&str]| built("shadowtac", set).sensor.body("base").unwrap().notes.join("; ");
+        |set: &[&str]| build_design("shadowtac", set).sensor.body("base").unwrap().notes.join("; ");
     assert!(notes(&[]).contains("upper edge spans 16 mm"), "{}", notes(&[]));
 }

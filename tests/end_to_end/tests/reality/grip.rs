@@ -3,7 +3,7 @@
 
 use fabkit_checks::{Finding, Rule};
 use fabkit_geometry::{Body, Occasion, Sensor};
-use fabkit_tests::{built, motions, some};
+use fabkit_tests::{build_design, motions, sample_cases};
 use rayon::prelude::*;
 
 /// What nothing takes off.
@@ -34,8 +34,8 @@ const WRONG: [(&str, &[&str], &[&str]); 8] = [
 
 #[test]
 fn molds_without_slots_and_edges_are_found() {
-    some(&WRONG).par_iter().for_each(|(name, settings, blamed)| {
-        let mut sensor = built(name, settings).sensor;
+    sample_cases(&WRONG).par_iter().for_each(|(name, settings, blamed)| {
+        let mut sensor = build_design(name, settings).sensor;
         // Its own slots are enough.
         assert_eq!(stuck(&sensor), [], "{name} {settings:?}");
         unslotted(&mut sensor);
@@ -51,12 +51,12 @@ fn molds_without_slots_and_edges_are_found() {
 
 #[test]
 fn what_ships_comes_apart() {
-    fabkit_tests::looked_at().into_par_iter().for_each(|name| {
-        assert_eq!(stuck(&built(name, &[]).sensor), [], "{name}");
+    fabkit_tests::tested_sensors().into_par_iter().for_each(|name| {
+        assert_eq!(stuck(&build_design(name, &[]).sensor), [], "{name}");
     });
-    assert_eq!(stuck(&built("rtac0", &["molds.route=printed"]).sensor), []);
+    assert_eq!(stuck(&build_design("rtac0", &["molds.route=printed"]).sensor), []);
     // The blade goes between the sheets that the notches part.
-    let fluidic = built("fluidic", &[]).sensor;
+    let fluidic = build_design("fluidic", &[]).sensor;
     for sheet in ["mold-channel-comb", "mold-marker-plate"] {
         let reach = &fluidic.body(sheet).unwrap().reach;
         assert_eq!(reach.len(), 2, "{sheet}");

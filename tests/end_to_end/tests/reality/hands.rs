@@ -1,11 +1,11 @@
 //! Lenses that no finger turns, pins that none pulls, bolts and dowels without room, and steps that cannot
 //! overlap: each is found, and what ships has no such finding.
 
-use fabkit_checks::{Finding, Rule, handwork};
+use fabkit_checks::{Finding, Rule, check_manual_steps};
 use fabkit_geometry::{
     Action, Assembly, Body, CompiledSolid, Cure, Occasion, Placement, Sensor, Solid, Step,
 };
-use fabkit_tests::{built, motions, some};
+use fabkit_tests::{build_design, motions, sample_cases};
 use rayon::prelude::*;
 
 fn access(sensor: &Sensor) -> Vec<Finding> {
@@ -34,8 +34,8 @@ const UNTURNED: [(&str, &[&str], &str); 8] = [
 
 #[test]
 fn lenses_that_nothing_turns_are_found() {
-    some(&UNTURNED).par_iter().for_each(|(name, set, by)| {
-        let found = access(&built(name, set).sensor);
+    sample_cases(&UNTURNED).par_iter().for_each(|(name, set, by)| {
+        let found = access(&build_design(name, set).sensor);
         let is_it =
             |f: &&Finding| f.bodies == ["camera", by] && f.message.contains("turn the lens");
         assert!(found.iter().any(|f| is_it(&f)), "{name} {set:?}: {found:#?}");
@@ -56,8 +56,8 @@ const FOCUSED: [(&str, &str); 8] = [
 
 #[test]
 fn what_is_put_in_front_of_a_lens_keeps_fingers_from_it() {
-    some(&FOCUSED).par_iter().for_each(|(name, focused)| {
-        let mut sensor = built(name, &[]).sensor;
+    sample_cases(&FOCUSED).par_iter().for_each(|(name, focused)| {
+        let mut sensor = build_design(name, &[]).sensor;
         let camera = sensor.body("camera").unwrap();
         let reach = camera.reach.iter().find(|reach| reach.occasion == Occasion::Adjustment);
         let bounds = CompiledSolid::new(&reach.unwrap().solid).unwrap().bounds();
@@ -80,31 +80,31 @@ fn what_is_put_in_front_of_a_lens_keeps_fingers_from_it() {
 #[test]
 fn lenses_that_are_forgotten_are_found() {
     for (name, focused) in FOCUSED {
-        let mut sensor = built(name, &[]).sensor;
-        assert_eq!(handwork(&sensor), [], "{name}");
+        let mut sensor = build_design(name, &[]).sensor;
+        assert_eq!(check_manual_steps(&sensor), [], "{name}");
         sensor.chain.iter_mut().for_each(|step| step.adjustments.clear());
-        let found = handwork(&sensor);
+        let found = check_manual_steps(&sensor);
         assert_eq!(
             (found[0].rule, &found[0].bodies[..]),
             (Rule::Access, &["camera".to_owned()][..])
         );
         // Something without a lens, and a lens of another step.
         for (body, rule) in [("screw", Rule::Chain), ("camera", Rule::Chain)] {
-            let mut sensor = built(name, &[]).sensor;
+            let mut sensor = build_design(name, &[]).sensor;
             let other =
                 sensor.bodies.iter().find(|b| b.name.starts_with(body)).map(|b| b.name.clone());
             let Some(other) = other else { continue };
             let at = sensor.chain.iter().position(|step| step.name == focused).unwrap();
             let at = if body == "camera" { 0 } else { at };
-            sensor.chain[at] = sensor.chain[at].clone().adjusting(other);
-            assert!(handwork(&sensor).iter().any(|f| f.rule == rule), "{name} {body}");
+            sensor.chain[at] = sensor.chain[at].clone().with_adjustment(other);
+            assert!(check_manual_steps(&sensor).iter().any(|f| f.rule == rule), "{name} {body}");
         }
     }
 }
 
 #[test]
 fn a_gauge_around_the_lens_is_turned_in_only_through_its_windows() {
-    let mut sensor = built("tactip", &[]).sensor;
+    let mut sensor = build_design("tactip", &[]).sensor;
     let gauge = sensor.body_mut("focus-gauge").unwrap();
     let bounds = CompiledSolid::new(&gauge.solid).unwrap().bounds();
     let (radius, height) = (bounds.max.x, bounds.max.z - bounds.min.z);
@@ -136,13 +136,13 @@ const ISO: &str = "adapter.pattern=iso-9409-1-50-4-m6";
 #[test]
 fn robots_bolts_need_their_key() {
     // A cable over a head; as the flange was turned before.
-    let found = motions(&built("shadowtac", &[ISO, "adapter.flange_angle=0 deg"]).sensor).unwrap();
+    let found = motions(&build_design("shadowtac", &[ISO, "adapter.flange_angle=0 deg"]).sensor).unwrap();
     assert!(found.iter().any(|f| f.bodies == ["bolt-m6", "camera-cable"]), "{found:#?}");
-    let found = access(&built("shadowtac", &[ISO, "adapter.flange_angle=10 deg"]).sensor);
+    let found = access(&build_design("shadowtac", &[ISO, "adapter.flange_angle=10 deg"]).sensor);
     assert!(found.iter().any(|f| f.bodies == ["bolt-m6", "camera-cable"]), "{found:#?}");
     // A shelf over the heads: neither upright nor leaning.
-    for name in some(&["shadowtac", "9dtact", "digit-like", "gelsight-like"]) {
-        let mut sensor = built(name, &[ISO]).sensor;
+    for name in sample_cases(&["shadowtac", "9dtact", "digit-like", "gelsight-like"]) {
+        let mut sensor = build_design(name, &[ISO]).sensor;
         assert_eq!(motions(&sensor).unwrap(), [], "{name}");
         let head = sensor.body("bolt-m6").unwrap().placements[0].assembly_from_body;
         let at = head.translation_mm();
@@ -157,7 +157,7 @@ fn robots_bolts_need_their_key() {
 #[test]
 fn dowels_need_what_presses_them_in() {
     for (name, assembly) in [("9dtact", "gel-mold"), ("digit-like", "gel-mold")] {
-        let mut sensor = built(name, &[]).sensor;
+        let mut sensor = build_design(name, &[]).sensor;
         let dowels = sensor.body("dowel").unwrap();
         let place = dowels.placements.iter().find(|place| place.assembly.0 == assembly).unwrap();
         let at = place.assembly_from_body.translation_mm();
@@ -197,11 +197,11 @@ const OVERLAPS: [(&str, &str, &str, &str); 14] = [
 #[test]
 fn steps_that_cannot_overlap_are_found() {
     for (name, late, early, says) in OVERLAPS {
-        let mut sensor = built(name, &[]).sensor;
+        let mut sensor = build_design(name, &[]).sensor;
         let names: Vec<String> = sensor.chain.iter().map(|step| step.name.clone()).collect();
         assert!(names.iter().any(|step| step == late), "{name}: {names:?}");
-        step(&mut sensor, late).during = Some(early.into());
-        let found = handwork(&sensor);
+        step(&mut sensor, late).during_cure_of = Some(early.into());
+        let found = check_manual_steps(&sensor);
         let is_it = |f: &&Finding| f.step.as_deref() == Some(late) && f.message.contains(says);
         assert!(found.iter().any(|f| is_it(&f)), "{name} {late} during {early}: {found:#?}");
     }
@@ -209,9 +209,9 @@ fn steps_that_cannot_overlap_are_found() {
 
 #[test]
 fn what_cures_longer_than_what_it_waits_for_is_found() {
-    let mut sensor = built("shadowtac", &[]).sensor;
+    let mut sensor = build_design("shadowtac", &[]).sensor;
     step(&mut sensor, "glue-leds").action = Action::Bond(Cure { hours: 3.0, celsius: 23.0 });
-    let found = handwork(&sensor);
+    let found = check_manual_steps(&sensor);
     let limit = found[0].measured.map(|measured| measured.limit);
     assert!(found[0].message.contains("takes 3 h") && limit == Some(1.0), "{found:#?}");
 }
@@ -221,9 +221,9 @@ fn what_ships_overlaps_as_it_can() {
     for (name, least) in
         [("rtac0", 1), ("tactip", 1), ("shadowtac", 1), ("fluidic", 1), ("uvdtact", 1)]
     {
-        let sensor = built(name, &[]).sensor;
-        assert_eq!(handwork(&sensor), [], "{name}");
-        let count = sensor.chain.iter().filter(|step| step.during.is_some()).count();
+        let sensor = build_design(name, &[]).sensor;
+        assert_eq!(check_manual_steps(&sensor), [], "{name}");
+        let count = sensor.chain.iter().filter(|step| step.during_cure_of.is_some()).count();
         assert!(count >= least, "{name} has {count}");
     }
 }

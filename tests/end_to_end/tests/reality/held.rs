@@ -4,13 +4,13 @@
 use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_designs::Design;
 use fabkit_geometry::Sensor;
-use fabkit_tests::{built, found, some};
+use fabkit_tests::{build_design, find_findings, sample_cases};
 use rayon::prelude::*;
 
-const RULES: [Rule; 5] = [Rule::Chemistry, Rule::Softness, Rule::Flow, Rule::Held, Rule::Sight];
+const RULES: [Rule; 5] = [Rule::Chemistry, Rule::Softness, Rule::Flow, Rule::Retention, Rule::Sight];
 
 fn errors(sensor: &Sensor, rules: &[Rule]) -> Vec<Finding> {
-    let mut errors = found(sensor, rules).unwrap();
+    let mut errors = find_findings(sensor, rules).unwrap();
     errors.retain(|f| f.severity == Severity::Error);
     errors
 }
@@ -34,7 +34,7 @@ const WRONG: [(&str, &[&str], Rule, &str); 24] = [
         "silicone-mold-transparent-gel",
     ),
     ("rtac0", &["coat.thickness=0.75mm"], Rule::Softness, "black-coat"),
-    ("rtac0", &["loads.touch=100 N"], Rule::Held, "black-coat"),
+    ("rtac0", &["loads.touch=100 N"], Rule::Retention, "black-coat"),
     (
         "rtac0",
         &["surface.radius=10mm", "shell.outer_diameter=40mm"],
@@ -72,13 +72,13 @@ const WRONG: [(&str, &[&str], Rule, &str); 24] = [
     ("fluidic", &["molds.marker_material=bare plywood"], Rule::Chemistry, "mold-floor"),
     ("fluidic", &["molds.channel_material=bare resin"], Rule::Chemistry, "mold-channel-comb"),
     ("9dtact", &["mold.material=untreated resin"], Rule::Chemistry, "mold-floor"),
-    ("digit-like", &["loads.touch=60 N"], Rule::Held, "gel"),
+    ("digit-like", &["loads.touch=60 N"], Rule::Retention, "gel"),
 ];
 
 #[test]
 fn each_wrong_design_is_found() {
-    some(&WRONG).par_iter().for_each(|(sensor, settings, rule, blamed)| {
-        let errors = errors(&built(sensor, settings).sensor, &[*rule]);
+    sample_cases(&WRONG).par_iter().for_each(|(sensor, settings, rule, blamed)| {
+        let errors = errors(&build_design(sensor, settings).sensor, &[*rule]);
         let first = errors.iter().find(|finding| finding.rule == *rule);
         let first = first.unwrap_or_else(|| panic!("{sensor} {settings:?}: {errors:#?}"));
         assert_eq!(
@@ -113,10 +113,10 @@ const LOOSE: [(&str, Spoil, &str); 6] = [
 
 #[test]
 fn what_nothing_holds_is_found() {
-    some(&LOOSE).par_iter().for_each(|(sensor, spoil, blamed)| {
-        let mut design = built(sensor, &[]);
+    sample_cases(&LOOSE).par_iter().for_each(|(sensor, spoil, blamed)| {
+        let mut design = build_design(sensor, &[]);
         spoil(&mut design);
-        let held = errors(&design.sensor, &[Rule::Held]);
+        let held = errors(&design.sensor, &[Rule::Retention]);
         let names = |finding: &Finding| finding.bodies.iter().any(|body| body == blamed);
         assert!(held.iter().any(names), "{sensor} without what holds {blamed}: {held:#?}");
     });
@@ -124,15 +124,15 @@ fn what_nothing_holds_is_found() {
 
 #[test]
 fn what_ships_holds_cures_and_bears_its_load() {
-    fabkit_tests::looked_at().into_par_iter().for_each(|name| {
-        let design = built(name, &[]);
-        let found = found(&design.sensor, &RULES).unwrap();
+    fabkit_tests::tested_sensors().into_par_iter().for_each(|name| {
+        let design = build_design(name, &[]);
+        let found = find_findings(&design.sensor, &RULES).unwrap();
         let is_error = |finding: &&Finding| finding.severity == Severity::Error;
         assert_eq!(found.iter().find(is_error), None, "{name}");
         if design.sensor.touch.is_none() {
             return;
         }
-        let held = found.iter().filter(|finding| finding.rule == Rule::Held);
+        let held = found.iter().filter(|finding| finding.rule == Rule::Retention);
         let bears = held.filter_map(|finding| finding.measured).next().unwrap();
         assert_eq!(bears.limit, 10.0, "{name}");
         assert!(bears.value >= 20.0, "{name} bears {} N", bears.value);
@@ -142,8 +142,8 @@ fn what_ships_holds_cures_and_bears_its_load() {
 #[test]
 fn soft_gel_of_a_mold_is_no_mold() {
     // The same silicone is right as a gel.
-    let pad = built("9dtact", &[&format!("pad.material={SOFT}")]);
-    assert_eq!(found(&pad.sensor, &[Rule::Softness]).unwrap(), []);
+    let pad = build_design("9dtact", &[&format!("pad.material={SOFT}")]);
+    assert_eq!(find_findings(&pad.sensor, &[Rule::Softness]).unwrap(), []);
 }
 
 #[test]
@@ -175,7 +175,7 @@ const USELESS_DOMES: [(&[&str], Rule); 4] = [
 
 #[test]
 fn fixtures_that_nobody_could_use_are_errors() {
-    some(&USELESS_DOMES).par_iter().for_each(|(settings, rule)| {
+    sample_cases(&USELESS_DOMES).par_iter().for_each(|(settings, rule)| {
         let found = fixture("rtac0", "pin-dome", settings);
         assert!(found.iter().any(|finding| finding.rule == *rule), "{settings:?}: {found:#?}");
     });

@@ -1,8 +1,8 @@
 //! Sensors that daylight gets into: each is found by the rule `leak`, and what ships is dark inside.
 
 use fabkit_checks::{Finding, Rule};
-use fabkit_geometry::{Clarity, CompiledSolid, Sensor, Solid};
-use fabkit_tests::{built, found, some};
+use fabkit_geometry::{OpticalClarity, CompiledSolid, Sensor, Solid};
+use fabkit_tests::{build_design, find_findings, sample_cases};
 use rayon::prelude::*;
 
 /// How a sensor is spoiled.
@@ -17,9 +17,9 @@ enum Spoil {
 }
 
 fn spoiled(sensor: &str, body: &str, spoil: Spoil) -> Sensor {
-    let mut sensor = built(sensor, &[]).sensor;
+    let mut sensor = build_design(sensor, &[]).sensor;
     match spoil {
-        Spoil::Translucent => sensor.body_mut(body).unwrap().let_light(Clarity::Translucent),
+        Spoil::Translucent => sensor.body_mut(body).unwrap().set_clarity(OpticalClarity::Translucent),
         Spoil::Without => sensor.bodies.retain(|other| other.name != body),
         Spoil::Window(share) => {
             let of = sensor.body_mut(body).unwrap();
@@ -67,14 +67,14 @@ const SET: [(&str, &str, &str); 6] = [
 ];
 
 fn told(sensor: &Sensor) -> Option<Finding> {
-    let found = found(sensor, &[Rule::Leak]).unwrap();
+    let found = find_findings(sensor, &[Rule::Leak]).unwrap();
     assert!(found.len() <= 1, "{found:#?}");
     found.into_iter().next()
 }
 
 #[test]
 fn daylight_is_found() {
-    some(&WRONG).par_iter().for_each(|(name, body, spoil, blamed)| {
+    sample_cases(&WRONG).par_iter().for_each(|(name, body, spoil, blamed)| {
         let finding = told(&spoiled(name, body, *spoil));
         let finding = finding.unwrap_or_else(|| panic!("{name} {body} {spoil:?}: dark inside"));
         assert_eq!(finding.rule, Rule::Leak);
@@ -85,8 +85,8 @@ fn daylight_is_found() {
 
 #[test]
 fn materials_that_light_passes_are_found() {
-    some(&SET).par_iter().for_each(|(name, set, blamed)| {
-        let finding = told(&built(name, &[set]).sensor);
+    sample_cases(&SET).par_iter().for_each(|(name, set, blamed)| {
+        let finding = told(&build_design(name, &[set]).sensor);
         let finding = finding.unwrap_or_else(|| panic!("{name} {set}: dark inside"));
         assert_eq!(finding.bodies[0], *blamed, "{name} {set}: {finding:#?}");
         assert!(finding.message.contains("through"), "{finding:#?}");
@@ -95,8 +95,8 @@ fn materials_that_light_passes_are_found() {
 
 #[test]
 fn what_ships_is_dark_inside() {
-    fabkit_tests::looked_at().into_par_iter().for_each(|name| {
-        assert_eq!(told(&built(name, &[]).sensor), None, "{name}");
+    fabkit_tests::tested_sensors().into_par_iter().for_each(|name| {
+        assert_eq!(told(&build_design(name, &[]).sensor), None, "{name}");
     });
 }
 

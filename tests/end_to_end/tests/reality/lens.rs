@@ -2,8 +2,8 @@
 
 use fabkit_camera::Camera;
 use fabkit_geometry::{NominalCamera, Projection};
-use fabkit_optics::{End, Sights, Stack, Viewer};
-use fabkit_tests::built;
+use fabkit_optics::{RayEnd, ViewStacks, OpticalStack, CameraView};
+use fabkit_tests::build_design;
 use nalgebra::Point2;
 
 /// Radius in the picture of what is seen at an angle off the axis, px.
@@ -20,7 +20,7 @@ fn published_rtac0_px(degrees: f64) -> f64 {
 
 #[test]
 fn rtac0s_lens_is_the_published_one_where_that_was_fitted() {
-    let camera = built("rtac0", &[]).sensor.camera;
+    let camera = build_design("rtac0", &[]).sensor.camera;
     let tolerance = camera.lens.tolerance;
     for degrees in [10.0, 20.0, 30.0, 40.0] {
         let off = radius_px(&camera, degrees) - published_rtac0_px(degrees);
@@ -29,13 +29,13 @@ fn rtac0s_lens_is_the_published_one_where_that_was_fitted() {
     assert!((camera.focal_px() / 299.9 - 1.0).abs() < tolerance.focal_share);
     assert!(tolerance.centre_px > 25.4, "{}", tolerance.centre_px);
     // The law that was drawn before is not within the bound.
-    let was = built("rtac0", &["camera.projection=equidistant"]).sensor.camera;
+    let was = build_design("rtac0", &["camera.projection=equidistant"]).sensor.camera;
     assert!(published_rtac0_px(40.0) - radius_px(&was, 40.0) > 10.0);
 }
 
 #[test]
 fn shadowtacs_focal_length_is_that_of_lens_and_pixels() {
-    let camera = built("shadowtac", &[]).sensor.camera;
+    let camera = build_design("shadowtac", &[]).sensor.camera;
     assert_eq!(camera.lens.projection, Projection::Stereographic);
     let off = camera.focal_px() / (2.8 / 0.003_45) - 1.0;
     assert!(off.abs() < 1e-3, "{off}");
@@ -43,16 +43,16 @@ fn shadowtacs_focal_length_is_that_of_lens_and_pixels() {
 
 /// Reaches of the surface from the middle of UVDtact's picture, px: along a row, a column, and both diagonals.
 fn reaches(set: &[&str]) -> Vec<f64> {
-    let sensor = built("uvdtact", set).sensor;
+    let sensor = build_design("uvdtact", set).sensor;
     let nominal = &sensor.camera;
     let (view_rad, terms) = (nominal.field_of_view.rad(), nominal.lens.projection.terms());
-    let camera = Camera::nominal(nominal.width_px, nominal.height_px, view_rad, terms).unwrap();
-    let sights = Sights::new(Stack::of(&sensor).unwrap());
-    let mut viewer = Viewer::new(&camera, &nominal.sensor_from_camera, &sights);
+    let camera = Camera::from_data_sheet(nominal.width_px, nominal.height_px, view_rad, terms).unwrap();
+    let sights = ViewStacks::new(OpticalStack::from_sensor(&sensor).unwrap());
+    let mut viewer = CameraView::new(&camera, &nominal.sensor_from_camera, &sights);
     let half = f64::from(nominal.width_px) / 2.0 - 0.5;
     let mut is_seen = |x: f64, y: f64| {
         let pixel = Point2::new(half + x, half + y);
-        viewer.path(&pixel).is_ok_and(|path| matches!(path.end, End::Surface))
+        viewer.path(&pixel).is_ok_and(|path| matches!(path.end, RayEnd::Surface))
     };
     let ways = [[1.0, 0.0], [0.0, 1.0], [0.6, 0.8], [-0.6, 0.8], [-1.0, 0.0], [0.0, -1.0]];
     let steps = |way: [f64; 2], is_seen: &mut dyn FnMut(f64, f64) -> bool| {

@@ -2,8 +2,8 @@
 //! body that are to blame, and what ships has no such finding.
 
 use fabkit_checks::{Finding, Rule, Severity};
-use fabkit_geometry::{Angle, Body, Leg, Placement, Pose, Sensor, Solid, Step, Vector3};
-use fabkit_tests::{built, motions, some};
+use fabkit_geometry::{Angle, Body, MotionLeg, Placement, Pose, Sensor, Solid, Step, Vector3};
+use fabkit_tests::{build_design, motions, sample_cases};
 use rayon::prelude::*;
 
 fn step<'a>(sensor: &'a mut Sensor, name: &str) -> &'a mut Step {
@@ -30,7 +30,7 @@ fn late(sensor: &mut Sensor, from: &str, body: &str) {
         motions: Vec::new(),
         fixings: Vec::new(),
         adjustments: Vec::new(),
-        during: None,
+        during_cure_of: None,
         action: fabkit_geometry::Action::Assemble,
         ..step.clone()
     };
@@ -47,7 +47,7 @@ fn surrounded(sensor: &mut Sensor, body: &str, [inner, outer]: [f64; 2], from_z:
 
 fn turned(sensor: &mut Sensor, step_name: &str, share: f64) {
     for leg in &mut step(sensor, step_name).motions[0].legs {
-        if let Leg::Turn { angle, .. } = leg {
+        if let MotionLeg::Turn { angle, .. } = leg {
             *angle = Angle::from_rad(share * angle.rad()).unwrap();
         }
     }
@@ -84,7 +84,7 @@ const WRONG: [(&str, Change, Rule, &str); 15] = [
     ("shadowtac", |sensor| late(sensor, "glue-leds", "led"), Rule::Motion, "led"),
     ("rtac0", |sensor| late(sensor, "mount-leds", "led-board"), Rule::Motion, "led-board"),
     // What does not give way, and what stands where a screwdriver has to be.
-    ("rtac0", |sensor| sensor.body_mut("o-ring").unwrap().gives_mm = 0.0, Rule::Motion, "o-ring"),
+    ("rtac0", |sensor| sensor.body_mut("o-ring").unwrap().assembly_compliance_mm = 0.0, Rule::Motion, "o-ring"),
     (
         "digit-like",
         |sensor| surrounded(sensor, "screw-m1-6x6", [4.0, 7.0], 65.0),
@@ -95,11 +95,11 @@ const WRONG: [(&str, Change, Rule, &str); 15] = [
 
 #[test]
 fn what_cannot_get_to_its_place_is_found() {
-    let failures: Vec<String> = some(&WRONG)
+    let failures: Vec<String> = sample_cases(&WRONG)
         .par_iter()
         .enumerate()
         .filter_map(|(row, (name, change, rule, blamed))| {
-            let mut sensor = built(name, &[]).sensor;
+            let mut sensor = build_design(name, &[]).sensor;
             change(&mut sensor);
             let found = motions(&sensor).unwrap();
             let is_it = |finding: &Finding| {
@@ -118,15 +118,15 @@ fn what_cannot_get_to_its_place_is_found() {
 
 #[test]
 fn what_ships_gets_to_its_place() {
-    fabkit_tests::looked_at().into_par_iter().for_each(|name| {
-        let found = motions(&built(name, &[]).sensor).unwrap();
+    fabkit_tests::tested_sensors().into_par_iter().for_each(|name| {
+        let found = motions(&build_design(name, &[]).sensor).unwrap();
         assert!(found.is_empty(), "{name}: {found:#?}");
     });
 }
 
 /// A post that stands on a plate below a hood with a hole above it.
 fn hooded(hole_mm: f64, hood_comes_first: bool) -> Sensor {
-    let mut sensor = built("shadowtac", &[]).sensor;
+    let mut sensor = build_design("shadowtac", &[]).sensor;
     let here = || [Placement::at(fabkit_geometry::Assembly::sensor(), Pose::identity())];
     let bought = |name: &str, solid: Solid| Body::bought(name, "", solid).placed(here());
     let hood = Solid::cuboid(20.0, 20.0, 12.0)
@@ -146,7 +146,7 @@ fn hooded(hole_mm: f64, hood_comes_first: bool) -> Sensor {
         motions: Vec::new(),
         fixings: Vec::new(),
         adjustments: Vec::new(),
-        during: None,
+        during_cure_of: None,
         action: fabkit_geometry::Action::Assemble,
     };
     sensor.chain = if hood_comes_first {
@@ -179,15 +179,15 @@ fn depths_and_orders_are_those_of_a_toy() {
 #[test]
 fn a_stated_way_is_followed_and_no_other_is_tried() {
     let mut sensor = hooded(3.1, true);
-    let aside = fabkit_geometry::Motion::of(["post".into()], [Leg::from_afar(Vector3::x())]);
+    let aside = fabkit_geometry::Motion::new(["post".into()], [MotionLeg::from_afar(Vector3::x())]);
     step(&mut sensor, "then").motions.push(aside);
     let found = motions(&sensor).unwrap();
     let [finding] = &found[..] else { panic!("{found:#?}") };
     assert_eq!(finding.bodies, ["post", "hood"]);
     // In from the side above all, then down through the hole.
     let legs = [
-        Leg::from_afar(Vector3::x()),
-        Leg::Straight { along: -Vector3::z(), length_mm: Some(13.0) },
+        MotionLeg::from_afar(Vector3::x()),
+        MotionLeg::Straight { along: -Vector3::z(), length_mm: Some(13.0) },
     ];
     step(&mut sensor, "then").motions[0].legs = legs.into();
     assert_eq!(motions(&sensor).unwrap(), []);
@@ -200,12 +200,12 @@ fn project(sensor: &str) -> fabkit_fixtures::Project {
 
 /// What keeps a fixture from the whole sensor, as said.
 fn kept(project: &fabkit_fixtures::Project, fixture: &str) -> Vec<Finding> {
-    project.mounted(fixture).unwrap().unwrap()
+    project.check_mounting(fixture).unwrap().unwrap()
 }
 
 #[test]
 fn fixtures_are_mounted_on_whole_sensors() {
-    fabkit_tests::looked_at().into_par_iter().for_each(|name| {
+    fabkit_tests::tested_sensors().into_par_iter().for_each(|name| {
         let project = project(name);
         for fixture in project.fixture_names() {
             let found = kept(&project, fixture);
@@ -216,7 +216,7 @@ fn fixtures_are_mounted_on_whole_sensors() {
 
 #[test]
 fn a_fixture_that_does_not_pass_what_is_behind_the_tip_is_found() {
-    for fixture in some(&["pin-dome", "semi-domes"]) {
+    for fixture in sample_cases(&["pin-dome", "semi-domes"]) {
         // As it was: the whole sensor goes in from above, though its housing is twice as wide.
         let mut whole = project("tactip");
         whole.design.sensor.detachable = None;

@@ -2,8 +2,8 @@
 //! are closed, found by the rule and the body that are to blame.
 
 use fabkit_checks::{Finding, Rule, Severity};
-use fabkit_geometry::{Assembly, Body, CompiledSolid, Pose, Sensor, Solid, is_lettered};
-use fabkit_tests::found;
+use fabkit_geometry::{Assembly, Body, CompiledSolid, Pose, Sensor, Solid, has_lettering};
+use fabkit_tests::find_findings;
 use rayon::prelude::*;
 
 const ISO: &str = "adapter.pattern=iso-9409-1-50-4-m6";
@@ -32,7 +32,7 @@ const RULES: [Rule; 9] = [
     Rule::Leak,
     Rule::Motion,
     Rule::Access,
-    Rule::Held,
+    Rule::Retention,
     Rule::Labels,
     Rule::Standing,
     Rule::Overhang,
@@ -40,7 +40,7 @@ const RULES: [Rule; 9] = [
 
 /// What is worse than a note.
 fn wrong(sensor: &Sensor) -> Vec<Finding> {
-    let findings = found(sensor, &RULES).unwrap();
+    let findings = find_findings(sensor, &RULES).unwrap();
     findings.into_iter().filter(|finding| finding.severity != Severity::Note).collect()
 }
 
@@ -62,7 +62,7 @@ fn every_adapter_goes_below_every_sensor_with_a_mounting_face() {
     all.into_par_iter().for_each(|(name, pattern)| {
         let sensor = sensor(name, &[pattern]);
         let plate = sensor.body("robot-adapter").expect("it is made");
-        assert!(is_lettered(&plate.solid), "{name} {pattern}");
+        assert!(has_lettering(&plate.solid), "{name} {pattern}");
         let last = sensor.chain.last().expect("a chain");
         assert!(last.bodies.iter().any(|body| body == "robot-adapter"), "{name} {pattern}");
         let found = wrong(&sensor);
@@ -95,7 +95,7 @@ fn patterns_are_as_measured() {
 
 /// Reports that name the rule and all of the bodies.
 fn is_found(sensor: &Sensor, rule: Rule, bodies: &[&str]) -> bool {
-    let found = found(sensor, &[rule]).unwrap();
+    let found = find_findings(sensor, &[rule]).unwrap();
     let is_it = |finding: &Finding| {
         finding.severity != Severity::Note
             && finding.rule == rule
@@ -145,7 +145,7 @@ fn closed_ways_are_found() {
         place.assembly_from_body =
             Pose::translation(0.0, 0.0, -40.0).then_in(place.assembly_from_body);
     }
-    assert!(is_found(&loose, Rule::Held, &["base"]));
+    assert!(is_found(&loose, Rule::Retention, &["base"]));
 }
 
 /// Sensor, what is set, and what the message says first.

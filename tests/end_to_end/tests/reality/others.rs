@@ -6,7 +6,7 @@ use fabkit_designs::Design;
 use fabkit_geometry::{
     Action, Assembly, Body, CompiledSolid, Placement, Point3, Ray, Solid, Vector3,
 };
-use fabkit_tests::{check, found};
+use fabkit_tests::{check, find_findings};
 
 fn try_built(sensor: &str, settings: &[&str]) -> Result<Design, Vec<String>> {
     let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
@@ -209,7 +209,7 @@ fn a_vent_that_is_covered_is_found() {
                 pour.walls.push("plate".into());
             }
         }
-        let found = found(&sensor, &[Rule::TrappedAir]).unwrap();
+        let found = find_findings(&sensor, &[Rule::TrappedAir]).unwrap();
         let closed = found.iter().filter(|f| f.rule == Rule::TrappedAir).count();
         assert_eq!(closed, count, "{above_mm}: {found:#?}");
     }
@@ -238,7 +238,7 @@ fn what_is_shut_by_a_plate_is_found() {
             .bodies
             .push(Body::made("cover", "shuts what it should not", made, plate).placed([place]));
         with_wall(&mut design, step, "cover");
-        let findings = found(&design.sensor, &[Rule::TrappedAir]).unwrap();
+        let findings = find_findings(&design.sensor, &[Rule::TrappedAir]).unwrap();
         let found = findings.iter().filter(|f| f.rule == Rule::TrappedAir);
         let said = found.map(|f| f.message.as_str()).collect::<Vec<_>>();
         assert!(

@@ -5,9 +5,9 @@ use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_designs::blocks::label::Label;
 use fabkit_geometry::{
     Angle, Body, CompiledSolid, Placement, Pose, Process, Ray, Sensor, Shells, Solid, Vector3,
-    is_lettered,
+    has_lettering,
 };
-use fabkit_tests::{found, some};
+use fabkit_tests::{find_findings, sample_cases};
 use rayon::prelude::*;
 
 fn sensor(name: &str, settings: &[&str]) -> Sensor {
@@ -28,9 +28,9 @@ fn wrong(findings: Vec<Finding>) -> Vec<Finding> {
 
 #[test]
 fn what_ships_is_labelled_and_stands() {
-    fabkit_tests::looked_at().into_par_iter().for_each(|name| {
+    fabkit_tests::tested_sensors().into_par_iter().for_each(|name| {
         let sensor = sensor(name, &[]);
-        let found = found(&sensor, &[Rule::Labels, Rule::Standing]).unwrap();
+        let found = find_findings(&sensor, &[Rule::Labels, Rule::Standing]).unwrap();
         let found = wrong(found);
         assert!(found.is_empty(), "{name}: {found:#?}");
     });
@@ -52,7 +52,7 @@ fn every_other_printed_part_carries_its_label() {
         let is_printed = |part: &&Body| {
             matches!(part.process(), Some(Process::Fdm | Process::Sla | Process::PolyJet))
         };
-        let bare = sensor.parts().filter(is_printed).filter(|part| !is_lettered(&part.solid));
+        let bare = sensor.parts().filter(is_printed).filter(|part| !has_lettering(&part.solid));
         let bare: Vec<&Body> = bare.collect();
         let names: Vec<&str> = bare.iter().map(|part| part.name.as_str()).collect();
         assert_eq!(names, expected, "{name}");
@@ -63,7 +63,7 @@ fn every_other_printed_part_carries_its_label() {
 
 #[test]
 fn twins_without_labels_are_found() {
-    let found = wrong(found(&sensor("rtac0", &["labels.style=none"]), &[Rule::Labels]).unwrap());
+    let found = wrong(find_findings(&sensor("rtac0", &["labels.style=none"]), &[Rule::Labels]).unwrap());
     let blamed: Vec<&[String]> = found.iter().map(|finding| finding.bodies.as_slice()).collect();
     let halves = ["mold-transparent-gel-a", "mold-transparent-gel-b"];
     assert!(
@@ -76,7 +76,7 @@ fn twins_without_labels_are_found() {
     assert!(found.iter().all(|f| f.rule == Rule::Labels && f.severity == Severity::Error));
     // One label is enough to tell two parts apart.
     let parts = "labels.parts=[mold-transparent-gel-a,mold-translucent-gel-a,lid-transparent-gel]";
-    let told = wrong(fabkit_tests::found(&sensor("rtac0", &[parts]), &[Rule::Labels]).unwrap());
+    let told = wrong(fabkit_tests::find_findings(&sensor("rtac0", &[parts]), &[Rule::Labels]).unwrap());
     assert!(told.len() < found.len(), "{told:#?}");
 }
 
@@ -131,7 +131,7 @@ const SEALED: [(&str, [&str; 2]); 9] = [
 
 #[test]
 fn labels_where_bodies_touch_are_found() {
-    some(&SEALED).par_iter().for_each(|(name, [part, other])| {
+    sample_cases(&SEALED).par_iter().for_each(|(name, [part, other])| {
         for is_sunken in [true, false] {
             let mut sensor = sensor(name, &["labels.style=none"]);
             let pose = contact(&sensor, [part, other]);
@@ -141,7 +141,7 @@ fn labels_where_bodies_touch_are_found() {
                 true => body.clone().cut(label.sunken()),
                 false => Body { solid: body.solid.clone().plus(label.raised()), ..body.clone() },
             };
-            let found = wrong(found(&sensor, &[Rule::Labels]).unwrap());
+            let found = wrong(find_findings(&sensor, &[Rule::Labels]).unwrap());
             let blamed = found.iter().find(|finding| finding.message.contains("the label of"));
             let blamed = blamed.unwrap_or_else(|| panic!("{name} {part} {other}: {found:#?}"));
             assert_eq!((blamed.rule, blamed.severity), (Rule::Labels, Severity::Error));
@@ -153,7 +153,7 @@ fn labels_where_bodies_touch_are_found() {
 fn alone(part: Body) -> Vec<Finding> {
     let mut kit = sensor("rtac0", &["labels.style=none"]);
     kit.bodies = vec![part];
-    found(&kit, &[Rule::Standing]).unwrap()
+    find_findings(&kit, &[Rule::Standing]).unwrap()
 }
 
 #[test]
@@ -179,7 +179,7 @@ fn what_topples_is_found() {
     }
     // The pole lies well.
     let laid = Pose::rotation_x(Angle::from_deg(90.0).unwrap());
-    assert_eq!(alone(made(Solid::cuboid(6.0, 6.0, 45.0)).lying(laid)), []);
+    assert_eq!(alone(made(Solid::cuboid(6.0, 6.0, 45.0)).with_bed_orientation(laid)), []);
     // What is low does not topple.
     assert_eq!(alone(made(Solid::cylinder(1.0, 12.0))), []);
 }
@@ -190,7 +190,7 @@ fn resin_that_stays_is_found() {
     let block = || Solid::cuboid(20.0, 20.0, 12.0);
     let closed = || block().minus(Solid::cuboid(10.0, 10.0, 6.0).at_z(3.0));
     let shells = Shells { pieces: 1, voids: 1 };
-    let [finding] = &alone(resin(closed()).in_shells(shells))[..] else { panic!("one finding") };
+    let [finding] = &alone(resin(closed()).with_shells(shells))[..] else { panic!("one finding") };
     assert_eq!((finding.rule, finding.severity), (Rule::Standing, Severity::Error));
     let volume_mm3 = finding.measured.unwrap().value;
     assert!((volume_mm3 - 600.0).abs() < 40.0, "{volume_mm3}");
@@ -212,7 +212,7 @@ fn cups_on_the_plate_are_found() {
     assert!(finding.message.contains("the plate closes"), "{}", finding.message);
     // Turned over it is open; on supports, and with a hole in its side, it drains.
     let over = Pose::rotation_x(Angle::from_deg(180.0).unwrap());
-    assert_eq!(alone(resin(cup()).lying(over)), []);
+    assert_eq!(alone(resin(cup()).with_bed_orientation(over)), []);
     assert_eq!(alone(resin(cup()).note("print it on supports")), []);
     let side = Solid::cuboid(3.0, 30.0, 3.0).at(0.0, 15.0, 1.0);
     assert_eq!(alone(resin(cup().minus(side))), []);

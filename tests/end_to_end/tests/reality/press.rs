@@ -3,8 +3,8 @@
 
 use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_fixtures::{Project, load};
-use fabkit_geometry::{Leg, Sensor, Vector3};
-use fabkit_tests::{motions, some};
+use fabkit_geometry::{MotionLeg, Sensor, Vector3};
+use fabkit_tests::{motions, sample_cases};
 use rayon::prelude::*;
 
 const ROUND: [&str; 4] = ["rtac0", "uvdtact", "tactip", "shadowtac"];
@@ -25,8 +25,8 @@ fn ways(kit: &mut Sensor) -> Vec<&mut Vector3<f64>> {
     let mate = kit.chain.iter_mut().find(|step| step.name == "mate").unwrap();
     let legs = mate.motions.iter_mut().flat_map(|motion| &mut motion.legs);
     let along = legs.filter_map(|leg| match leg {
-        Leg::Straight { along, .. } => Some(along),
-        Leg::Turn { .. } => None,
+        MotionLeg::Straight { along, .. } => Some(along),
+        MotionLeg::Turn { .. } => None,
     });
     along.collect()
 }
@@ -46,7 +46,7 @@ const WRONG_WAYS: [(&str, Change); 4] = [
 
 #[test]
 fn halves_come_on_no_other_way_than_along_their_dowels() {
-    some(&ROUND).par_iter().for_each(|sensor| {
+    sample_cases(&ROUND).par_iter().for_each(|sensor| {
         let found = motions(&kit(sensor)).unwrap();
         assert!(found.is_empty(), "{sensor}: {found:#?}");
         for (name, change) in WRONG_WAYS {

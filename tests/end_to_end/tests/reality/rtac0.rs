@@ -4,7 +4,7 @@
 use fabkit_checks::{Finding, Rule, Severity};
 use fabkit_designs::{Design, builtin_yaml, load};
 use fabkit_geometry::{Action, CompiledSolid, Point3, Ray, Sensor, Vector3};
-use fabkit_tests::found;
+use fabkit_tests::find_findings;
 
 fn design(sensor: &str, settings: &[&str]) -> Design {
     let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
@@ -186,7 +186,7 @@ fn larger_cameras_make_the_sensor_wider() {
 #[test]
 fn a_seam_over_the_tip_is_found() {
     let of = |sensor: &str, settings: &[&str]| {
-        found(&design(sensor, settings).sensor, &[Rule::Parting]).unwrap()
+        find_findings(&design(sensor, settings).sensor, &[Rule::Parting]).unwrap()
     };
     assert_eq!(of("rtac0", &[]), []);
     let halves = ["mold-translucent-gel-a", "mold-translucent-gel-b"];
@@ -255,7 +255,7 @@ fn steps_follow_each_other() {
             let is_wet =
                 says.contains(" wet ") || says.contains("is wet") || says.contains("at once");
             // What is done meanwhile has wet paper of its own.
-            let is_meanwhile = pair[1].during.is_some();
+            let is_meanwhile = pair[1].during_cure_of.is_some();
             assert!(!is_wet || is_meanwhile || hours == 0.0, "{}: {says}", pair[1].name);
         }
         let at = |name: &str| sensor.chain.iter().position(|step| step.name == name);
@@ -282,7 +282,7 @@ fn the_jig_shows_where_the_tube_is_cut() {
 #[test]
 fn nothing_printed_hangs_over_and_the_mount_holds_brass() {
     let sensor = rtac0(&[]);
-    assert_eq!(found(&sensor, &[Rule::Overhang]).unwrap(), []);
+    assert_eq!(find_findings(&sensor, &[Rule::Overhang]).unwrap(), []);
     let inserts = sensor.body("insert-m3").unwrap();
     assert_eq!(inserts.quantity, 3);
     assert!(inserts.summary.contains("4 mm long"), "{}", inserts.summary);

@@ -18,7 +18,7 @@ fn sensor(name: &str, set: &str, tilt_deg: f64) -> Sensor {
 }
 
 fn seen(name: &str, set: &str, tilt_deg: f64) -> Vec<Finding> {
-    fabkit_checks::seen(&sensor(name, set, tilt_deg)).unwrap()
+    fabkit_checks::check_visibility(&sensor(name, set, tilt_deg)).unwrap()
 }
 
 const BESIDE: &str = "lies beside the picture";
@@ -59,7 +59,7 @@ fn what_is_sold_as_seen_and_is_not_is_found() {
 
 #[test]
 fn what_ships_is_told_and_has_no_fault() {
-    for name in fabkit_tests::looked_at() {
+    for name in fabkit_tests::tested_sensors() {
         let found = seen(name, "", 0.0);
         assert!(!found.is_empty(), "{name}");
         assert!(found.iter().all(|f| f.severity == Severity::Note), "{name}: {found:#?}");

@@ -2,7 +2,7 @@
 //! the body that are to blame, and what ships has no such finding.
 
 use fabkit_checks::{Finding, Rule};
-use fabkit_tests::some;
+use fabkit_tests::sample_cases;
 use rayon::prelude::*;
 
 fn unseen(sensor: &str, settings: &[&str]) -> Vec<Finding> {
@@ -10,7 +10,7 @@ fn unseen(sensor: &str, settings: &[&str]) -> Vec<Finding> {
     let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
     let design = fabkit_designs::load(sensor, yaml, &settings, &["fixtures"])
         .unwrap_or_else(|error| panic!("{sensor} {settings:?}: {error:?}"));
-    fabkit_checks::sight(&design.sensor).unwrap()
+    fabkit_checks::check_camera_view(&design.sensor).unwrap()
 }
 
 const BLACK: &str = "Smooth-On Ecoflex 00-30 with black Silc-Pig";
@@ -40,7 +40,7 @@ const WRONG_SIGHT: [(&str, &str, &str, &str); 17] = [
 
 #[test]
 fn a_camera_that_cannot_see_is_found() {
-    some(&WRONG_SIGHT).par_iter().for_each(|(sensor, path, value, blamed)| {
+    sample_cases(&WRONG_SIGHT).par_iter().for_each(|(sensor, path, value, blamed)| {
         let set = format!("{path}={value}");
         let found = unseen(sensor, &[&set]);
         // One cause, one finding.
@@ -56,7 +56,7 @@ fn a_camera_that_cannot_see_is_found() {
 
 #[test]
 fn what_ships_is_seen() {
-    fabkit_tests::looked_at().into_par_iter().for_each(|sensor| {
+    fabkit_tests::tested_sensors().into_par_iter().for_each(|sensor| {
         let found = unseen(sensor, &[]);
         assert!(found.is_empty(), "{sensor}: {found:#?}");
     });

@@ -2,12 +2,12 @@
 //! them, is found, and what ships says of each how it stays.
 
 use fabkit_checks::{Finding, Rule, Severity};
-use fabkit_geometry::{Duty, FixedBy, Pose, Sensor};
-use fabkit_tests::{built, found, some};
+use fabkit_geometry::{MechanicalRole, FixingMeans, Pose, Sensor};
+use fabkit_tests::{build_design, find_findings, sample_cases};
 use rayon::prelude::*;
 
 fn errors(sensor: &Sensor) -> Vec<Finding> {
-    let found = found(sensor, &[Rule::Held]).unwrap();
+    let found = find_findings(sensor, &[Rule::Retention]).unwrap();
     found.into_iter().filter(|finding| finding.severity == Severity::Error).collect()
 }
 
@@ -28,15 +28,15 @@ const SMALL: [(&str, &[&str], &str); 11] = [
 
 #[test]
 fn what_no_step_fixes_is_found() {
-    some(&SMALL).par_iter().for_each(|(name, set, small)| {
-        let mut sensor = built(name, set).sensor;
-        assert_eq!(sensor.body(small).unwrap().duty, Duty::Sticks, "{name}/{small}");
+    sample_cases(&SMALL).par_iter().for_each(|(name, set, small)| {
+        let mut sensor = build_design(name, set).sensor;
+        assert_eq!(sensor.body(small).unwrap().duty, MechanicalRole::Attached, "{name}/{small}");
         for fixing in sensor.chain.iter_mut().flat_map(|step| &mut step.fixings) {
             fixing.bodies.retain(|body| body != small);
         }
         let found = errors(&sensor);
         let [finding] = &found[..] else { panic!("{name}/{small}: {found:#?}") };
-        assert_eq!((finding.rule, &finding.bodies[..]), (Rule::Held, &[(*small).to_owned()][..]));
+        assert_eq!((finding.rule, &finding.bodies[..]), (Rule::Retention, &[(*small).to_owned()][..]));
         assert!(finding.message.contains("no step solders"), "{}", finding.message);
     });
 }
@@ -52,7 +52,7 @@ fn what_is_fixed_in_the_air_is_found() {
         // The tube that was plugged onto it has lost it as well.
         ("fluidic", "needle", [0.0, 0.0, 40.0], &["tube"][..]),
     ] {
-        let mut sensor = built(name, &[]).sensor;
+        let mut sensor = build_design(name, &[]).sensor;
         let body = sensor.body_mut(small).unwrap();
         let place = &mut body.placements[0];
         place.assembly_from_body =
@@ -65,30 +65,30 @@ fn what_is_fixed_in_the_air_is_found() {
 }
 
 /// What a step says of each way, so that data and sentence do not part.
-fn words(by: FixedBy) -> &'static [&'static str] {
+fn words(by: FixingMeans) -> &'static [&'static str] {
     match by {
-        FixedBy::Solder => &["solder"],
-        FixedBy::Glue => &["glue", "adhesive"],
-        FixedBy::Tape => &["stick"],
-        FixedBy::Push => &["push", "plug"],
+        FixingMeans::Solder => &["solder"],
+        FixingMeans::Glue => &["glue", "adhesive"],
+        FixingMeans::Tape => &["stick"],
+        FixingMeans::Push => &["push", "plug"],
     }
 }
 
 #[test]
 fn what_ships_is_fixed_and_its_steps_say_so() {
-    fabkit_tests::looked_at().into_par_iter().for_each(|name| {
-        let sensor = built(name, &[]).sensor;
+    fabkit_tests::tested_sensors().into_par_iter().for_each(|name| {
+        let sensor = build_design(name, &[]).sensor;
         let mut fixings = 0;
         for step in &sensor.chain {
             for fixing in &step.fixings {
                 let says = |word: &&str| step.instruction.contains(*word);
-                assert!(words(fixing.by).iter().any(says), "{name}: {step:#?}");
+                assert!(words(fixing.means).iter().any(says), "{name}: {step:#?}");
                 let bodies = fixing.bodies.iter().map(|body| sensor.body(body).unwrap());
-                bodies.for_each(|body| assert_eq!(body.duty, Duty::Sticks, "{}", body.name));
+                bodies.for_each(|body| assert_eq!(body.duty, MechanicalRole::Attached, "{}", body.name));
                 fixings += fixing.bodies.len();
             }
         }
-        let small = sensor.bodies.iter().filter(|body| body.duty == Duty::Sticks).count();
+        let small = sensor.bodies.iter().filter(|body| body.duty == MechanicalRole::Attached).count();
         assert!(fixings >= small && small > 0, "{name}: {fixings} of {small}");
         assert_eq!(errors(&sensor), [], "{name}");
     });

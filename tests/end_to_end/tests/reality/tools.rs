@@ -2,7 +2,7 @@
 
 use fabkit_checks::{Finding, Rule};
 use fabkit_geometry::{Assembly, Body, Occasion, Placement, Sensor, Solid};
-use fabkit_tests::{built, motions, some};
+use fabkit_tests::{build_design, motions, sample_cases};
 use rayon::prelude::*;
 
 /// Sensor, what is set, and whose tool has no room.
@@ -26,8 +26,8 @@ fn access(sensor: &Sensor) -> Vec<Finding> {
 
 #[test]
 fn slots_that_no_blade_enters_are_found() {
-    some(&WRONG).par_iter().for_each(|(name, set, blamed)| {
-        let found = access(&built(name, &[set]).sensor);
+    sample_cases(&WRONG).par_iter().for_each(|(name, set, blamed)| {
+        let found = access(&build_design(name, &[set]).sensor);
         let is_it = |f: &&Finding| f.bodies[0] == *blamed && f.message.contains("pries");
         assert!(found.iter().any(|f| is_it(&f)), "{name} {set}: {found:#?}");
     });
@@ -63,7 +63,7 @@ fn what_stands_beside_a_mold_is_in_the_way_of_its_tools() {
         ("9dtact", Occasion::Removal, 2),
         ("uvdtact", Occasion::Pour, 2),
     ] {
-        let sensor = built(name, &[]).sensor;
+        let sensor = build_design(name, &[]).sensor;
         let rooms = rooms(&sensor, occasion);
         assert!(rooms.len() >= least, "{name}: {rooms:?}");
         let found = rooms.iter().filter(|(body, assembly, at)| {

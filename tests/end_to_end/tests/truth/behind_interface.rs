@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use fabkit_application::ground_truth::Viewpoint;
-use fabkit_application::ground_truth::probes::probes;
+use fabkit_application::ground_truth::probes::sample_probes;
 use fabkit_camera::files::{self, CameraFormat};
 use fabkit_camera::{Camera, CameraEstimate, DMatrix, JointEstimate};
 
-use fabkit_application::depth::truth::{PixelRays, ReferenceSurface, Uncertainty};
+use fabkit_application::depth::ground_truth::{PixelRays, ReferenceSurface, Uncertainty};
 use fabkit_geometry::{NominalCamera, Sensor};
-use fabkit_optics::{Sights, Stack, Window};
-use fabkit_tests::{built, looked_at};
+use fabkit_optics::{ViewStacks, OpticalStack, FirstInterface};
+use fabkit_tests::{build_design, tested_sensors};
 
 /// A small picture of a sensor; what its camera is, by file, if it has the first interface in its own model, and whether
 /// bodies bend light again behind that.
@@ -18,10 +18,10 @@ fn with_interface(sensor: &Sensor) -> Option<(String, bool)> {
     let nominal = &sensor.camera;
     let viewpoint = Viewpoint::new(nominal, None, None).unwrap();
     let lens = viewpoint.camera();
-    let sights = Sights::new(Stack::of(sensor).unwrap());
-    let window = Window::of(lens, &nominal.sensor_from_camera, &sights);
-    let Window::One { interface, again, .. } = window else { return None };
-    assert_eq!(again, interface.is_drawn_behind());
+    let sights = ViewStacks::new(OpticalStack::from_sensor(sensor).unwrap());
+    let window = FirstInterface::from_camera(lens, &nominal.sensor_from_camera, &sights);
+    let FirstInterface::Single { interface, again, .. } = window else { return None };
+    assert_eq!(again, interface.has_drawn_bodies_behind());
     let camera = Camera::new(lens.width_px(), lens.height_px(), *lens.lens(), interface).ok()?;
     Some((files::write(&camera.into(), CameraFormat::Fabkit).unwrap(), again))
 }
@@ -30,8 +30,8 @@ fn with_interface(sensor: &Sensor) -> Option<(String, bool)> {
 #[test]
 fn light_goes_on_behind_the_interface_as_drawn() {
     let mut count = 0;
-    for name in looked_at() {
-        let mut sensor = built(name, &[]).sensor;
+    for name in tested_sensors() {
+        let mut sensor = build_design(name, &[]).sensor;
         sensor.camera = NominalCamera { width_px: 64, height_px: 48, ..sensor.camera };
         let Some((file, again)) = with_interface(&sensor) else { continue };
         let drawn = Viewpoint::new(&sensor.camera, None, None).unwrap();
@@ -43,11 +43,11 @@ fn light_goes_on_behind_the_interface_as_drawn() {
         count += 1;
         let touch = sensor.touch.as_ref().unwrap();
         let of = |viewpoint: &Viewpoint| {
-            let sights = Arc::new(Sights::new(viewpoint.stack(&sensor).unwrap()));
-            let rays = viewpoint.rays(1).through(&sights);
+            let sights = Arc::new(ViewStacks::new(viewpoint.stack(&sensor).unwrap()));
+            let rays = viewpoint.rays(1).traced_through(&sights);
             let surface = ReferenceSurface::cast(touch, &rays).unwrap();
-            let points: Vec<_> = surface.untouched().point_in_sensor().collect();
-            (points, probes(touch, viewpoint, &sights, 300, 0.5, 1).unwrap())
+            let points: Vec<_> = surface.map_without_contact().point_in_sensor().collect();
+            (points, sample_probes(touch, viewpoint, &sights, 300, 0.5, 1).unwrap())
         };
         let ((expected, tips), (found, own_tips)) = (of(&drawn), of(&own));
         let seen = expected.iter().filter(|point| point.x.is_finite()).count();
@@ -60,7 +60,7 @@ fn light_goes_on_behind_the_interface_as_drawn() {
             assert!(off_mm.is_nan() || off_mm < 1e-9, "{name}: {off_mm:.1e} mm");
         }
         assert!(astray <= 2, "{name}: {astray}");
-        assert!(tips.seen > 100 && tips.seen.abs_diff(own_tips.seen) <= 2, "{name}");
+        assert!(tips.visible_tips > 100 && tips.visible_tips.abs_diff(own_tips.visible_tips) <= 2, "{name}");
         let numbers = |csv: &str| -> Vec<Vec<Option<f64>>> {
             let of = |line: &str| line.split(',').map(|cell| cell.parse().ok()).collect();
             csv.lines().skip(1).map(of).collect()
@@ -80,14 +80,14 @@ fn light_goes_on_behind_the_interface_as_drawn() {
 #[test]
 fn sigma_is_by_how_much_what_is_before_the_interface_moves_the_place() {
     const STEP: f64 = 1e-4;
-    let mut sensor = built("rtac0", &[]).sensor;
+    let mut sensor = build_design("rtac0", &[]).sensor;
     sensor.camera = NominalCamera { width_px: 64, height_px: 48, ..sensor.camera };
     let (file, _) = with_interface(&sensor).unwrap();
     let touch = sensor.touch.as_ref().unwrap();
     let viewpoint = Viewpoint::new(&sensor.camera, Some(&file), None).unwrap();
-    let sights = Arc::new(Sights::new(viewpoint.stack(&sensor).unwrap()));
+    let sights = Arc::new(ViewStacks::new(viewpoint.stack(&sensor).unwrap()));
     let (camera, pose) = (viewpoint.camera(), &viewpoint.sensor_from_camera);
-    let rays = PixelRays::new(camera, pose).through(&sights);
+    let rays = PixelRays::new(camera, pose).traced_through(&sights);
     let surface = ReferenceSurface::cast(touch, &rays).unwrap();
     let values: Vec<f64> = camera.parameters().into_iter().map(|(_, value)| value).collect();
     for (parameter, (name, _)) in camera.parameters().into_iter().enumerate() {
@@ -97,21 +97,21 @@ fn sigma_is_by_how_much_what_is_before_the_interface_moves_the_place() {
         let estimate = CameraEstimate::new(*camera, Some(covariance)).unwrap();
         let joint = JointEstimate::independent(&estimate, None).unwrap();
         let uncertainty = Uncertainty { joint: Some(joint), shape_mm: 0.0 };
-        let sigma_mm: Vec<f64> = surface.untouched().sigmas(&uncertainty).point_mm().collect();
+        let sigma_mm: Vec<f64> = surface.map_without_contact().compute_standard_deviations(&uncertainty).point_mm().collect();
         let moved = |by: f64| {
             let mut values = values.clone();
             values[parameter] += by;
             let camera = camera.with_parameters(&values).unwrap();
-            let rays = PixelRays::new(&camera, pose).through(&sights);
+            let rays = PixelRays::new(&camera, pose).traced_through(&sights);
             let surface = ReferenceSurface::cast(touch, &rays).unwrap();
-            surface.untouched().point_in_sensor().collect::<Vec<_>>()
+            surface.map_without_contact().point_in_sensor().collect::<Vec<_>>()
         };
         let (before, after) = (moved(-STEP), moved(STEP));
         let expected = before.iter().zip(&after).map(|(b, a)| (a - b).norm() / (2.0 * STEP));
         let pairs = expected.zip(&sigma_mm).filter(|(e, s)| e.is_finite() && s.is_finite());
         let agree = pairs.filter(|(expected, s)| (*s - expected).abs() < 2e-3 * (1e-2 + expected));
         // All but those at creases of the surface and of the gel.
-        let (agree, seen) = (agree.count(), surface.seen());
+        let (agree, seen) = (agree.count(), surface.visible_pixels());
         assert!(agree * 100 > seen * 95, "{name}: {agree} of {seen}");
     }
 }
@@ -119,7 +119,7 @@ fn sigma_is_by_how_much_what_is_before_the_interface_moves_the_place() {
 /// Where the design draws no such interface, a camera that says so is refused, with what to do.
 #[test]
 fn an_interface_that_is_not_drawn_is_refused() {
-    let sensor = built("rtac0", &[]).sensor;
+    let sensor = build_design("rtac0", &[]).sensor;
     let (file, _) = with_interface(&sensor).unwrap();
     let mut other = sensor.clone();
     other.bodies.retain(|body| body.substance.refractive_index.is_none());

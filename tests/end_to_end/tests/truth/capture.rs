@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use fabkit_tests::contract::faults;
+use fabkit_tests::contract::find_faults;
 use fabkit_tests::fabkit;
 use serde_json::Value;
 
@@ -33,7 +33,7 @@ fn picture(path: &Path) -> Picture {
 fn capture(folder: &Path, sensor: &str, more: &[&str], name: &str) -> (Value, Picture) {
     let first = ["capture", sensor, "-o", name, "--json"];
     let json = fabkit(folder, &[&first[..], more].concat()).ok().json();
-    assert!(faults(&json).is_empty(), "{:?}", faults(&json));
+    assert!(find_faults(&json).is_empty(), "{:?}", find_faults(&json));
     (json, picture(&folder.join(name)))
 }
 

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use fabkit_tests::{Run, contents, fabkit};
+use fabkit_tests::{Run, read_folder, fabkit};
 
 fn assert_says(run: &Run, code: i32, texts: &[&str]) {
     assert_eq!(run.code, Some(code), "{run:?}");
@@ -32,15 +32,15 @@ fn every_file_is_written_and_the_deepest_contact_is_as_asked() {
         "a.ply",
     ];
     let json = fabkit(root.path(), &arguments).ok().json();
-    assert_eq!(contents(root.path()).len(), 5);
+    assert_eq!(read_folder(root.path()).len(), 5);
     // The nearest pixel is off the tip by at most half a pixel: 4 um deep on a ball of 2 mm.
     let deepest_mm = json["deepest_mm"].as_f64().unwrap();
     assert!((1.19..=1.2 + 1e-9).contains(&deepest_mm), "{deepest_mm}");
     assert_eq!(json["labels"][2], "hemisphere");
     assert_eq!(json["sigma_of"], "shape");
-    let first = contents(root.path());
+    let first = read_folder(root.path());
     fabkit(root.path(), &[&arguments[..], &["--threads", "1"]].concat()).ok();
-    assert!(first == contents(root.path()), "the same bytes on one thread");
+    assert!(first == read_folder(root.path()), "the same bytes on one thread");
 }
 
 #[test]
@@ -58,7 +58,7 @@ fn a_camera_that_misses_the_surface_is_refused_with_angles() {
         2,
         &["sees none of the surface", "deg off the camera's axis", "camera_from_sensor"],
     );
-    assert_eq!(contents(root.path()).len(), 1);
+    assert_eq!(read_folder(root.path()).len(), 1);
     // A little of it: said, and done.
     let aside =
         "camera_from_sensor:\n- [1, 0, 0, 40]\n- [0, 1, 0, 0]\n- [0, 0, 1, 7]\n- [0, 0, 0, 1]\n";

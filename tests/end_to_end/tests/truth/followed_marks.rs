@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use fabkit_application::export::png as write_png;
-use fabkit_application::reconstructing::Taken;
-use fabkit_tests::contract::faults;
+use fabkit_application::reconstructing::CapturedImage;
+use fabkit_tests::contract::find_faults;
 use fabkit_tests::fabkit;
 use serde_json::Value;
 
@@ -24,7 +24,7 @@ fn capture(folder: &Path, words: &[&str], name: &str) -> Vec<(String, Px)> {
 fn reconstruct(folder: &Path, words: &[&str]) -> Value {
     let all = [&["reconstruct"], words, &["-o", "out", "--json"]].concat();
     let json = fabkit(folder, &all).ok().json();
-    assert!(faults(&json).is_empty(), "{:?}", faults(&json));
+    assert!(find_faults(&json).is_empty(), "{:?}", find_faults(&json));
     json
 }
 
@@ -163,7 +163,7 @@ fn marks_are_followed_by_their_names() {
 }
 
 /// The same picture farther to the right and down.
-fn shifted(picture: &Taken, [right, down]: [usize; 2]) -> Vec<u8> {
+fn shifted(picture: &CapturedImage, [right, down]: [usize; 2]) -> Vec<u8> {
     let [width, height] = picture.size_px;
     let value = |column: usize, row: usize, k: usize| {
         let from = column.saturating_sub(right) + row.saturating_sub(down) * width;
@@ -183,7 +183,7 @@ fn a_pattern_that_has_moved_by_half_of_its_pitch_is_the_same_pattern() {
     for (sensor, light, shift) in [("fluidic", "white", [22, 0]), ("uvdtact", "uv", [3, 3])] {
         let words = [sensor, "--light", light, "--reference"];
         let drawn = capture(folder, &words, "rest.png");
-        let rest = Taken::read(&folder.join("rest.png")).unwrap();
+        let rest = CapturedImage::read(&folder.join("rest.png")).unwrap();
         fs::write(folder.join("now.png"), shifted(&rest, shift)).unwrap();
         reconstruct(folder, &[sensor, "--light", light, "--reference", "rest.png", "now.png"]);
         let npz = folder.join("out/now.npz");

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use fabkit_application::Error;
 use fabkit_application::fixtures::load;
 use fabkit_application::ground_truth::Viewpoint;
-use fabkit_application::pressing::{Contact, Linear};
+use fabkit_application::press_simulation::{ContactModel, LinearOptions};
 use fabkit_application::scene::{Cast, SensorView};
 use fabkit_tests::fabkit;
 use serde_json::Value;
@@ -32,11 +32,11 @@ fn scene(sensor: &str) -> SensorView {
     SensorView::new(Arc::new(project), viewpoint).unwrap()
 }
 
-fn linear() -> Contact {
-    Contact::Linear(Linear { spacing_mm: Some(SPACING_MM), friction: None })
+fn linear() -> ContactModel {
+    ContactModel::Linear(LinearOptions { spacing_mm: Some(SPACING_MM), friction: None })
 }
 
-fn map(scene: &SensorView, presses: &[&str], contact: Contact, shear_mm: [f64; 2]) -> Map {
+fn map(scene: &SensorView, presses: &[&str], contact: ContactModel, shear_mm: [f64; 2]) -> Map {
     let presses: Vec<_> = presses.iter().map(|id| scene.project.press(id).unwrap()).collect();
     let cast = Cast {
         presses: &presses,
@@ -64,10 +64,10 @@ fn map(scene: &SensorView, presses: &[&str], contact: Contact, shear_mm: [f64; 2
 #[test]
 fn a_pin_alone_is_pressed() {
     let scene = scene("rtac0");
-    let contact = Contact::Linear(Linear::default());
+    let contact = ContactModel::Linear(LinearOptions::default());
     // At the tip and far from it.
     for pin in ["pin-1-long", "pin-14-short"] {
-        let rigid = map(&scene, &[pin], Contact::Rigid, [0.0; 2]);
+        let rigid = map(&scene, &[pin], ContactModel::Rigid, [0.0; 2]);
         let linear = map(&scene, &[pin], contact, [0.0; 2]);
         let deepest = |map: &Map| map.indentation_mm.iter().copied().fold(0.0, f64::max);
         let [rigid_mm, linear_mm] = [&rigid, &linear].map(deepest);
@@ -81,7 +81,7 @@ fn a_pin_alone_is_pressed() {
 fn gel_lies_on_what_presses_and_bulges_beside_it() {
     let scene = scene("rtac0");
     let (rigid, soft) =
-        (map(&scene, &[BALL], Contact::Rigid, [0.0; 2]), map(&scene, &[BALL], linear(), [0.0; 2]));
+        (map(&scene, &[BALL], ContactModel::Rigid, [0.0; 2]), map(&scene, &[BALL], linear(), [0.0; 2]));
     let mut touched = 0;
     for pixel in 0..rigid.range_mm.len() {
         if soft.contact[pixel] {

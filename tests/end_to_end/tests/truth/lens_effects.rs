@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::Path;
 
-use fabkit_tests::contract::faults;
+use fabkit_tests::contract::find_faults;
 use fabkit_tests::fabkit;
 use serde_json::Value;
 
@@ -18,7 +18,7 @@ fn at_rest(folder: &Path, sensor: &str, sets: &[&str]) -> (Value, Vec<f64>) {
     let sets = sets.iter().map(String::as_str);
     let all: Vec<&str> = first.into_iter().chain(output).chain(sets).collect();
     let json = fabkit(folder, &all).ok().json();
-    assert!(faults(&json).is_empty(), "{:?}", faults(&json));
+    assert!(find_faults(&json).is_empty(), "{:?}", find_faults(&json));
     let file = BufReader::new(File::open(folder.join("a.png")).unwrap());
     let mut reader = png::Decoder::new(file).read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];

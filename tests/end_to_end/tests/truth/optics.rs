@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use fabkit_application::depth::truth::{PixelRays, ReferenceSurface, Uncertainty};
+use fabkit_application::depth::ground_truth::{PixelRays, ReferenceSurface, Uncertainty};
 use fabkit_application::fixtures;
 use fabkit_application::ground_truth::Viewpoint;
 use fabkit_camera::{JointEstimate, Point2};
 use fabkit_designs::builtin_yaml;
 use fabkit_geometry::{Angle, NominalCamera, Point3, Pose, Ray, Sensor, Vector3};
-use fabkit_optics::{Bundles, End, Look, Sights, Stack, TILE, Tracer, Viewer};
-use fabkit_tests::{built, looked_at};
+use fabkit_optics::{TileTracing, RayEnd, PointProjection, ViewStacks, OpticalStack, TILE, Tracer, CameraView};
+use fabkit_tests::{build_design, tested_sensors};
 
 /// The ray of each pixel, row by row, with columns and rows.
 fn rays(sensor: &Sensor) -> (Vec<Option<Ray>>, [u32; 2]) {
@@ -20,16 +20,16 @@ fn rays(sensor: &Sensor) -> (Vec<Option<Ray>>, [u32; 2]) {
 
 #[test]
 fn every_camera_looks_through_media_that_are_known() {
-    for name in looked_at() {
-        let sensor = built(name, &[]).sensor;
-        let stack = Stack::of(&sensor).unwrap_or_else(|error| panic!("{name}: {error}"));
+    for name in tested_sensors() {
+        let sensor = build_design(name, &[]).sensor;
+        let stack = OpticalStack::from_sensor(&sensor).unwrap_or_else(|error| panic!("{name}: {error}"));
         let (rays, _) = rays(&sensor);
         let mut tracer = Tracer::new(&stack);
         // Few of many, all of few; no multiple of the columns.
         let step = (rays.len() / 900) | 1;
         let paths = rays.iter().step_by(step).flatten().map(|ray| tracer.follow(ray).end);
-        let ends: Vec<End> = paths.collect();
-        let surface = ends.iter().filter(|end| **end == End::Surface).count();
+        let ends: Vec<RayEnd> = paths.collect();
+        let surface = ends.iter().filter(|end| **end == RayEnd::Surface).count();
         let least = match name {
             // Between its pins, past its LED board; and what is seen of an endless sheet.
             "tactip" => 0.3,
@@ -40,17 +40,17 @@ fn every_camera_looks_through_media_that_are_known() {
         };
         let share = surface as f64 / ends.len() as f64;
         assert!(share >= least, "{name}: {share}");
-        assert!(!ends.contains(&End::Nothing) || name == "fluidic", "{name} sees out of itself");
+        assert!(!ends.contains(&RayEnd::Nothing) || name == "fluidic", "{name} sees out of itself");
     }
 }
 
 /// Tiles over the middle, the corner and the rim of each picture.
 #[test]
 fn together_and_alone_rays_end_at_the_same_points() {
-    for name in looked_at() {
-        let sensor = built(name, &[]).sensor;
-        let stack = Stack::of(&sensor).unwrap();
-        let bundles = Bundles::new(&stack);
+    for name in tested_sensors() {
+        let sensor = build_design(name, &[]).sensor;
+        let stack = OpticalStack::from_sensor(&sensor).unwrap();
+        let bundles = TileTracing::new(&stack);
         let (rays, [width, height]) = rays(&sensor);
         let mut alone = Tracer::new(&stack);
         let at = |share: f64, length: u32| (share * f64::from(length.saturating_sub(TILE))) as u32;
@@ -93,10 +93,10 @@ fn a_narrow_diffuser_hides_the_surface() {
         let settings: Vec<String> = settings.iter().map(|set| (*set).to_owned()).collect();
         let project = fixtures::load("rtac0.yaml", yaml, &settings).unwrap();
         let sensor = &project.design.sensor;
-        let stack = Stack::of(sensor).unwrap();
+        let stack = OpticalStack::from_sensor(sensor).unwrap();
         let (rays, _) = rays(sensor);
         let mut tracer = Tracer::new(&stack);
-        let ends: Vec<End> =
+        let ends: Vec<RayEnd> =
             rays.iter().step_by(211).flatten().map(|ray| tracer.follow(ray).end).collect();
         let by = |name: &str| {
             let count = ends.iter().filter(|end| stack.name_of(**end) == name).count();
@@ -112,9 +112,9 @@ fn a_narrow_diffuser_hides_the_surface() {
 #[test]
 fn black_gel_hides_what_is_behind_it() {
     let sensor =
-        built("rtac0", &["transparent_gel.material=Smooth-On Ecoflex 00-30 with black Silc-Pig"])
+        build_design("rtac0", &["transparent_gel.material=Smooth-On Ecoflex 00-30 with black Silc-Pig"])
             .sensor;
-    let stack = Stack::of(&sensor).unwrap();
+    let stack = OpticalStack::from_sensor(&sensor).unwrap();
     let (rays, _) = rays(&sensor);
     let mut tracer = Tracer::new(&stack);
     let ends = rays.iter().step_by(211).flatten().map(|ray| tracer.follow(ray).end);
@@ -122,10 +122,10 @@ fn black_gel_hides_what_is_behind_it() {
     assert!(!ends.contains(&"surface"));
     assert!(ends.contains(&"transparent-gel"));
     let viewpoint = Viewpoint::new(&sensor.camera, None, None).unwrap();
-    let sights = Sights::new(stack);
-    let mut viewer = Viewer::new(viewpoint.camera(), &viewpoint.sensor_from_camera, &sights);
-    let lost = viewer.see(&Point3::new(0.0, 0.0, sensor.touch.as_ref().unwrap().apex_z_mm()));
-    assert_eq!(lost.map_err(|lost| lost.word(sights.stack())), Err("transparent-gel"));
+    let sights = ViewStacks::new(stack);
+    let mut viewer = CameraView::new(viewpoint.camera(), &viewpoint.sensor_from_camera, &sights);
+    let lost = viewer.visible_pixel(&Point3::new(0.0, 0.0, sensor.touch.as_ref().unwrap().apex_z_mm()));
+    assert_eq!(lost.map_err(|lost| lost.label(sights.stack())), Err("transparent-gel"));
 }
 
 /// A small picture, so that all of it is looked at in a moment.
@@ -136,20 +136,20 @@ fn small(sensor: &Sensor) -> NominalCamera {
 /// From pixel to surface and back to the pixel; with what differences say of how it moves.
 #[test]
 fn places_are_seen_at_the_pixels_that_see_them() {
-    for name in looked_at() {
-        let sensor = built(name, &[]).sensor;
+    for name in tested_sensors() {
+        let sensor = build_design(name, &[]).sensor;
         let viewpoint = Viewpoint::new(&small(&sensor), None, None).unwrap();
-        let sights = Sights::new(viewpoint.stack(&sensor).unwrap());
-        let mut viewer = Viewer::new(viewpoint.camera(), &viewpoint.sensor_from_camera, &sights);
+        let sights = ViewStacks::new(viewpoint.stack(&sensor).unwrap());
+        let mut viewer = CameraView::new(viewpoint.camera(), &viewpoint.sensor_from_camera, &sights);
         let mut count = 0;
         for (column, row) in (0..24).flat_map(|row| (0..32).map(move |column| (column, row))) {
             let pixel = Point2::new(f64::from(column) + 0.31, f64::from(row) - 0.17);
             let Ok(path) = viewer.path(&pixel) else { continue };
-            if path.end != End::Surface {
+            if path.end != RayEnd::Surface {
                 continue;
             }
             let place = path.last.at(path.end_mm);
-            let look = viewer.look_at(&place).unwrap_or_else(|e| panic!("{name} {pixel}: {e}"));
+            let look = viewer.project(&place).unwrap_or_else(|e| panic!("{name} {pixel}: {e}"));
             // Curved faces may focus: a place can have a second pixel, which then sees the same place.
             let back = viewer.path(&look.pixel).unwrap();
             let off = (back.last.at(back.end_mm) - place).norm();
@@ -160,14 +160,14 @@ fn places_are_seen_at_the_pixels_that_see_them() {
             if count % 16 != 0 {
                 continue;
             }
-            let Some(by_place) = viewer.by_place(&place, &look) else { continue };
+            let Some(by_place) = viewer.pixel_by_point(&place, &look) else { continue };
             // Half a micrometre to either side; at a seam between faces nothing is smooth.
             for axis in 0..3 {
                 let by = Vector3::ith(axis, 5e-4);
-                let sides = [place - by, place + by].map(|place| viewer.look_at(&place));
+                let sides = [place - by, place + by].map(|place| viewer.project(&place));
                 let [Ok(before), Ok(after)] = sides else { continue };
                 // Past other faces, or another of several rays.
-                let is_other = |side: &Look| {
+                let is_other = |side: &PointProjection| {
                     side.sight.path.bends != look.sight.path.bends
                         || (side.pixel - look.pixel).norm() > 0.1
                 };
@@ -186,12 +186,12 @@ fn places_are_seen_at_the_pixels_that_see_them() {
 #[test]
 fn sigma_is_by_how_much_the_pose_moves_the_range() {
     const STEP: f64 = 1e-4;
-    let sensor = built("rtac0", &[]).sensor;
+    let sensor = build_design("rtac0", &[]).sensor;
     let touch = sensor.touch.as_ref().unwrap();
     let viewpoint = Viewpoint::new(&small(&sensor), None, None).unwrap();
-    let sights = Arc::new(Sights::new(viewpoint.stack(&sensor).unwrap()));
+    let sights = Arc::new(ViewStacks::new(viewpoint.stack(&sensor).unwrap()));
     let (camera, pose) = (viewpoint.camera(), &viewpoint.sensor_from_camera);
-    let seen_from = |pose: &Pose| PixelRays::new(camera, pose).through(&sights);
+    let seen_from = |pose: &Pose| PixelRays::new(camera, pose).traced_through(&sights);
     let rays = seen_from(pose);
     let surface = ReferenceSurface::cast(touch, &rays).unwrap();
     let camera_from_sensor = pose.inverse();
@@ -200,7 +200,7 @@ fn sigma_is_by_how_much_the_pose_moves_the_range() {
         covariance[parameter][parameter] = 1.0;
         let joint = JointEstimate::independent(&(*camera).into(), Some(&covariance)).unwrap();
         let uncertainty = Uncertainty { joint: Some(joint), shape_mm: 0.0 };
-        let sigma_mm = surface.untouched().sigmas(&uncertainty).range_mm().collect::<Vec<_>>();
+        let sigma_mm = surface.map_without_contact().compute_standard_deviations(&uncertainty).range_mm().collect::<Vec<_>>();
         let moved = |by: f64| {
             let turn = Vector3::ith(parameter % 3, by);
             let translation = camera_from_sensor.translation_mm();
@@ -231,7 +231,7 @@ fn sigma_is_by_how_much_the_pose_moves_the_range() {
             }
         }
         // All but those at creases of the surface and of the gel.
-        let seen = surface.seen();
+        let seen = surface.visible_pixels();
         assert!(compared * 100 > seen * 97, "{parameter}: {compared} of {seen}");
     }
 }

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use fabkit_application::fixtures::{Project, SurfacePoints, load};
 use fabkit_application::geometry::{Point3, TouchSurface};
-use fabkit_application::ground_truth::penetration;
-use fabkit_tests::{Run, contents, fabkit, is_full, some};
+use fabkit_application::ground_truth::find_penetration;
+use fabkit_tests::{Run, read_folder, fabkit, is_full, sample_cases};
 
 const SENSORS: [&str; 6] =
     ["rtac0", "rtac0-published-2025", "shadowtac", "shadowtac-published-cad", "tactip", "uvdtact"];
@@ -37,15 +37,15 @@ fn every_indenter_goes_as_deep_as_it_is_asked_to_on_every_sensor() {
         let project = project(sensor, &[ALL]);
         let touch = touch(&project);
         let SurfacePoints::Dome(dome) = SurfacePoints::new(touch).unwrap() else { continue };
-        let last_deg = dome.last_polar_rad().to_degrees();
+        let last_deg = dome.max_polar_rad().to_degrees();
         for tool in tools(&project) {
             for (share, azimuth_deg) in [(0.0, 0.0), (0.4, 200.0), (0.7, 35.0)] {
                 for part in [0.3, 1.0] {
-                    let depth_mm = (1e3 * part * touch.soft_mm()).floor() / 1e3;
+                    let depth_mm = (1e3 * part * touch.max_indentation_mm()).floor() / 1e3;
                     let polar_deg = share * last_deg;
                     let id = format!("{tool}@{polar_deg}deg,{azimuth_deg}deg,{depth_mm}mm");
                     let press = project.press(&id).unwrap();
-                    let found = penetration(touch, &press.bodies[0]).unwrap();
+                    let found = find_penetration(touch, &press.bodies[0]).unwrap();
                     let found_mm = found.map_or(0.0, |found| found.depth_mm);
                     // Half of 4 mm less a wall of 0.8 mm; degrees of a circle miss its deepest
                     // point by a hundredth of a radian at most.
@@ -74,10 +74,10 @@ fn every_indenter_goes_as_deep_as_it_is_asked_to_on_every_sensor() {
 #[test]
 fn every_indenter_of_every_sensor_is_seen_pressing() {
     let all = is_full();
-    for sensor in some(&SENSORS).into_iter().copied() {
+    for sensor in sample_cases(&SENSORS).into_iter().copied() {
         let root = tempfile::tempdir().unwrap();
         let of = project(sensor, &[]);
-        let depth_mm = (100.0 * touch(&of).soft_mm()).floor() / 100.0;
+        let depth_mm = (100.0 * touch(&of).max_indentation_mm()).floor() / 100.0;
         let first = usize::from(sensor.contains("published"));
         let tools = tools(&of);
         assert!(tools.len() > first, "{sensor}: {tools:?}");
@@ -105,7 +105,7 @@ fn recommended<'a>(run: &'a Run, after: &str) -> &'a str {
 #[test]
 fn what_messages_recommend_presses() {
     // Published variants have the same tools.
-    for sensor in some(&SENSORS).into_iter().copied().filter(|name| !name.contains("published")) {
+    for sensor in sample_cases(&SENSORS).into_iter().copied().filter(|name| !name.contains("published")) {
         let root = tempfile::tempdir().unwrap();
         let depth = |press: &str| {
             fabkit(root.path(), &["depth", sensor, "--press", press, "-o", "a.npz", "--json"])
@@ -137,7 +137,7 @@ fn a_press_that_does_not_touch_is_refused_unless_asked_for() {
     for text in ["`ring@30deg,0deg,0.02mm` does not touch", "0.028 mm"] {
         assert!(run.stderr.contains(text), "{}", run.stderr);
     }
-    assert!(contents(root.path()).is_empty());
+    assert!(read_folder(root.path()).is_empty());
     let better = recommended(&run, "for example ").to_owned();
     depth(&["--press", &better]).ok();
     let run = depth(&["--press", "ring@30deg,0deg,0.02mm", "--allow-no-contact"]);

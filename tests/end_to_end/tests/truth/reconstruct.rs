@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use fabkit_application::Error;
 use fabkit_application::calibration::image::GreyImage;
-use fabkit_application::capturing::{Capturing, LightConstants, lighting};
+use fabkit_application::capturing::{CaptureRequest, LightConstants, find_lighting};
 use fabkit_application::fixtures::Project;
 use fabkit_application::ground_truth::Viewpoint;
-use fabkit_application::network::writing::{Layer, chain};
-use fabkit_application::pressing::{Contact, Linear};
-use fabkit_application::reconstructing::{Reconstructor, Taken};
+use fabkit_application::network::writer::{ChainLayer, write_chain};
+use fabkit_application::press_simulation::{ContactModel, LinearOptions};
+use fabkit_application::reconstructing::{Reconstructor, CapturedImage};
 use fabkit_application::scene::{Cast, SensorView};
 use fabkit_application::source::Source;
 use fabkit_tests::fabkit;
@@ -36,7 +36,7 @@ impl Bench {
         let project = Arc::new(Source::find(sensor).unwrap().load(&settings).unwrap());
         let viewpoint = Viewpoint::new(&project.design.sensor.camera, None, None).unwrap();
         let scene = SensorView::new(Arc::clone(&project), viewpoint).unwrap();
-        let constants = LightConstants::of(&project.design.sensor);
+        let constants = LightConstants::for_sensor(&project.design.sensor);
         Self { project, scene, constants }
     }
 
@@ -46,16 +46,16 @@ impl Bench {
         let cast = Cast {
             presses: &presses,
             samples: 1,
-            contact: Contact::Linear(Linear::default()),
+            contact: ContactModel::Linear(LinearOptions::default()),
             shear_mm: [0.0; 2],
             print_sigma_mm: 0.0,
             allow_no_contact: true,
         };
-        let lighting = lighting(&self.project.design.sensor, None).unwrap();
-        let capturing = Capturing { cast, lighting, constants: &self.constants, seed: Some(3) };
+        let lighting = find_lighting(&self.project.design.sensor, None).unwrap();
+        let capturing = CaptureRequest { cast, lighting, constants: &self.constants, seed: Some(3) };
         let (mut depth_mm, mut contact) = (Vec::new(), Vec::new());
         let captured = capturing
-            .take(&self.scene, |seen| {
+            .render(&self.scene, |seen| {
                 depth_mm = seen.map.indentation_mm().collect();
                 contact = seen.map.contact().collect();
                 Ok::<_, Error>(())
@@ -65,16 +65,16 @@ impl Bench {
         Shown { values, depth_mm, contact }
     }
 
-    fn picture(&self, values: &[f32]) -> Taken {
+    fn picture(&self, values: &[f32]) -> CapturedImage {
         let camera = self.scene.viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
         let channels = values.len() / (size_px[0] * size_px[1]);
-        Taken { size_px, channels, values: values.to_vec() }
+        CapturedImage { size_px, channels, values: values.to_vec() }
     }
 
     fn knows(&self) -> Reconstructor {
         let rest = self.picture(&self.take(None).values);
-        let light = lighting(&self.project.design.sensor, None).unwrap();
+        let light = find_lighting(&self.project.design.sensor, None).unwrap();
         Reconstructor::new(&self.scene, light, &self.constants, (Path::new("ref.png"), &rest))
             .unwrap()
     }
@@ -117,11 +117,11 @@ fn depth_is_what_the_pictures_were_made_of() {
         );
         assert!(contact_mm < 0.25 * nothing_mm && beside_mm < 0.05, "{contact_mm} {beside_mm}");
         assert!(told > 0.95, "{told}");
-        assert!((found.brighter - 1.0).abs() < 0.01, "{}", found.brighter);
+        assert!((found.relative_brightness - 1.0).abs() < 0.01, "{}", found.relative_brightness);
         // A picture that is brighter as a whole is the same press.
         let brighter: Vec<f32> = shown.values.iter().map(|value| (1.05 * value).min(1.0)).collect();
         let again = known.reconstruct(Path::new("brighter.png"), bench.picture(&brighter)).unwrap();
-        assert!((again.brighter / found.brighter - 1.05).abs() < 0.005, "{}", again.brighter);
+        assert!((again.relative_brightness / found.relative_brightness - 1.05).abs() < 0.005, "{}", again.relative_brightness);
         let off = found.depth_mm.iter().zip(&again.depth_mm);
         assert!(mean(off.map(|(a, b)| f64::from((a - b).abs()))) < 0.02);
     }
@@ -146,8 +146,8 @@ fn a_network_says_what_it_was_trained_to_say() {
     write("pressed.png", &pressed(120.0, 26.0));
     // Darker as a whole by a twentieth.
     write("darker.png", &pressed(114.0, 26.0));
-    let double = Layer::convolution([1, 1, 1, 1], 1, &[2.0], &[0.0]);
-    write("net.onnx", &chain(&[double.clone(), Layer::operator("Relu")]));
+    let double = ChainLayer::convolution([1, 1, 1, 1], 1, &[2.0], &[0.0]);
+    write("net.onnx", &write_chain(&[double.clone(), ChainLayer::operator("Relu")]));
     let words = ["reconstruct", "rtac0", "--network", "net.onnx", "--reference", "rest.png"];
     let run = |more: &[&str]| fabkit(root.path(), &[&words, more, &["-o", "out"]].concat());
     let is_near = |found: &serde_json::Value, wanted: f64| {
@@ -209,8 +209,8 @@ fn a_network_says_what_it_was_trained_to_say() {
         assert_eq!(problem["code"], "bad_network");
         assert!(problem["message"].as_str().unwrap().contains(told), "{problem}");
     }
-    let strided = double.with("strides", &[2, 2]);
-    write("net.onnx", &chain(&[strided]));
+    let strided = double.with_attribute("strides", &[2, 2]);
+    write("net.onnx", &write_chain(&[strided]));
     assert!(run(&["pressed.png"]).stderr.contains("node 1 `n0`: Conv with strides [2, 2]"));
 }
 

@@ -10,17 +10,17 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::mutation::mutated;
-use crate::running::{MOST_SECONDS, bounded};
-use fabkit_application::geometry::sequences::Random;
+use crate::mutation::mutate;
+use crate::running::{MOST_SECONDS, limit_memory};
+use fabkit_application::geometry::sequences::SplitMix64;
 
 /// Exit codes that `fabkit --help` documents for any input.
-const DOCUMENTED: std::ops::RangeInclusive<i32> = 0..=4;
+const DOCUMENTED_CODES: std::ops::RangeInclusive<i32> = 0..=4;
 
 /// Settings of a camera small enough to be cast at once.
-const SMALL: [&str; 4] = ["--set", "camera.width_px=64", "--set", "camera.height_px=48"];
+const SMALL_CAMERA: [&str; 4] = ["--set", "camera.width_px=64", "--set", "camera.height_px=48"];
 /// Memory limit for inputs that determine the amount of work themselves.
-const LITTLE: [&str; 2] = ["--memory", "200MB"];
+const MEMORY_LIMIT: [&str; 2] = ["--memory", "200MB"];
 
 /// Command line with an input.
 struct Case {
@@ -55,16 +55,16 @@ const CASES: [Case; 17] = [
         "camera",
         "in.yaml",
         &["depth", "rtac0", "--camera", "in.yaml", "--reference", "-o", "o.npz"],
-        &LITTLE,
+        &MEMORY_LIMIT,
     ),
     case(
         "pose",
         "in.yaml",
         &["depth", "rtac0", "--pose", "in.yaml", "--reference", "--png", "o.png"],
-        &SMALL,
+        &SMALL_CAMERA,
     ),
-    case("press", "in", &["depth", "rtac0", "--press", "{}", "--png", "o.png"], &SMALL),
-    case("press", "in.txt", &["dataset", "rtac0", "--presses", "in.txt", "-o", "ds"], &SMALL),
+    case("press", "in", &["depth", "rtac0", "--press", "{}", "--png", "o.png"], &SMALL_CAMERA),
+    case("press", "in.txt", &["dataset", "rtac0", "--presses", "in.txt", "-o", "ds"], &SMALL_CAMERA),
     case("landmarks", "in.json", POSE, &["--captures", "captures", "--landmarks", "in.json"]),
     case("marks", "captures/captures.csv", POSE, &["--captures", "captures"]),
     case("picture", "in.png", &["calibrate", "pins", "--reference", "picture.png", "in.png"], &[]),
@@ -72,7 +72,7 @@ const CASES: [Case; 17] = [
         "picture",
         "in.png",
         &["calibrate", "pins", "--reference", "in.png", "picture.png"],
-        &LITTLE,
+        &MEMORY_LIMIT,
     ),
     case("picture", "in.png", BOARD, &["in.png"]),
     case("board", "board.json", BOARD, &["--corners", "corners.csv"]),
@@ -84,7 +84,7 @@ const CASES: [Case; 17] = [
 ];
 
 /// Further files to which command lines refer: their names, and their origins in the corpus.
-const BESIDE: [(&str, &str); 5] = [
+const FURTHER_FILES: [(&str, &str); 5] = [
     ("camera.yaml", "camera/fabkit.yaml"),
     ("board.json", "board/charuco.json"),
     ("corners.csv", "corners/corners.csv"),
@@ -94,7 +94,7 @@ const BESIDE: [(&str, &str); 5] = [
 
 /// Input with which the command misbehaved.
 #[derive(Clone, Debug)]
-pub struct Wrong {
+pub struct Misbehaviour {
     /// Description for people.
     pub what: String,
     /// The input.
@@ -105,16 +105,16 @@ pub struct Wrong {
 ///
 /// # Errors
 /// Files that cannot be read or written, or a command that cannot be started.
-pub fn once(command: &Path, corpus: &Path, seed: u64) -> io::Result<Option<Wrong>> {
-    let mut random = Random::new(seed);
-    let Case { corpus: kind, file, arguments, camera } = random.one_of(&CASES);
-    let files = crate::running::corpus(&corpus.join(kind))?;
-    let (_, other) = random.one_of(&files);
-    let input = mutated(&random.one_of(&files).1, other, &mut random);
+pub fn run_once(command: &Path, corpus: &Path, seed: u64) -> io::Result<Option<Misbehaviour>> {
+    let mut random = SplitMix64::new(seed);
+    let Case { corpus: kind, file, arguments, camera } = random.choose(&CASES);
+    let files = crate::running::read_corpus(&corpus.join(kind))?;
+    let (_, other) = random.choose(&files);
+    let input = mutate(&random.choose(&files).1, other, &mut random);
 
     let folder = tempfile::tempdir()?;
     fs::create_dir(folder.path().join("captures"))?;
-    for (name, from) in BESIDE {
+    for (name, from) in FURTHER_FILES {
         fs::copy(corpus.join(from), folder.path().join(name))?;
     }
     fs::write(folder.path().join(file), &input)?;
@@ -122,7 +122,7 @@ pub fn once(command: &Path, corpus: &Path, seed: u64) -> io::Result<Option<Wrong
     let mut word: Vec<u8> = input.iter().copied().filter(|byte| *byte != 0).collect();
     word.truncate(100_000);
     let word = OsString::from_vec(word);
-    let mut bounded = bounded(command);
+    let mut bounded = limit_memory(command);
     for argument in arguments.iter().chain(*camera) {
         match *argument {
             "{}" => bounded.arg(&word),
@@ -136,7 +136,7 @@ pub fn once(command: &Path, corpus: &Path, seed: u64) -> io::Result<Option<Wrong
         let line = format!("fabkit {} {}", arguments.join(" "), camera.join(" "));
         let said = fs::read(&said).unwrap_or_default();
         let said = String::from_utf8_lossy(&said[..said.len().min(600)]).into_owned();
-        Wrong { what: format!("{what}: {line}, {file} from {kind}, seed {seed}\n{said}"), input }
+        Misbehaviour { what: format!("{what}: {line}, {file} from {kind}, seed {seed}\n{said}"), input }
     }))
 }
 
@@ -148,7 +148,7 @@ fn verdict(command: &mut Command, said: &Path) -> io::Result<Option<String>> {
     loop {
         if let Some(status) = child.try_wait()? {
             return Ok(match status.code() {
-                Some(code) if DOCUMENTED.contains(&code) => None,
+                Some(code) if DOCUMENTED_CODES.contains(&code) => None,
                 Some(code) => Some(format!("exit code {code}")),
                 None => Some(format!("{status}")),
             });

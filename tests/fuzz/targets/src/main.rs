@@ -11,7 +11,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use fabkit_fuzz_targets::end_to_end;
-use fabkit_fuzz_targets::running::{self, Budget, blame, bounded, corpus, feed, keep};
+use fabkit_fuzz_targets::running::{self, Budget, failure_reason, limit_memory, read_corpus, feed, keep};
 use fabkit_fuzz_targets::targets::{TARGETS, Target};
 
 /// Argument that makes this process feed a single target.
@@ -26,8 +26,8 @@ type Failed = Box<dyn Error>;
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let result = match arguments.first() {
-        Some(word) if word == FEED => child(&arguments[1..]),
-        _ => parent(&arguments),
+        Some(word) if word == FEED => feed_target(&arguments[1..]),
+        _ => run_all(&arguments),
     };
     match result {
         Ok(true) => ExitCode::SUCCESS,
@@ -67,16 +67,16 @@ impl Arguments {
 }
 
 /// Feeds one target in this process.
-fn child(words: &[String]) -> Result<bool, Failed> {
+fn feed_target(words: &[String]) -> Result<bool, Failed> {
     let Arguments { corpus: folder, kept, budget, seed, names, .. } = Arguments::read(words)?;
     let name = names.first().ok_or("which target?")?;
     let target = TARGETS.iter().find(|target| target.name == name).ok_or("no such target")?;
-    let done = feed(*target, &corpus(&folder.join(name))?, seed, budget, &kept)?;
+    let done = feed(*target, &read_corpus(&folder.join(name))?, seed, budget, &kept)?;
     println!("{done}");
     Ok(true)
 }
 
-fn parent(words: &[String]) -> Result<bool, Failed> {
+fn run_all(words: &[String]) -> Result<bool, Failed> {
     let all = Arguments::read(words)?;
     let is_wanted = |name: &str| all.names.is_empty() || all.names.iter().any(|n| n == name);
     let targets: Vec<Target> =
@@ -96,7 +96,7 @@ fn parent(words: &[String]) -> Result<bool, Failed> {
             runs: (all.budget.runs as f64 * share * (1.0 - for_command)) as u64,
             time: all.budget.time.mul_f64(share * (1.0 - for_command)),
         };
-        let (done, is_wrong) = one(&all, *target, budget)?;
+        let (done, is_wrong) = run_target(&all, *target, budget)?;
         inputs += done;
         wrong += u64::from(is_wrong);
     }
@@ -104,8 +104,8 @@ fn parent(words: &[String]) -> Result<bool, Failed> {
     let (mut done, most) = (0, (all.budget.runs as f64 * for_command) as u64);
     while done < most && start.elapsed() < all.budget.time.mul_f64(for_command) {
         // Each run has its own seed, with which it can be repeated alone.
-        let found = end_to_end::once(&all.command, &all.corpus, all.seed + done)?;
-        if let Some(end_to_end::Wrong { what, input }) = found {
+        let found = end_to_end::run_once(&all.command, &all.corpus, all.seed + done)?;
+        if let Some(end_to_end::Misbehaviour { what, input }) = found {
             let kept = keep(&all.kept, &input)?;
             println!("{what}\n  the input is {}", kept.display());
             wrong += 1;
@@ -120,14 +120,14 @@ fn parent(words: &[String]) -> Result<bool, Failed> {
 }
 
 /// Feeds a target in a separate process. Returns the number of inputs, and whether one made the process fail.
-fn one(all: &Arguments, target: Target, budget: Budget) -> Result<(u64, bool), Failed> {
+fn run_target(all: &Arguments, target: Target, budget: Budget) -> Result<(u64, bool), Failed> {
     let current = all.kept.join(format!("{}.current", target.name));
     let program = env::current_exe()?;
-    let mut command = bounded(&program);
+    let mut command = limit_memory(&program);
     command.arg(FEED).arg(&all.corpus).arg(&current).arg(&all.command);
     command.args([budget.runs.to_string(), budget.time.as_secs_f64().to_string()]);
     let output = command.arg(all.seed.to_string()).arg(target.name).output()?;
-    let Some(why) = blame(output.status) else {
+    let Some(why) = failure_reason(output.status) else {
         let done = String::from_utf8_lossy(&output.stdout).trim().parse()?;
         println!("{}: {done} inputs", target.name);
         fs::remove_file(&current)?;

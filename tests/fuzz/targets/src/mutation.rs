@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use fabkit_application::geometry::sequences::Random;
+use fabkit_application::geometry::sequences::SplitMix64;
 
 /// Largest input, bytes. Most limits lie below; inputs beyond them result from repetition.
 const MOST_BYTES: usize = 1 << 18;
@@ -64,16 +64,16 @@ const WORDS: [&str; 22] = [
 const BRACKETS: [(&str, &str); 4] = [("[", "]"), ("{\"a\":", "}"), ("- ", ""), ("(", ")")];
 
 /// Mutates an input up to four times; `other` provides pieces.
-pub fn mutated(input: &[u8], other: &[u8], random: &mut Random) -> Vec<u8> {
+pub fn mutate(input: &[u8], other: &[u8], random: &mut SplitMix64) -> Vec<u8> {
     let mut bytes = input.to_vec();
     for _ in 0..=random.below(4) {
-        once(&mut bytes, other, random);
+        mutate_once(&mut bytes, other, random);
         bytes.truncate(MOST_BYTES);
     }
     bytes
 }
 
-fn once(bytes: &mut Vec<u8>, other: &[u8], random: &mut Random) {
+fn mutate_once(bytes: &mut Vec<u8>, other: &[u8], random: &mut SplitMix64) {
     match random.below(12) {
         0 => {
             let at = random.below(bytes.len());
@@ -84,32 +84,32 @@ fn once(bytes: &mut Vec<u8>, other: &[u8], random: &mut Random) {
         1 => {
             let at = random.below(bytes.len());
             if let Some(byte) = bytes.get_mut(at) {
-                *byte = *random.one_of(&[0, 0x7f, 0x80, 0xff, b'\n', b' ', b',']);
+                *byte = *random.choose(&[0, 0x7f, 0x80, 0xff, b'\n', b' ', b',']);
             }
         }
-        2 => drop(bytes.drain(piece(bytes, random))),
+        2 => drop(bytes.drain(random_range(bytes, random))),
         3 => {
-            let copy = bytes[piece(bytes, random)].to_vec();
+            let copy = bytes[random_range(bytes, random)].to_vec();
             insert(bytes, &copy, random);
         }
         4 => {
-            let copy = bytes[piece(bytes, random)].to_vec();
+            let copy = bytes[random_range(bytes, random)].to_vec();
             let times = 1 << random.below(12);
             insert(bytes, &copy.repeat(times.min(MOST_BYTES / copy.len().max(1))), random);
         }
-        5 => insert(bytes, &other[piece(other, random)], random),
+        5 => insert(bytes, &other[random_range(other, random)], random),
         6 => bytes.truncate(random.below(bytes.len())),
         7 | 8 => {
-            let number = random.one_of(&NUMBERS).as_bytes();
-            let found = numbers(bytes);
+            let number = random.choose(&NUMBERS).as_bytes();
+            let found = find_numbers(bytes);
             match found.is_empty() {
                 true => insert(bytes, number, random),
-                false => drop(bytes.splice(random.one_of(&found).clone(), number.iter().copied())),
+                false => drop(bytes.splice(random.choose(&found).clone(), number.iter().copied())),
             }
         }
-        9 => insert(bytes, random.one_of(&WORDS).as_bytes(), random),
+        9 => insert(bytes, random.choose(&WORDS).as_bytes(), random),
         10 => {
-            let (open, close) = random.one_of(&BRACKETS);
+            let (open, close) = random.choose(&BRACKETS);
             let times = 1 << random.below(16);
             let bomb = format!("{}{}", open.repeat(times), close.repeat(random.below(2) * times));
             insert(bytes, bomb.as_bytes(), random);
@@ -119,26 +119,26 @@ fn once(bytes: &mut Vec<u8>, other: &[u8], random: &mut Random) {
             let mut lines: Vec<&[u8]> = bytes.split(|byte| *byte == b'\n').collect();
             let (a, b) = (random.below(lines.len()), random.below(lines.len()));
             lines.swap(a, b);
-            *bytes = lines.join(*random.one_of(&[&b"\n"[..], b"\n", b"\r\n", b"\n\n"]));
+            *bytes = lines.join(*random.choose(&[&b"\n"[..], b"\n", b"\r\n", b"\n\n"]));
         }
     }
 }
 
 /// Chooses a random range, usually a short one.
-fn piece(bytes: &[u8], random: &mut Random) -> Range<usize> {
+fn random_range(bytes: &[u8], random: &mut SplitMix64) -> Range<usize> {
     let start = random.below(bytes.len());
     let most = bytes.len() - start;
     let most = if random.below(3) == 0 { most } else { most.min(16) };
     start..start + random.below(most + 1)
 }
 
-fn insert(bytes: &mut Vec<u8>, what: &[u8], random: &mut Random) {
+fn insert(bytes: &mut Vec<u8>, what: &[u8], random: &mut SplitMix64) {
     let at = random.below(bytes.len() + 1);
     bytes.splice(at..at, what.iter().copied());
 }
 
 /// Finds the ranges of digits.
-fn numbers(bytes: &[u8]) -> Vec<Range<usize>> {
+fn find_numbers(bytes: &[u8]) -> Vec<Range<usize>> {
     let is_part = |byte: &u8| byte.is_ascii_digit() || *byte == b'.';
     let (mut found, mut at) = (Vec::new(), 0);
     while let Some(start) = bytes[at..].iter().position(u8::is_ascii_digit).map(|i| at + i) {
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn a_seed_decides_and_every_change_is_made() {
         let input = b"format: 1\nradius: 12.5 mm\nholes: [1, 2, 3]\n";
-        let of = |seed| mutated(input, b"other: 7\n", &mut Random::new(seed));
+        let of = |seed| mutate(input, b"other: 7\n", &mut SplitMix64::new(seed));
         assert_eq!(of(7), of(7));
         let all: std::collections::BTreeSet<Vec<u8>> = (0..1000).map(of).collect();
         assert!(all.len() > 900, "{}", all.len());
@@ -164,13 +164,13 @@ mod tests {
             |word: &str| all.iter().any(|bytes| String::from_utf8_lossy(bytes).contains(word));
         assert!(has("1e308") && has("\r\n") && has("[[[[[[[[") && has("18446744073709551616"));
         assert!(
-            (0..1000).all(|seed| mutated(b"", b"", &mut Random::new(seed)).len() <= MOST_BYTES)
+            (0..1000).all(|seed| mutate(b"", b"", &mut SplitMix64::new(seed)).len() <= MOST_BYTES)
         );
     }
 
     #[test]
     fn numbers_are_found() {
-        assert_eq!(numbers(b"a 12.5, 3"), [2..6, 8..9]);
-        assert!(numbers(b"none").is_empty());
+        assert_eq!(find_numbers(b"a 12.5, 3"), [2..6, 8..9]);
+        assert!(find_numbers(b"none").is_empty());
     }
 }

@@ -8,16 +8,16 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::mutation::mutated;
+use crate::mutation::mutate;
 use crate::targets::Target;
-use fabkit_application::geometry::sequences::Random;
+use fabkit_application::geometry::sequences::SplitMix64;
 
 /// Time limit for one input, s.
 pub const MOST_SECONDS: u64 = 10;
 /// Memory limit of a process, KiB: 1 GB, and the address space of stacks and the program.
 pub const MOST_KIB: u64 = 1_200_000;
 /// Exit code of a process whose input took too long.
-const TOO_LONG: i32 = 124;
+const TIMEOUT_CODE: i32 = 124;
 
 /// Limits of a run.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,7 @@ pub struct Budget {
 ///
 /// # Errors
 /// A folder that cannot be read, or has no files.
-pub fn corpus(folder: &Path) -> io::Result<Vec<(String, Vec<u8>)>> {
+pub fn read_corpus(folder: &Path) -> io::Result<Vec<(String, Vec<u8>)>> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
@@ -68,7 +68,7 @@ pub fn feed(
             let started = STARTED_MS.load(Ordering::Relaxed);
             if now_ms().saturating_sub(started) > 1000 * MOST_SECONDS {
                 eprintln!("this input takes more than {MOST_SECONDS} s");
-                std::process::exit(TOO_LONG);
+                std::process::exit(TIMEOUT_CODE);
             }
         }
     });
@@ -78,23 +78,23 @@ pub fn feed(
         (target.run)(input);
         Ok(())
     };
-    let mut random = Random::new(seed);
+    let mut random = SplitMix64::new(seed);
     let mut done = 0;
     for (_, input) in corpus {
         one(input)?;
         done += 1;
     }
     while done < budget.runs && start.elapsed() < budget.time {
-        let (_, input) = random.one_of(corpus);
-        let (_, other) = random.one_of(corpus);
-        one(&mutated(input, other, &mut random))?;
+        let (_, input) = random.choose(corpus);
+        let (_, other) = random.choose(corpus);
+        one(&mutate(input, other, &mut random))?;
         done += 1;
     }
     Ok(done)
 }
 
 /// Makes a command whose address space is limited, so that excessive allocations fail.
-pub fn bounded(program: &Path) -> Command {
+pub fn limit_memory(program: &Path) -> Command {
     let mut command = Command::new("sh");
     command.args(["-c", &format!("ulimit -v {MOST_KIB} && exec \"$0\" \"$@\"")]).arg(program);
     // Each arena would reserve more address space than most inputs need.
@@ -103,10 +103,10 @@ pub fn bounded(program: &Path) -> Command {
 }
 
 /// Explains the end of a process that fed a target; `None` if it succeeded.
-pub fn blame(status: ExitStatus) -> Option<String> {
+pub fn failure_reason(status: ExitStatus) -> Option<String> {
     match status.code() {
         Some(0) => None,
-        Some(TOO_LONG) => Some(format!("more than {MOST_SECONDS} s")),
+        Some(TIMEOUT_CODE) => Some(format!("more than {MOST_SECONDS} s")),
         Some(101) => Some("a panic".into()),
         Some(code) => Some(format!("exit code {code}")),
         None => Some(format!("{status}: too much memory, or too deep")),

@@ -8,7 +8,7 @@ use fabkit_application::calibration::board::{Board, find_corners, read_corners};
 use fabkit_application::calibration::captures;
 use fabkit_application::calibration::image::GreyImage;
 use fabkit_application::calibration::landmarks::PinLandmarks;
-use fabkit_application::calibration::pins::{DetectionOptions, detect};
+use fabkit_application::calibration::pin_detection::{DetectionOptions, detect};
 use fabkit_application::camera::Point2;
 use fabkit_application::camera::files::{self, CameraFormat};
 use fabkit_application::dataset::{SampleArray, read_patterns};
@@ -17,8 +17,8 @@ use fabkit_application::designs::profile::{MeasuredProfile, ProcessProfile};
 use fabkit_application::fixtures::{Project, load};
 use fabkit_application::ground_truth::Viewpoint;
 use fabkit_application::network::Network;
-use fabkit_application::sweeping;
-use fabkit_application::text::{Name, Scalar};
+use fabkit_application::sweep_runs;
+use fabkit_application::text::{FileSafeName, Scalar};
 
 /// Function with the name of its corpus, `tests/fuzz/corpus/NAME/`.
 #[derive(Clone, Copy, Debug)]
@@ -129,7 +129,7 @@ pub fn picture(data: &[u8]) {
 pub fn network(data: &[u8]) {
     if let Ok(network) = Network::read(data) {
         let _ = network.run(&[0.5; 12], 4);
-        let _ = network.run_touched(&[0.0, 1.0], 2);
+        let _ = network.run_nonzero(&[0.0, 1.0], 2);
     }
 }
 
@@ -158,7 +158,7 @@ pub fn corners(data: &[u8]) {
 pub fn plan(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     // The folder does not exist: sensor files have their own target.
-    if let Ok(plan) = sweeping::plan("fuzz.yaml", text, Path::new("/nonexistent"), &[]) {
+    if let Ok(plan) = sweep_runs::parse_plan("fuzz.yaml", text, Path::new("/nonexistent"), &[]) {
         let _ = plan.load(&plan.variant(plan.len() - 1));
     }
 }
@@ -191,7 +191,7 @@ pub fn profile(data: &[u8]) {
 
 /// Reads a coupon with measurements.
 pub fn coupon(data: &[u8]) {
-    let (Ok(text), Ok(name)) = (std::str::from_utf8(data), Name::parse("printer")) else { return };
+    let (Ok(text), Ok(name)) = (std::str::from_utf8(data), FileSafeName::parse("printer")) else { return };
     if let Ok(measured) = MeasuredProfile::read("fuzz.yaml", text, &name) {
         let _ = measured.profile.to_yaml(&[]);
     }

@@ -1,7 +1,7 @@
 //! Cameras of every kind, with realistic parameters.
 use fabkit_camera::{
-    Camera, DoubleSphere, Eucm, Flat, Interface, Intrinsics, KannalaBrandt, Lens, OpenCv, Point3,
-    Sphere,
+    Camera, DoubleSphere, Eucm, FlatInterface, Interface, Intrinsics, KannalaBrandt, Lens, OpenCv, Point3,
+    SphericalInterface,
 };
 use proptest::prelude::*;
 
@@ -50,25 +50,25 @@ pub fn lenses() -> Vec<(&'static str, Lens, f64)> {
 }
 
 pub fn interfaces() -> Vec<(&'static str, Interface)> {
-    let tilted = Flat {
+    let tilted = FlatInterface {
         tilt_x_rad: 0.06,
         tilt_y_rad: -0.09,
-        is_drawn_behind: true,
-        ..Flat::in_air(2.7, 1.41)
+        has_drawn_bodies_behind: true,
+        ..FlatInterface::bare_in_air(2.7, 1.41)
     };
-    let sphere = Sphere {
+    let sphere = SphericalInterface {
         centre_in_camera: Point3::new(0.3, -0.2, 1.9),
         radius_mm: 11.0,
         index_inside: 1.0,
         index_outside: 1.41,
-        is_drawn_behind: false,
+        has_drawn_bodies_behind: false,
     };
-    let centred = Sphere { centre_in_camera: Point3::origin(), is_drawn_behind: true, ..sphere };
+    let centred = SphericalInterface { centre_in_camera: Point3::origin(), has_drawn_bodies_behind: true, ..sphere };
     vec![
         ("none", Interface::None),
-        ("flat", Interface::Flat(Flat::in_air(2.7, 1.41))),
+        ("flat", Interface::Flat(FlatInterface::bare_in_air(2.7, 1.41))),
         ("tilted", Interface::Flat(tilted)),
-        ("pane", Interface::Flat(Flat { glass_thickness_mm: 1.1, index_glass: 1.52, ..tilted })),
+        ("pane", Interface::Flat(FlatInterface { glass_thickness_mm: 1.1, index_glass: 1.52, ..tilted })),
         ("sphere", Interface::Sphere(sphere)),
         ("concentric", Interface::Sphere(centred)),
     ]

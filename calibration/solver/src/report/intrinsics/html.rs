@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use fabkit_report::{EMPTY, FRAME, Plot, Svg, VECTOR, escape, page, shade, step};
+use fabkit_report::{NO_DATA_STYLE, BORDER_STYLE, Plot, Svg, RESIDUAL_STYLE, escape, page, heat_color, round_tick_step};
 use nalgebra::Vector2;
 
 use super::super::magnification;
@@ -56,7 +56,7 @@ impl IntrinsicsReport<'_> {
             ("board", self.board.to_owned()),
             (
                 "pictures, used, corners",
-                format!("{}, {}, {corners}", self.pictures.len(), calibration.views.len()),
+                format!("{}, {}, {corners}", self.images.len(), calibration.views.len()),
             ),
             ("lens model chosen", calibration.model.name().to_owned()),
             ("rms", format!("{:.3} px", calibration.rms_px)),
@@ -67,7 +67,7 @@ impl IntrinsicsReport<'_> {
             ("scale on the axis", format!("{focal_px:.3} ± {sigma_px:.3} px per radian")),
             (
                 "farthest corner off the axis, of the image",
-                format!("{:.1}° of {:.1}°", coverage.seen_deg, coverage.image_deg),
+                format!("{:.1}° of {:.1}°", coverage.observed_max_angle_deg, coverage.image_max_angle_deg),
             ),
         ];
         let rows: String = rows
@@ -144,13 +144,13 @@ impl IntrinsicsReport<'_> {
         let camera = self.calibration.estimate.camera();
         let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
         let mut svg = Svg::new(width, height);
-        svg.rect([0.0, 0.0], [width, height], FRAME);
+        svg.rect([0.0, 0.0], [width, height], BORDER_STYLE);
         let [columns, rows] = COVERAGE;
         let size = [width / columns as f64, height / rows as f64];
         for (i, corners) in self.calibration.advice.coverage.corners.iter().enumerate() {
             if *corners == 0 {
                 let corner = [(i % columns) as f64 * size[0], (i / columns) as f64 * size[1]];
-                svg.rect(corner, size, EMPTY);
+                svg.rect(corner, size, NO_DATA_STYLE);
             }
         }
         let residuals = self.residuals();
@@ -159,7 +159,7 @@ impl IntrinsicsReport<'_> {
             // Pixel centres are integers; the drawing begins at the first pixel's outer corner.
             let at = corner.pixel + Vector2::new(0.5, 0.5);
             let end = at + residual * magnified;
-            svg.line([at.x, at.y], [end.x, end.y], VECTOR);
+            svg.line([at.x, at.y], [end.x, end.y], RESIDUAL_STYLE);
             let title = format!("{view}, corner {}: {:.3} px", corner.id, residual.norm());
             svg.dot([at.x, at.y], 1.6, "#1f4e79", &title);
         }
@@ -181,7 +181,7 @@ impl IntrinsicsReport<'_> {
             return None;
         }
         let mut svg = Svg::new(width, height);
-        svg.rect([0.0, 0.0], [width, height], FRAME);
+        svg.rect([0.0, 0.0], [width, height], BORDER_STYLE);
         let [columns, rows] = GRID.map(|count| count as usize);
         let size = [width / columns as f64, height / rows as f64];
         for (i, sigma) in cells.iter().enumerate() {
@@ -189,7 +189,7 @@ impl IntrinsicsReport<'_> {
             let corner = [(i % columns) as f64 * size[0], (i / columns) as f64 * size[1]];
             let part = (sigma.px / least).ln() / (most / least).ln().max(1e-9);
             let title = format!("{:.3} px, {:.3} mrad", sigma.px, 1e3 * sigma.angle_rad);
-            svg.cell(corner, size, &shade(part), &title);
+            svg.cell(corner, size, &heat_color(part), &title);
         }
         let caption = format!("{least:.3} px (pale) to {most:.3} px (dark), in logarithmic steps");
         let map = svg.finish("projection uncertainty over the image");
@@ -205,8 +205,8 @@ impl IntrinsicsReport<'_> {
             Some(ray.direction.z.clamp(-1.0, 1.0).acos().to_degrees())
         };
         let tallest = residuals.iter().map(|(.., r)| r.norm()).fold(1e-3, f64::max);
-        let limits = [1.05 * self.calibration.advice.coverage.seen_deg.max(1.0), 1.1 * tallest];
-        let ticks = limits.map(|limit| step(limit, 8.0));
+        let limits = [1.05 * self.calibration.advice.coverage.observed_max_angle_deg.max(1.0), 1.1 * tallest];
+        let ticks = limits.map(|limit| round_tick_step(limit, 8.0));
         let mut plot = Plot::new(limits, ticks, ["angle off the axis, degrees", "residual, px"]);
         for (view, corner, residual) in &residuals {
             if let Some(angle_deg) = angle_deg(corner) {

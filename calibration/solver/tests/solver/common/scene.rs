@@ -5,7 +5,7 @@ use fabkit_calibration::image::GreyImage;
 use fabkit_camera::{Camera, Interface, Intrinsics, KannalaBrandt, Lens, Point2, Point3, Vector3};
 use fabkit_geometry::{Angle, Pose};
 
-use fabkit_geometry::sequences::Random;
+use fabkit_geometry::sequences::SplitMix64;
 
 /// Returns a camera with 640 x 480 px and a little over 160 degrees along the diagonal, which deviates from an
 /// equidistant lens as real ones do.
@@ -19,7 +19,7 @@ pub fn fisheye() -> Camera {
 /// DICT_4X4_250 do.
 pub fn charuco(squares: [u32; 2], square_mm: f64, marker_mm: f64) -> Board {
     let needed = Board::light_squares(squares).len();
-    let mut random = Random::new(5);
+    let mut random = SplitMix64::new(5);
     let mut chosen: Vec<[[u8; 4]; 4]> = Vec::new();
     let turn = |m: &[[u8; 4]; 4]| std::array::from_fn(|r| std::array::from_fn(|c| m[3 - c][r]));
     let distance = |a: &[[u8; 4]; 4], b: &[[u8; 4]; 4]| {
@@ -132,7 +132,7 @@ impl Studio {
         board: &Board,
         camera_from_board: &Pose,
         spoil: Spoil,
-        random: &mut Random,
+        random: &mut SplitMix64,
     ) -> GreyImage {
         let (w, h) = (self.camera.width_px() as usize, self.camera.height_px() as usize);
         let board_from_camera = camera_from_board.inverse();
@@ -213,14 +213,14 @@ fn paint(board: &Board, x_mm: f64, y_mm: f64) -> f64 {
 /// up to `tilt_deg` against the line of sight, and turned by any angle.
 pub fn somewhere(
     board: &Board,
-    random: &mut Random,
+    random: &mut SplitMix64,
     distance_mm: [f64; 2],
     off_axis_deg: f64,
     tilt_deg: f64,
 ) -> Pose {
     let angle = |rad: f64| Angle::from_rad(rad).unwrap();
     let z = |rad| Pose::rotation_z(angle(rad));
-    let turn = |random: &mut Random| random.between(0.0, std::f64::consts::TAU);
+    let turn = |random: &mut SplitMix64| random.between(0.0, std::f64::consts::TAU);
     let [w, h] = board.squares.map(|n| f64::from(n) * board.square_mm);
     let centred = Pose::translation(-0.5 * w, -0.5 * h, 0.0);
     let tilt = Pose::rotation_x(angle(random.between(0.0, tilt_deg).to_radians()));

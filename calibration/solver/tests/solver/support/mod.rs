@@ -4,7 +4,7 @@ pub mod trials;
 
 use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_camera::{Camera, Interface, Intrinsics, KannalaBrandt, Lens};
-use fabkit_geometry::sequences::Random;
+use fabkit_geometry::sequences::SplitMix64;
 use fabkit_geometry::{Angle, Point3, Pose, Vector3};
 
 /// Returns pins in 29 holes on four rings and the tip of a 15 mm dome about (0, 0, 6). Each kind reaches its number of
@@ -64,9 +64,9 @@ pub fn captures<'a>(
     pins: &'a [PinLandmark],
     count: usize,
     per_capture: usize,
-    noise: &mut Random,
+    noise: &mut SplitMix64,
 ) -> Vec<Vec<&'a PinLandmark>> {
-    let capture = |noise: &mut Random| {
+    let capture = |noise: &mut SplitMix64| {
         let mut chosen: Vec<&PinLandmark> = Vec::new();
         while chosen.len() < per_capture {
             let pin = &pins[noise.below(pins.len())];

@@ -2,7 +2,7 @@
 
 use fabkit_calibration::model::{Contact, Observation};
 use fabkit_camera::{Camera, Interface, Intrinsics, KannalaBrandt, Lens};
-use fabkit_geometry::sequences::Random;
+use fabkit_geometry::sequences::SplitMix64;
 use fabkit_geometry::{Angle, Point3, Pose};
 use nalgebra::Vector2;
 
@@ -34,7 +34,7 @@ pub fn dome() -> Vec<Point3<f64>> {
 }
 
 /// Draws a pose near `depth_mm` with any turn, and observations from it.
-pub fn trial(camera: &Camera, depth_mm: f64, noise: &mut Random) -> (Pose, Vec<Observation>) {
+pub fn trial(camera: &Camera, depth_mm: f64, noise: &mut SplitMix64) -> (Pose, Vec<Observation>) {
     let degrees = |x: f64| Angle::from_deg(x).unwrap();
     let truth = Pose::translation(noise.normal() * 0.5, noise.normal() * 0.5, depth_mm)
         .then_in(Pose::rotation_x(degrees(2.0 * noise.normal())))

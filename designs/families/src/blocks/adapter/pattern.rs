@@ -9,9 +9,9 @@
 
 use fabkit_geometry::{Angle, Body, Placement, Point3, Pose};
 
-use super::{ADAPTER, ALONE, Adapter, AdapterPattern, BESIDE_MM, Plan, SINK_MM, SPARE_MM, WALL_MM};
-use crate::assembling::{SENSOR, bought};
-use crate::blocks::{Joint, corners, hanging, ring, upright};
+use super::{ADAPTER, ALONE, Adapter, AdapterPattern, BESIDE_MM, AdapterPlan, SINK_MM, SPARE_MM, WALL_MM};
+use crate::chain_builder::{SENSOR, bought};
+use crate::blocks::{ScrewJoint, corners, hanging, ring, upright};
 use crate::hardware::{Screw, SocketScrew};
 
 /// Diameter of the bolt circle, mm; ISO 9409-1, designation 50-4-M6.
@@ -82,7 +82,7 @@ const TONGUE_BITE_MM: f64 = 5.0;
 /// Largest distance of a sensor's screws from the axis for it to be carried by a finger, mm: chosen, as at a flange.
 const LARGEST_MM: f64 = FLANGE_MM;
 
-impl Plan<'_> {
+impl AdapterPlan<'_> {
     /// Returns the thickness that the robot's pattern requires, mm.
     pub(super) fn least_height_mm(&self) -> f64 {
         match (self.is_iso(), self.is_above_flange()) {
@@ -200,13 +200,13 @@ impl Plan<'_> {
     }
 
     /// Returns the nuts that a gripper's screws go into.
-    pub(super) fn nuts(&self) -> Option<Joint> {
+    pub(super) fn nuts(&self) -> Option<ScrewJoint> {
         let nut = self.nut()?;
         let at = |at: [f64; 2]| hanging(at, self.bottom_z);
         let poses: Vec<Pose> = self.nut_places().into_iter().map(at).collect();
         let hold = (nut, poses.clone(), SPARE_MM);
         let screw = Screw { thread_mm: nut.thread_mm, ..Screw::M3X4 };
-        Some(Joint::heat_set("finger screw", screw, poses, hold))
+        Some(ScrewJoint::heat_set("finger screw", screw, poses, hold))
     }
 
     /// Returns the bought pieces: those that are put into the plate before the sensor is mounted, and those that
@@ -232,9 +232,9 @@ impl Plan<'_> {
         let text = format!("socket head screw ISO 4762 M{}x{length}", bolt.thread_mm);
         let name = format!("bolt-m{}", bolt.thread_mm);
         let body = bought(&name, text, bolt.solid(length), bolts.iter().map(lowered))
-            .ordered(bolt.order(length))
-            .reached(bolt.driver())
-            .fastening();
+            .with_order(bolt.order(length))
+            .with_tool_access(bolt.driver())
+            .as_fastener();
         match self.is_above_flange() {
             true => (vec![alone(body, &bolts)], Vec::new()),
             false => (Vec::new(), vec![body]),
@@ -242,7 +242,7 @@ impl Plan<'_> {
     }
 
     /// Returns the instruction for the pieces that are put into the plate before the sensor is mounted.
-    pub(super) fn fitted(&self) -> &'static str {
+    pub(super) fn preparation_instruction(&self) -> &'static str {
         match self.is_iso() {
             true => "bolt the plate to the robot's flange with the M6 screws, their heads sunk",
             false => "melt the nuts into the plate from below",
@@ -250,7 +250,7 @@ impl Plan<'_> {
     }
 
     /// Returns the instruction for mounting the plate.
-    pub(super) fn told(&self) -> String {
+    pub(super) fn mount_instruction(&self) -> String {
         let cables = match self.is_slotted() {
             true => ", cable and wires in its slot",
             false => "",

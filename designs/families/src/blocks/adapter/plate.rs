@@ -1,16 +1,16 @@
 //! Solid of the adapter plate.
 
-use fabkit_geometry::{Body, CUT_OVERLAP_MM, Cut, Pose, Process, Solid};
+use fabkit_geometry::{Body, CUT_OVERLAP_MM, CutFeature, Pose, Process, Solid};
 
 use super::pattern::{BOSS_MM, CENTRING_GAP_MM, CENTRING_MM, DOWEL_GAP_MM, DOWEL_MM};
-use super::{ADAPTER, ALONE, BESIDE_MM, Plan, SINK_MM};
-use crate::assembling::{SENSOR, flipped};
-use crate::blocks::{BLACK, INTO_MM, copies, holes, marks};
+use super::{ADAPTER, ALONE, BESIDE_MM, AdapterPlan, SINK_MM};
+use crate::chain_builder::{SENSOR, flipped};
+use crate::blocks::{BLACK, INTO_MM, copies, holes, listed_markers};
 
 /// Clearance above a head of the sensor's own screws in its pocket, mm.
 const ABOVE_HEAD_MM: f64 = 0.3;
 
-impl Plan<'_> {
+impl AdapterPlan<'_> {
     /// Returns the plate with its holes and its slot, as printed.
     pub(super) fn plate(&self) -> Body {
         let (top_z, is_iso) = (self.face.bottom_z_mm, self.is_iso());
@@ -34,19 +34,19 @@ impl Plan<'_> {
         let placements = [SENSOR.in_place().lifted(-90.0)].into_iter().chain(alone);
         let plate = ADAPTER
             .made(Process::Fdm, solid)
-            .from("PETG")
+            .with_material("PETG")
             .placed(placements)
             .colored(BLACK)
-            .lying(flipped())
+            .with_bed_orientation(flipped())
             .note("the sensor's side down, no supports")
             .with_supports(false)
-            .cut(self.screws.sunk(self.thickness_mm, sunk_mm, SINK_MM).unmarked());
-        let ways = self.ways(reach_mm + 1.0);
+            .cut(self.screws.counterbore_cut(self.thickness_mm, sunk_mm, SINK_MM).without_landmarks());
+        let ways = self.slot_tools(reach_mm + 1.0);
         let plate = if ways.is_empty() { plate } else { plate.cut(holes(ways)) };
         let pockets = self.pockets();
         let plate = if pockets.is_empty() { plate } else { plate.cut(holes(pockets)) };
         match self.nuts() {
-            Some(nuts) => plate.cut(nuts.held()),
+            Some(nuts) => plate.cut(nuts.thread_cut()),
             None => plate.cut(self.bolt_holes()),
         }
     }
@@ -62,7 +62,7 @@ impl Plan<'_> {
     }
 
     /// Returns the holes for the robot's bolts, counterbored where the sensor lies above them, and the dowel's hole.
-    fn bolt_holes(&self) -> Cut {
+    fn bolt_holes(&self) -> CutFeature {
         let (top_z, bolt) = (self.face.bottom_z_mm, self.bolt());
         let bolts: Vec<Pose> = self.bolts();
         let through_mm = top_z - self.bottom_z + 2.0 * CUT_OVERLAP_MM;
@@ -92,6 +92,6 @@ impl Plan<'_> {
             tools.push(solid.named("dowel hole"));
             handles += 1;
         }
-        Cut { tools, landmarks: marks("bolt", &bolts), handles }
+        CutFeature { tools, landmarks: landmarks_at("bolt", &bolts), handles }
     }
 }

@@ -2,11 +2,11 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use fabkit_geometry::{BoardPlace, BoardSide, Circuit, KeepOutRegion};
+use fabkit_geometry::{BoardPlacement, BoardSide, Circuit, KeepOutRegion};
 
-use super::{LED_BOARD, Light, LightFrom};
+use super::{LED_BOARD, ChamberLight, LedPosition};
 use crate::blocks::circuit::{
-    Builder, CHIP_0603, LedPackage, TO_SUPPLY, Wire, along_x, camera_to_host,
+    CircuitBuilder, CHIP_0603, LedPackage, TO_SUPPLY, BoardWire, along_x, camera_to_host,
 };
 use crate::blocks::{LED, PRINTED_WALL_MM};
 
@@ -17,22 +17,22 @@ const BESIDE_MM: f64 = 1.0;
 /// Distance between a pad and the board's edge, mm.
 const EDGE_MM: f64 = 0.5;
 
-impl Light<'_> {
+impl ChamberLight<'_> {
     /// Returns the circuit. From below: LEDs between supply and ground, each with its resistor. From the sides: strips
     /// connected to their supply.
     pub fn circuit(&self) -> Circuit {
         match self.leds.from {
-            LightFrom::Below => self.board_circuit(),
-            LightFrom::Sides => self.strips(),
+            LedPosition::Below => self.board_circuit(),
+            LedPosition::Sides => self.strips(),
         }
     }
 
     /// Returns the circuit of the LED board.
     fn board_circuit(&self) -> Circuit {
         let leds = self.leds;
-        let mut board = Builder::on(LED_BOARD, &leds.electric);
+        let mut board = CircuitBuilder::new_on_board(LED_BOARD, &leds.electric);
         let package = LedPackage::Chip([leds.pitch.mm(), leds.width.mm()]);
-        board.each_with_resistor(
+        board.add_leds_with_resistors(
             &leds.electric,
             (&leds.model, package, LED),
             along_x(&self.poses()),
@@ -51,27 +51,27 @@ impl Light<'_> {
         for (along, wire) in [-beside_mm, beside_mm].into_iter().zip(TO_SUPPLY) {
             let at_mm = if long == 0 { [along, -out] } else { [out, along] };
             let turn_rad = if long == 0 { -FRAC_PI_2 } else { 0.0 };
-            let place = BoardPlace { at_mm, turn_rad, side: BoardSide::Bottom };
-            board.wire(wire.0, Wire::undrawn(place, PAD_MM, wire));
+            let place = BoardPlacement { at_mm, turn_rad, side: BoardSide::Bottom };
+            board.wire(wire.0, BoardWire::without_body(place, PAD_MM, wire));
         }
         let half_mm = self.chamber.half.map(|half| half - PRINTED_WALL_MM / 2.0);
         board.keep_out(BoardSide::Top, KeepOutRegion::BeyondRect { half_mm }, "the shell's step");
         board.test_points();
         board.connection(camera_to_host("camera", None, None, "USB"));
-        board.done()
+        board.build()
     }
 
     /// Returns the circuit of the LED strips.
     fn strips(&self) -> Circuit {
         let leds = self.leds;
-        let mut wired = Builder::wired("led-strips", leds.electric.supply_volts);
+        let mut wired = CircuitBuilder::new_wired("led-strips", leds.electric.supply_volts);
         wired.strips(leds.count.min(4), "strip at wall", "supply of the strip's voltage");
         let each = leds.electric.current_a();
-        wired.draws(each * self.poses().len() as f64);
+        wired.add_current(each * self.poses().len() as f64);
         wired.connection(camera_to_host("camera", None, None, "USB"));
         wired.note(
             "buy strips with resistors of their own for the supply's voltage, or put one into each strip's line",
         );
-        wired.done()
+        wired.build()
     }
 }

@@ -4,7 +4,7 @@ mod lettering;
 
 use std::collections::BTreeSet;
 
-use fabkit_geometry::{CUT_OVERLAP_MM, Cut, Pose, Solid};
+use fabkit_geometry::{CUT_OVERLAP_MM, CutFeature, Pose, Solid};
 
 pub use lettering::{Lettering, NoGlyph};
 
@@ -128,7 +128,7 @@ impl Label {
     ///
     /// # Errors
     /// Strokes that close the holes of letters.
-    pub fn stroked(mut self, stroke_mm: f64) -> Result<Self, LabelError> {
+    pub fn with_stroke(mut self, stroke_mm: f64) -> Result<Self, LabelError> {
         let height_mm = self.font.height_mm;
         // Written so that NaN is refused too.
         if !(stroke_mm > 0.0 && stroke_mm <= MOST_STROKE * height_mm) {
@@ -142,7 +142,7 @@ impl Label {
     ///
     /// # Errors
     /// A depth that is not positive.
-    pub fn deep(self, depth_mm: f64) -> Result<Self, LabelError> {
+    pub fn with_depth(self, depth_mm: f64) -> Result<Self, LabelError> {
         match depth_mm > 0.0 && depth_mm.is_finite() {
             true => Ok(Self { depth_mm, ..self }),
             false => Err(LabelError::Depth(depth_mm)),
@@ -172,8 +172,8 @@ impl Label {
     }
 
     /// Returns letters cut into the body. They pass through nothing, so that they add no handles.
-    pub fn sunken(&self) -> Cut {
-        Cut { tools: vec![self.between(-self.depth_mm, CUT_OVERLAP_MM)], ..Cut::default() }
+    pub fn sunken(&self) -> CutFeature {
+        CutFeature { tools: vec![self.between(-self.depth_mm, CUT_OVERLAP_MM)], ..CutFeature::default() }
     }
 
     /// Returns letters that stand on the body, to be united with it; they reach into it, so that no faces coincide.

@@ -9,13 +9,13 @@ use super::housing::{WIRE_GROOVE_MM, dimple_count, dimple_poses};
 use super::molds::vents;
 use super::parameters::{BASE, Cap, Direction, HOLDER};
 use super::{
-    BITE_MM, CASING_SCREW, Joints, Layout, MOLD_BOLT, casing_tip_z, mounting, plug_room_mm,
+    BITE_MM, CASING_SCREW, Joints, CapLayout, MOLD_BOLT, casing_tip_z, mounting, plug_room_mm,
 };
-use crate::blocks::marks::{RoundPattern, farthest_deg, nearest_mm};
+use crate::blocks::listed_markers::{RoundPattern, max_angle_deg, nearest_mm};
 use crate::blocks::mounting::MountHold;
 use crate::blocks::{APART_MM, PRINTED_WALL_MM, edge, half_chord};
 use crate::fits::Fit;
-use crate::parameters::{Report, limits};
+use crate::parameters::{RuleReport, limits};
 
 /// Minimum gap between LEDs and plate, mm: half a layer's error of a filament printer.
 const LED_GAP_MM: f64 = 0.1;
@@ -33,8 +33,8 @@ const RIM_MM: f64 = 0.3;
 const PLUG_MM: f64 = 8.0;
 
 /// Reports every combination of parameters that cannot be built.
-pub(super) fn check(p: &Cap, report: &mut Report) {
-    let layout = Layout::new(p);
+pub(super) fn check(p: &Cap, report: &mut RuleReport) {
+    let layout = CapLayout::new(p);
     limits! { report, p:
         skin.height <=
             layout.foot_radius_mm, "more than a hemisphere cannot be drawn out of its mold";
@@ -45,15 +45,15 @@ pub(super) fn check(p: &Cap, report: &mut Report) {
         return; // A sphere's centre above the foot is reported already, and would break every check below.
     }
     dimples(p, &layout, report);
-    optics(p, &layout, report);
-    holder(p, &layout, report);
-    camera(p, &layout, report);
-    base(p, &layout, report);
-    mold(p, &layout, report);
+    check_optics(p, &layout, report);
+    check_holder(p, &layout, report);
+    check_camera(p, &layout, report);
+    check_base(p, &layout, report);
+    check_mold(p, &layout, report);
 }
 
 /// Returns the distance of the nearest two dimples on the gel's surface, mm; `None` for a single dimple.
-pub(super) fn nearest_dimples_mm(p: &Cap, layout: &Layout) -> Option<f64> {
+pub(super) fn nearest_dimples_mm(p: &Cap, layout: &CapLayout) -> Option<f64> {
     if p.dimples.pattern == RoundPattern::List {
         return nearest_mm(&dimple_points(p, layout, 0.0));
     }
@@ -62,7 +62,7 @@ pub(super) fn nearest_dimples_mm(p: &Cap, layout: &Layout) -> Option<f64> {
 }
 
 /// Points on the dimples' axes, `depth_mm` below the gel's surface, in the sensor frame.
-fn dimple_points(p: &Cap, layout: &Layout, depth_mm: f64) -> Vec<Point3<f64>> {
+fn dimple_points(p: &Cap, layout: &CapLayout, depth_mm: f64) -> Vec<Point3<f64>> {
     let below = Point3::new(0.0, 0.0, -depth_mm);
     let poses = dimple_poses(p, layout).unwrap_or_default();
     poses.iter().map(|pose| pose.point(below)).collect()
@@ -70,7 +70,7 @@ fn dimple_points(p: &Cap, layout: &Layout, depth_mm: f64) -> Vec<Point3<f64>> {
 
 /// Height above the foot, mm, of the lowest point of a dimple whose normal makes the angle `tilt` (rad) with the
 /// axis.
-pub(super) fn lowest_dimple_z(p: &Cap, layout: &Layout, tilt: f64) -> f64 {
+pub(super) fn lowest_dimple_z(p: &Cap, layout: &CapLayout, tilt: f64) -> f64 {
     let radius = p.dimples.width.mm() / 2.0;
     let mouth = layout.sphere_radius_mm * tilt.cos() - radius * tilt.sin();
     let tip = match p.dimples.direction {
@@ -82,7 +82,7 @@ pub(super) fn lowest_dimple_z(p: &Cap, layout: &Layout, tilt: f64) -> f64 {
     layout.sphere_z_mm + mouth.min(tip)
 }
 
-fn dimples(p: &Cap, layout: &Layout, report: &mut Report) {
+fn dimples(p: &Cap, layout: &CapLayout, report: &mut RuleReport) {
     let dimples = &p.dimples;
     // Neighbouring dimples converge towards the sphere's centre, so they are nearest at their deepest point.
     let depth = match dimples.direction {
@@ -91,7 +91,7 @@ fn dimples(p: &Cap, layout: &Layout, report: &mut Report) {
     };
     let is_listed = dimples.pattern == RoundPattern::List;
     if is_listed {
-        listed(p, layout, depth, report);
+        check_listed_dimples(p, layout, depth, report);
     } else {
         let shrinks = 1.0 - depth / layout.sphere_radius_mm;
         let nearest = nearest_dimples_mm(p, layout).unwrap_or(f64::INFINITY);
@@ -108,7 +108,7 @@ fn dimples(p: &Cap, layout: &Layout, report: &mut Report) {
             "higher pins bend when the gel is peeled off";
     }
     if !is_listed {
-        rings(p, layout, report);
+        check_rings(p, layout, report);
     }
     limits! { report, p:
         paint.thickness <= dimples.height.mm() / 2.0, "thicker paint would hide the dimples";
@@ -116,12 +116,12 @@ fn dimples(p: &Cap, layout: &Layout, report: &mut Report) {
 }
 
 /// Checks listed dimples: apart from each other down to `depth_mm` below the surface, visible, and clear of the rim.
-fn listed(p: &Cap, layout: &Layout, depth_mm: f64, report: &mut Report) {
+fn check_listed_dimples(p: &Cap, layout: &CapLayout, depth_mm: f64, report: &mut RuleReport) {
     let listed = p.dimples.listed();
     listed.check_lengths(report);
     let is_above_foot = |polar: Angle| lowest_dimple_z(p, layout, polar.rad()) >= RIM_MM - 1e-9;
-    let most = farthest_deg(|polar| {
-        is_above_foot(polar) && hidden_mm(p, layout, polar.rad()).iter().all(|mm| *mm <= 1e-9)
+    let most = max_angle_deg(|polar| {
+        is_above_foot(polar) && occlusion_mm(p, layout, polar.rad()).iter().all(|mm| *mm <= 1e-9)
     });
     // The message names the limit that is violated just beyond the largest allowed angle.
     let told = match Angle::from_deg(most + 1e-6).is_some_and(is_above_foot) {
@@ -138,7 +138,7 @@ fn listed(p: &Cap, layout: &Layout, depth_mm: f64, report: &mut Report) {
 }
 
 /// Requires that all rings of dimples end above the foot.
-fn rings(p: &Cap, layout: &Layout, report: &mut Report) {
+fn check_rings(p: &Cap, layout: &CapLayout, report: &mut RuleReport) {
     let dimples = &p.dimples;
     let lowest = |ring: u32| lowest_dimple_z(p, layout, layout.ring_tilt_rad(p, ring));
     let fits = |rings: u32| (1..=rings).all(|k| lowest(k) >= RIM_MM - 1e-9);
@@ -160,7 +160,7 @@ fn rings(p: &Cap, layout: &Layout, report: &mut Report) {
 }
 
 /// Checks the LEDs, and the camera's view of the dimples.
-fn optics(p: &Cap, layout: &Layout, report: &mut Report) {
+fn check_optics(p: &Cap, layout: &CapLayout, report: &mut RuleReport) {
     let leds = &p.leds;
     let count = f64::from(leds.count);
     let half = (leds.strip_length.mm() + APART_MM) / 2.0;
@@ -186,23 +186,23 @@ fn optics(p: &Cap, layout: &Layout, report: &mut Report) {
     }
     limits! { report, p:
         leds.package_height <=
-            layout.chamber_radius_mm - sight_mm(p, layout, tilt, led_top_z(p, layout)) - APART_MM,
+            layout.chamber_radius_mm - sight_line_radius_mm(p, layout, tilt, led_top_z(p, layout)) - APART_MM,
             "the LEDs must not hide the outermost dimples from the camera";
         holder.aperture_diameter >=
-            2.0 * (sight_mm(p, layout, tilt, layout.plate_bottom_z_mm) + APART_MM),
+            2.0 * (sight_line_radius_mm(p, layout, tilt, layout.plate_bottom_z_mm) + APART_MM),
             "the ledge must not hide the outermost dimples from the camera";
     }
 }
 
 /// Height of the LEDs' upper edges, mm.
-fn led_top_z(p: &Cap, layout: &Layout) -> f64 {
+fn led_top_z(p: &Cap, layout: &CapLayout) -> f64 {
     layout.led_z_mm + p.leds.package_size.mm() / 2.0
 }
 
 /// Distance from the axis, mm, at height `z` of the straight line from the optical centre to the surface point whose
 /// normal makes the angle `tilt` (rad) with the axis. Refraction in the plate only bends the ray inwards, so the line
 /// is a safe bound.
-fn sight_mm(p: &Cap, layout: &Layout, tilt: f64, z: f64) -> f64 {
+fn sight_line_radius_mm(p: &Cap, layout: &CapLayout, tilt: f64, z: f64) -> f64 {
     let ring = layout.sphere_radius_mm * tilt.sin();
     let ring_z = layout.sphere_z_mm + layout.sphere_radius_mm * tilt.cos();
     let depth = p.camera.depth.mm();
@@ -211,8 +211,8 @@ fn sight_mm(p: &Cap, layout: &Layout, tilt: f64, z: f64) -> f64 {
 
 /// Lengths, mm, by which LEDs and ledge reach into the line of sight to the surface point at `tilt`; negative if they
 /// are clear of it.
-fn hidden_mm(p: &Cap, layout: &Layout, tilt: f64) -> [f64; 2] {
-    let sight = |z: f64| sight_mm(p, layout, tilt, z) + APART_MM;
+fn occlusion_mm(p: &Cap, layout: &CapLayout, tilt: f64) -> [f64; 2] {
+    let sight = |z: f64| sight_line_radius_mm(p, layout, tilt, z) + APART_MM;
     [
         sight(led_top_z(p, layout)) - (layout.chamber_radius_mm - p.leds.package_height.mm()),
         sight(layout.plate_bottom_z_mm) - p.holder.aperture_diameter.mm() / 2.0,
@@ -220,17 +220,17 @@ fn hidden_mm(p: &Cap, layout: &Layout, tilt: f64) -> [f64; 2] {
 }
 
 /// Radius of a counterbore for the casing's screws, mm.
-fn head_mm(p: &Cap) -> f64 {
+fn counterbore_radius_mm(p: &Cap) -> f64 {
     CASING_SCREW.head_diameter_mm() / 2.0 + p.making.gap_mm(BASE, Process::Fdm, Fit::Snug)
 }
 
-fn holder(p: &Cap, layout: &Layout, report: &mut Report) {
+fn check_holder(p: &Cap, layout: &CapLayout, report: &mut RuleReport) {
     let half_width = p.holder.width.mm() / 2.0;
     let painted = ((layout.sphere_radius_mm + p.paint.thickness.mm()).powi(2)
         - layout.sphere_z_mm.powi(2))
     .sqrt();
     let slide = p.making.gap_mm(HOLDER, Process::Fdm, Fit::Slide);
-    let head = head_mm(p);
+    let head = counterbore_radius_mm(p);
     let passage = CASING_SCREW.clearance_hole_mm() / 2.0;
     let centre = layout.pocket_half_mm - layout.pocket_corner_mm;
     let inset = half_width - p.holder.screw_spacing.mm() / 2.0;
@@ -255,23 +255,23 @@ fn holder(p: &Cap, layout: &Layout, report: &mut Report) {
         holder.corner <= inset + (inset - head - PRINTED_WALL_MM).max(0.0) / (SQRT_2 - 1.0),
             "the screws' heads need a wall at the rounded corner";
     }
-    rim(p, layout, (half_width, painted), report);
+    check_rim(p, layout, (half_width, painted), report);
 }
 
 /// Limits the rounding of the holder's rim. `half_width` is half the holder's edge, `painted` the radius of the
 /// painted skin, mm.
-fn rim(p: &Cap, layout: &Layout, (half_width, painted): (f64, f64), report: &mut Report) {
+fn check_rim(p: &Cap, layout: &CapLayout, (half_width, painted): (f64, f64), report: &mut RuleReport) {
     let (wall, pilot) = (PRINTED_WALL_MM, CASING_SCREW.pilot_hole_mm() / 2.0);
     // The LED pockets reach up to the plate. A screw's head has a wall outside, so its thinner hole has more.
     let pocket =
         [half_width - layout.strip_back_mm - wall, -layout.plate_bottom_z_mm - CUT_OVERLAP_MM];
-    let screw = [head_mm(p) - pilot, -casing_tip_z(layout)];
+    let screw = [counterbore_radius_mm(p) - pilot, -casing_tip_z(layout)];
     limits! { report, p:
         holder.edge_fillet <= p.holder.corner.mm(),
             "a rounded rim goes around the upright edges, which are at least as round";
-        holder.edge_fillet <= edge::sparing_mm(pocket),
+        holder.edge_fillet <= edge::max_radius_sparing_mm(pocket),
             "the LEDs' pockets need a wall behind them";
-        holder.edge_fillet <= edge::sparing_mm(screw), "the screws need a wall around their tips";
+        holder.edge_fillet <= edge::max_radius_sparing_mm(screw), "the screws need a wall around their tips";
     }
     for (room, because) in [
         (half_width - painted - APART_MM, "the painted skin must not stand over a rounded edge"),
@@ -280,11 +280,11 @@ fn rim(p: &Cap, layout: &Layout, (half_width, painted): (f64, f64), report: &mut
             "a wall around the plate must be left of the rim",
         ),
     ] {
-        report.at_most_if_any("holder.edge_fillet", p.holder.edge_fillet, room, because);
+        report.at_most_or_absent("holder.edge_fillet", p.holder.edge_fillet, room, because);
     }
 }
 
-fn camera(p: &Cap, layout: &Layout, report: &mut Report) {
+fn check_camera(p: &Cap, layout: &CapLayout, report: &mut RuleReport) {
     let camera = &p.camera;
     let wide = 2.0 * (layout.led_front_mm - APART_MM);
     // The camera is clamped by the corners of its housing, which lie outside the chamber.
@@ -308,10 +308,10 @@ fn camera(p: &Cap, layout: &Layout, report: &mut Report) {
     }
 }
 
-fn base(p: &Cap, layout: &Layout, report: &mut Report) {
+fn check_base(p: &Cap, layout: &CapLayout, report: &mut RuleReport) {
     let grip = CASING_SCREW.length_mm - BITE_MM;
     let room = half_chord(layout.chamber_radius_mm, layout.chamber_radius_mm / 2.0);
-    let head = head_mm(p);
+    let head = counterbore_radius_mm(p);
     limits! { report, p:
         base.height >= grip + 2.0, "the joint's M2x16 screws are sunk into the base";
         base.height >= p.base.height.mm() + PLUG_MM - plug_room_mm(p, layout),
@@ -331,7 +331,7 @@ fn base(p: &Cap, layout: &Layout, report: &mut Report) {
     }
 }
 
-fn mold(p: &Cap, layout: &Layout, report: &mut Report) {
+fn check_mold(p: &Cap, layout: &CapLayout, report: &mut RuleReport) {
     let (mold, (bolt, nut)) = (&p.mold, MOLD_BOLT);
     // The larger of both holes decides, because the bolts pass through all three parts.
     let hole = mold.lid_hole.mm().max(mold.block_hole.mm()) / 2.0;

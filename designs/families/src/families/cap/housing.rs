@@ -1,18 +1,18 @@
 //! Casing parts (plate, holder and base), and the skin on them.
 
 use fabkit_geometry::{
-    Angle, Body, CUT_OVERLAP_MM, Carrier, DomeSurface, InvalidPattern, Mark, Path, Pattern, Pose,
+    Angle, Body, CUT_OVERLAP_MM, MarkerCarrier, DomeSurface, InvalidPattern, Marker, Path, Pattern, Pose,
     Process, Solid,
 };
 
 use super::parameters::*;
-use super::{Joints, Layout, casing_head_z};
-use crate::assembling::{flipped, in_sensor};
-use crate::blocks::cable_way::{Side, wall_way};
-use crate::blocks::marks::RoundPattern;
-use crate::blocks::{BLACK, GLASS, Rect, copies, marks, ring, sphere};
+use super::{Joints, CapLayout, casing_head_z};
+use crate::chain_builder::{flipped, in_sensor};
+use crate::blocks::cable_openings::{HousingSide, wall_opening};
+use crate::blocks::listed_markers::RoundPattern;
+use crate::blocks::{BLACK, GLASS, Rect, copies, listed_markers, ring, sphere};
 use crate::fits::Fit;
-use crate::materials::glazing;
+use crate::materials::window_transparency;
 
 // ------ Casing ------
 //
@@ -32,7 +32,7 @@ const LONGEST_BRIDGE_MM: f64 = 10.0;
 const RIM_BRIM_MM: f64 = 5.0;
 
 /// Poses on the backs of the LED strips: z axis towards the sensor's axis, y axis up.
-pub fn led_poses(p: &Cap, layout: &Layout) -> Vec<Pose> {
+pub fn led_poses(p: &Cap, layout: &CapLayout) -> Vec<Pose> {
     let degrees = |deg: f64| Angle::from_deg(deg).expect("finite");
     let inwards = Pose::translation(layout.strip_back_mm, 0.0, layout.led_z_mm)
         .then_in(Pose::rotation_z(degrees(-90.0)))
@@ -43,41 +43,41 @@ pub fn led_poses(p: &Cap, layout: &Layout) -> Vec<Pose> {
 }
 
 /// Outline of the casing seen along z.
-pub fn outside(p: &Cap) -> Rect {
+pub fn casing_outline(p: &Cap) -> Rect {
     Rect { half: [p.holder.width.mm() / 2.0; 2], corner: p.holder.corner.mm() }
 }
 
 /// Returns the pocket for the camera's housing between two heights.
-fn pocket(layout: &Layout, heights: [f64; 2]) -> Solid {
+fn pocket(layout: &CapLayout, heights: [f64; 2]) -> Solid {
     let edge = 2.0 * layout.pocket_half_mm;
     let path = Path::rectangle([0.0; 2], [edge; 2], layout.pocket_corner_mm);
     Solid::prism(path, heights).named("camera pocket")
 }
 
 /// Returns the groove beside the camera's housing, from the chamber to the room behind the camera.
-fn wire_groove(layout: &Layout, [bottom_z, top_z]: [f64; 2]) -> Solid {
+fn wire_groove(layout: &CapLayout, [bottom_z, top_z]: [f64; 2]) -> Solid {
     let [depth, width] = WIRE_GROOVE_MM;
     let reach = layout.pocket_half_mm + depth;
-    wall_way(Side::Right, width, [0.0, reach], [bottom_z, top_z]).named("wire groove")
+    wall_opening(HousingSide::Right, width, [0.0, reach], [bottom_z, top_z]).named("wire groove")
 }
 
 /// Returns the clear plate.
-pub fn plate(p: &Cap, layout: &Layout) -> Body {
+pub fn plate(p: &Cap, layout: &CapLayout) -> Body {
     let disc = Path::circle([0.0; 2], layout.plate_radius_mm);
     PLATE
         .made(
             Process::Laser,
             Solid::extrusion(disc, p.plate.thickness.mm()).at_z(layout.plate_bottom_z_mm),
         )
-        .from(&p.plate.material)
-        .in_light(glazing(&p.plate.material))
+        .with_material(&p.plate.material)
+        .with_clarity(window_transparency(&p.plate.material))
         .placed([in_sensor().lifted(24.0)])
         .colored(GLASS)
         .note("leave the protective film on until the skin is glued")
 }
 
 /// Returns the upper part of the casing.
-pub fn holder(p: &Cap, layout: &Layout) -> Body {
+pub fn holder(p: &Cap, layout: &CapLayout) -> Body {
     let over = CUT_OVERLAP_MM;
     // One profile for the plate's recess, the ledge and the chamber, down to the camera.
     let (recess, chamber) = (layout.recess_radius_mm, layout.chamber_radius_mm);
@@ -101,18 +101,18 @@ pub fn holder(p: &Cap, layout: &Layout) -> Body {
     HOLDER
         .made(
             Process::Fdm,
-            outside(p)
+            casing_outline(p)
                 .rimmed([layout.joint_z_mm, 0.0], p.holder.edge_fillet.mm())
                 .minus(inside.named("chamber"))
                 .minus(pocket(layout, [below, layout.housing_front_z_mm]))
                 .minus(wire_groove(layout, [below, layout.housing_front_z_mm + over]))
                 .minus_all(copies("led pocket", &leds, &led_pocket)),
         )
-        .from(&p.holder.material)
+        .with_material(&p.holder.material)
         .placed([in_sensor()])
-        .marked(marks("led", &leds))
+        .with_landmarks(landmarks_at("led", &leds))
         .colored(BLACK)
-        .lying(flipped())
+        .with_bed_orientation(flipped())
         .note("plate side down, no supports: the ledges overhang about 1 mm")
         .with_supports(false)
         .note("matt black filament; stray light blurs the shadows")
@@ -122,31 +122,31 @@ pub fn holder(p: &Cap, layout: &Layout) -> Body {
         .on_brim(if is_round { RIM_BRIM_MM } else { 0.0 })
         // The chamber goes through. All other openings are blind or lead into it.
         .with_handles(1)
-        .cut(Joints::new(p, layout).casing.held().unmarked())
+        .cut(Joints::new(p, layout).casing.thread_cut().without_landmarks())
 }
 
 /// Returns the lower part of the casing.
-pub fn base(p: &Cap, layout: &Layout) -> Body {
+pub fn base(p: &Cap, layout: &CapLayout) -> Body {
     let over = CUT_OVERLAP_MM;
     let (joints, head_z, bottom) =
         (Joints::new(p, layout), casing_head_z(layout), layout.bottom_z_mm);
     let heights =
         [layout.floor_z_mm + WINDOW_MARGIN_MM, layout.housing_back_z_mm - WINDOW_MARGIN_MM];
     let (width, reach) = (p.base.window_width.mm(), [0.0, p.holder.width.mm()]);
-    let window = wall_way(p.base.cable_side, width, reach, heights);
+    let window = wall_opening(p.base.cable_side, width, reach, heights);
     let plug_room =
         Solid::rod(layout.chamber_radius_mm, [layout.floor_z_mm, layout.housing_back_z_mm + over]);
     let gap = p.making.gap_mm(BASE, Process::Fdm, Fit::Snug);
     BASE.made(
         Process::Fdm,
-        outside(p)
+        casing_outline(p)
             .prism([bottom, layout.joint_z_mm])
             .minus(pocket(layout, [layout.housing_back_z_mm, layout.joint_z_mm + over]))
             .minus(plug_room.named("plug room"))
             .minus(wire_groove(layout, [layout.housing_back_z_mm - over, layout.joint_z_mm + over]))
             .minus(window.named("plug window")),
     )
-    .from(&p.holder.material)
+    .with_material(&p.holder.material)
     .placed([in_sensor().lifted(-62.0)])
     .colored(BLACK)
     .note(match width <= LONGEST_BRIDGE_MM {
@@ -159,8 +159,8 @@ pub fn base(p: &Cap, layout: &Layout) -> Body {
     .with_supports(width > LONGEST_BRIDGE_MM)
     .note("the gripper's M3 screws cut their threads into the floor")
     .with_handles(1) // The plug's window.
-    .cut(joints.casing.sunk(layout.joint_z_mm - head_z, head_z - bottom, gap).unmarked())
-    .cut(joints.mounting.held_through())
+    .cut(joints.casing.counterbore_cut(layout.joint_z_mm - head_z, head_z - bottom, gap).without_landmarks())
+    .cut(joints.mounting.thread_cut_through())
 }
 
 // ------ Skin ------
@@ -183,7 +183,7 @@ pub fn dimple_count(p: &Cap) -> usize {
 ///
 /// # Errors
 /// Fails if rings lie beyond the far pole of the sphere, which the constraints refuse.
-pub fn dimple_poses(p: &Cap, layout: &Layout) -> Result<Vec<Pose>, InvalidPattern> {
+pub fn dimple_poses(p: &Cap, layout: &CapLayout) -> Result<Vec<Pose>, InvalidPattern> {
     let surface = sphere(layout.sphere_radius_mm);
     let poses = match p.dimples.pattern {
         RoundPattern::Rings => Pattern::SurfaceRings {
@@ -200,7 +200,7 @@ pub fn dimple_poses(p: &Cap, layout: &Layout) -> Result<Vec<Pose>, InvalidPatter
 
 /// Returns the gel's cap on z = 0. As a tool it extends below its foot with a straight wall, so that the spherical
 /// face stays the same.
-fn cap(layout: &Layout, is_tool: bool) -> Solid {
+fn cap(layout: &CapLayout, is_tool: bool) -> Solid {
     let radius_mm = layout.sphere_radius_mm;
     let foot = (radius_mm.powi(2) - layout.sphere_z_mm.powi(2)).sqrt();
     let path = if is_tool {
@@ -238,17 +238,17 @@ fn dimples(p: &Cap, poses: &[Pose], grown_mm: f64) -> Vec<Solid> {
 }
 
 /// Returns the ends of the dimples, which are the markers that the camera tracks.
-pub fn dimple_marks(p: &Cap, poses: &[Pose]) -> Vec<Mark> {
+pub fn dimple_marks(p: &Cap, poses: &[Pose]) -> Vec<Marker> {
     let (radius_mm, height_mm) = (p.dimples.width.mm() / 2.0, p.dimples.height.mm());
     let depth_mm = match p.dimples.direction {
         Direction::IntoGel => height_mm,
         Direction::OutOfGel => -height_mm,
     };
-    Mark::below("dimple", poses, depth_mm, radius_mm, |_| Carrier::Gel)
+    Marker::place_below_poses("dimple", poses, depth_mm, radius_mm, |_| MarkerCarrier::Gel)
 }
 
 /// Returns the gel with its dimples. As a tool it extends below its foot.
-pub fn gel(p: &Cap, layout: &Layout, poses: &[Pose], is_tool: bool) -> Solid {
+pub fn gel(p: &Cap, layout: &CapLayout, poses: &[Pose], is_tool: bool) -> Solid {
     let cap = cap(layout, is_tool).named("dome");
     let dimples = dimples(p, poses, 0.0);
     match p.dimples.direction {
@@ -258,7 +258,7 @@ pub fn gel(p: &Cap, layout: &Layout, poses: &[Pose], is_tool: bool) -> Solid {
 }
 
 /// Returns the paint, which fills dimples in the gel or covers bumps on it.
-fn paint(p: &Cap, layout: &Layout, touch: &DomeSurface, poses: &[Pose]) -> Solid {
+fn paint(p: &Cap, layout: &CapLayout, touch: &DomeSurface, poses: &[Pose]) -> Solid {
     let thickness = p.paint.thickness.mm();
     let outside = touch.solid(0.0, touch.foot_z_mm).named("outside");
     let outside = match p.dimples.direction {
@@ -271,14 +271,14 @@ fn paint(p: &Cap, layout: &Layout, touch: &DomeSurface, poses: &[Pose]) -> Solid
 }
 
 /// Returns gel and paint. The paint's outside is the touched surface.
-pub fn layers(p: &Cap, layout: &Layout, touch: &DomeSurface, poses: &[Pose]) -> Vec<Body> {
+pub fn layers(p: &Cap, layout: &CapLayout, touch: &DomeSurface, poses: &[Pose]) -> Vec<Body> {
     vec![
         Body::cast(
             SKIN,
             format!("clear gel with {} dimples", dimple_count(p)),
             gel(p, layout, poses, false),
         )
-        .from(&p.skin.material)
+        .with_material(&p.skin.material)
         .placed([in_sensor().lifted(38.0), SKIN_MOLD.in_place()])
         .colored([190, 215, 235])
         .opaque(0.8), // Dimples are blind.
@@ -290,7 +290,7 @@ pub fn layers(p: &Cap, layout: &Layout, touch: &DomeSurface, poses: &[Pose]) -> 
             },
             paint(p, layout, touch, poses),
         )
-        .from(&p.paint.material)
+        .with_material(&p.paint.material)
         .placed([in_sensor().lifted(66.0)])
         .colored([205, 207, 212]),
     ]

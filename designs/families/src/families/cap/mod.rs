@@ -11,19 +11,19 @@ mod molds;
 mod parameters;
 
 use fabkit_geometry::{
-    CUT_OVERLAP_MM, DomeSurface, Grip, NominalCamera, Point3, Pose, Process, Sensor, Vector3,
+    CUT_OVERLAP_MM, DomeSurface, FixtureGrip, NominalCamera, Point3, Pose, Process, Sensor, Vector3,
 };
 
-use crate::assembling::names;
+use crate::chain_builder::names;
 use crate::blocks::adapter::MountFace;
-use crate::blocks::lighting::{RED_GREEN_BLUE, slopes};
-use crate::blocks::marks::RoundPattern;
+use crate::blocks::lighting::{RED_GREEN_BLUE, slope_lighting};
+use crate::blocks::listed_markers::RoundPattern;
 use crate::blocks::mounting::{MountHold, MountRing, Mounting};
-use crate::blocks::{self, Joint, corners, hanging, mm, ring, sphere};
+use crate::blocks::{self, ScrewJoint, corners, hanging, mm, ring, sphere};
 use crate::fits::Fit;
 use crate::hardware::{HexNut, Screw};
-use crate::parameters::Report;
-use crate::{Built, Family, Header, layout};
+use crate::parameters::RuleReport;
+use crate::{FamilyOutput, Family, Header, layout};
 use parameters::{BASE, BLOCK, Cap, Direction, HOLDER};
 
 /// Dome-cap family, whose built-in example is ShadowTac.
@@ -37,17 +37,17 @@ impl Family for CapFamily {
     const DEFAULTS: &'static [(&'static str, &'static str)] =
         &[("dome-cap.yaml (defaults)", include_str!("defaults.yaml"))];
 
-    fn check(parameters: &Cap, report: &mut Report) {
+    fn check(parameters: &Cap, report: &mut RuleReport) {
         constraints::check(parameters, report);
     }
 
-    fn build(parameters: &Cap, header: &Header, report: &mut Report) -> Option<Built> {
-        let layout = Layout::new(parameters);
+    fn build(parameters: &Cap, header: &Header, report: &mut RuleReport) -> Option<FamilyOutput> {
+        let layout = CapLayout::new(parameters);
         match housing::dimple_poses(parameters, &layout) {
-            Ok(dimples) => Some(Built {
-                sensor: sensor(parameters, header, &layout, &dimples),
-                derived: derived(parameters, &layout),
-                face: Some(face(parameters, &layout)),
+            Ok(dimples) => Some(FamilyOutput {
+                sensor: build_sensor(parameters, header, &layout, &dimples),
+                derived: derived_dimensions(parameters, &layout),
+                face: Some(mount_face(parameters, &layout)),
             }),
             Err(error) => {
                 report.require(
@@ -63,25 +63,25 @@ impl Family for CapFamily {
 }
 
 /// Returns the face by which the sensor is mounted.
-fn face(p: &Cap, layout: &Layout) -> MountFace {
+fn mount_face(p: &Cap, layout: &CapLayout) -> MountFace {
     MountFace {
         holder: parameters::BASE,
         mounting: Joints::new(p, layout).mounting,
-        borrowed_mm: None,
+        replaced_screw_mm: None,
         bottom_z_mm: layout.bottom_z_mm,
-        outline: housing::outside(p),
-        exits: vec![electronics::exit(p, layout)],
+        outline: housing::casing_outline(p),
+        exits: vec![electronics::cable_exit(p, layout)],
         heads: Vec::new(),
     }
 }
 
 /// Builds the sensor: all bodies, the circuit, press fits, casting steps and the camera.
-fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor {
+fn build_sensor(p: &Cap, header: &Header, layout: &CapLayout, dimples: &[Pose]) -> Sensor {
     let casing = [housing::plate(p, layout), housing::holder(p, layout), housing::base(p, layout)];
-    let (touch, joints) = (touch(p, layout), Joints::new(p, layout));
+    let (touch, joints) = (touch_surface(p, layout), Joints::new(p, layout));
     let bodies = casing
         .into_iter()
-        .chain(molds::parts(p, layout, dimples))
+        .chain(molds::mold_parts(p, layout, dimples))
         .chain(housing::layers(p, layout, &touch, dimples))
         .chain(electronics::components(p, layout));
     Sensor {
@@ -91,26 +91,26 @@ fn sensor(p: &Cap, header: &Header, layout: &Layout, dimples: &[Pose]) -> Sensor
             .casing
             .press_fit(parameters::HOLDER)
             .into_iter()
-            .chain(joints.inserts().and_then(|mounting| mounting.press_fit(parameters::BASE)))
+            .chain(joints.insert_joint().and_then(|mounting| mounting.press_fit(parameters::BASE)))
             .collect(),
         // Bumps stand out of the sphere, so fixtures that fit the smooth cap would not fit them.
         touch: (p.dimples.direction == Direction::IntoGel).then(|| touch.into()),
         marks: housing::dimple_marks(p, dimples),
-        lightings: vec![slopes(parameters::PAINT, None, RED_BLUE_GREEN.map(|i| RED_GREEN_BLUE[i]))],
-        sight: names(&[parameters::PAINT]),
-        ..blocks::sensor(header, nominal(p), bodies)
+        lightings: vec![slope_lighting(parameters::PAINT, None, LED_COLOR_ORDER.map(|i| RED_GREEN_BLUE[i]))],
+        visible_bodies: names(&[parameters::PAINT]),
+        ..blocks::sensor(header, nominal_camera(p), bodies)
     }
 }
 
 /// Order of the LEDs' colours as indices into red, green, blue, counter-clockwise seen from outside; measured in the
 /// published code.
-const RED_BLUE_GREEN: [usize; 3] = [0, 2, 1];
+const LED_COLOR_ORDER: [usize; 3] = [0, 2, 1];
 
 /// Nominal camera, turned to the side on which its plug leaves.
-fn nominal(p: &Cap) -> NominalCamera {
+fn nominal_camera(p: &Cap) -> NominalCamera {
     let c = &p.camera;
     let camera = c.view.camera_at(-c.depth.mm(), c.pictures.size_px());
-    let sensor_from_camera = electronics::turned(p, camera.sensor_from_camera);
+    let sensor_from_camera = electronics::turned_to_cable_side(p, camera.sensor_from_camera);
     NominalCamera { sensor_from_camera, ..camera }
 }
 
@@ -119,9 +119,9 @@ const SOFT_SHARE: f64 = 0.4;
 
 /// Returns the touched surface, and the part that fixtures grip: the whole casing. The plug's window serves as key,
 /// because only one side has it.
-fn touch(p: &Cap, layout: &Layout) -> DomeSurface {
+fn touch_surface(p: &Cap, layout: &CapLayout) -> DomeSurface {
     let radius_mm = layout.sphere_radius_mm + p.paint.thickness.mm();
-    let outside = housing::outside(p);
+    let outside = housing::casing_outline(p);
     let out = p.base.cable_side.out();
     let height = Vector3::new(0.0, 0.0, (layout.floor_z_mm + layout.housing_back_z_mm) / 2.0);
     let window = Point3::from(outside.narrow() * out + height);
@@ -129,20 +129,20 @@ fn touch(p: &Cap, layout: &Layout) -> DomeSurface {
         dome: sphere(radius_mm),
         centre_z_mm: layout.sphere_z_mm,
         foot_z_mm: 0.0,
-        soft_mm: SOFT_SHARE * p.skin.height.mm(),
-        grip: Grip {
+        max_indentation_mm: SOFT_SHARE * p.skin.height.mm(),
+        grip: FixtureGrip {
             outline: outside.path(),
             top_z_mm: 0.0,
             bottom_z_mm: layout.bottom_z_mm,
             clear_radius_mm: 0.0,
             key: Some(Pose::z_to(out, window)),
-            threads: Joints::new(p, layout).mounting.held().landmarks,
+            threads: Joints::new(p, layout).mounting.thread_cut().landmarks,
         },
     }
 }
 
 /// Lists the derived dimensions that `fabkit show` prints.
-fn derived(p: &Cap, layout: &Layout) -> Vec<(String, String)> {
+fn derived_dimensions(p: &Cap, layout: &CapLayout) -> Vec<(String, String)> {
     let mut figures = vec![
         mm("sphere radius", layout.sphere_radius_mm),
         mm("sphere centre below the foot", -layout.sphere_z_mm),
@@ -169,7 +169,7 @@ fn derived(p: &Cap, layout: &Layout) -> Vec<(String, String)> {
 }
 
 /// Free height between the camera's connector and the base's floor, mm.
-fn plug_room_mm(p: &Cap, layout: &Layout) -> f64 {
+fn plug_room_mm(p: &Cap, layout: &CapLayout) -> f64 {
     layout.housing_back_z_mm - p.camera.connector_height.mm() - layout.floor_z_mm
 }
 
@@ -182,7 +182,7 @@ layout! {
     ///
     /// The skin's foot is at z = 0, which is the top of the plate and of the holder. Below the plate lies a round
     /// chamber. The camera's housing is clamped between the corners of holder and base.
-    pub struct Layout from p: &Cap {
+    pub struct CapLayout from p: &Cap {
         /// Radius of the skin's foot.
         foot_radius_mm = p.skin.base_diameter.mm() / 2.0;
         let height = p.skin.height.mm();
@@ -219,7 +219,7 @@ layout! {
         housing_back_z_mm = housing_front_z_mm - p.camera.housing_height.mm();
         // Holder and base form one pocket, so the larger of their gaps applies.
         let clamping = [HOLDER, BASE].map(|part| (part, Process::Fdm));
-        let slide = p.making.widest_mm(clamping, Fit::Slide);
+        let slide = p.making.widest_gap_mm(clamping, Fit::Slide);
         /// Half the edge length of the pocket around the housing.
         pocket_half_mm = p.camera.housing_size.mm() / 2.0 + slide;
         /// Radius of the pocket's corners.
@@ -247,7 +247,7 @@ layout! {
     }
 }
 
-impl Layout {
+impl CapLayout {
     /// Angle between the axis and the normal on ring `index` of the dimples, rad. The spacing is measured along the
     /// arc.
     pub fn ring_tilt_rad(&self, p: &Cap, index: u32) -> f64 {
@@ -288,16 +288,16 @@ pub const MOLD_BOLT: (Screw, HexNut) = (Screw::M3X16, HexNut::M3);
 /// All screw joints, in the sensor frame.
 pub struct Joints {
     /// Screws through the base's corners into the holder.
-    pub casing: Joint,
+    pub casing: ScrewJoint,
     /// Holes in the base's floor for a gripper. The user provides the screws.
-    pub mounting: Joint,
+    pub mounting: ScrewJoint,
     /// Bolts through lid, spacer and block of the mold.
-    pub mold: Joint,
+    pub mold: ScrewJoint,
 }
 
 impl Joints {
     /// Places the joints. The result is meaningful only for parameters that satisfy the family's constraints.
-    pub fn new(p: &Cap, layout: &Layout) -> Self {
+    pub fn new(p: &Cap, layout: &CapLayout) -> Self {
         let half = p.holder.screw_spacing.mm() / 2.0;
         let head_z = casing_head_z(layout);
         let casing = corners([half, half]).map(|at| hanging(at, head_z)).to_vec();
@@ -308,21 +308,21 @@ impl Joints {
         let down = hanging([circle, 0.0], layout.lid_z_mm);
         let nuts = ring(bolts, 0.0, Pose::translation(circle, 0.0, layout.nut_z_mm));
         Self {
-            casing: Joint::self_tapping(
+            casing: ScrewJoint::self_tapping(
                 "screw",
                 CASING_SCREW,
                 casing,
                 CASING_SCREW.length_mm + PILOT_SPARE_MM,
             ),
             mounting: mounting(p).joint(layout.bottom_z_mm),
-            mold: Joint::nutted("bolt", bolt, ring(bolts, 0.0, down), (nut, nuts))
+            mold: ScrewJoint::in_hex_nuts("bolt", bolt, ring(bolts, 0.0, down), (nut, nuts))
                 .in_pockets(slide, p.mold.height.mm() - layout.nut_z_mm)
-                .of_bolts(),
+                .named_bolts(),
         }
     }
 
     /// Returns the mounting joint if its holes hold heat-set nuts.
-    pub fn inserts(&self) -> Option<&Joint> {
+    pub fn insert_joint(&self) -> Option<&ScrewJoint> {
         self.mounting.nut_name().map(|_| &self.mounting)
     }
 }
@@ -339,11 +339,11 @@ pub(super) fn mounting(p: &Cap) -> Mounting<'_> {
 }
 
 /// Height at which the pilot holes of the casing's screws end, mm.
-pub fn casing_tip_z(layout: &Layout) -> f64 {
+pub fn casing_tip_z(layout: &CapLayout) -> f64 {
     casing_head_z(layout) + CASING_SCREW.length_mm + PILOT_SPARE_MM
 }
 
 /// Height on which the heads of the casing's screws bear, mm.
-pub fn casing_head_z(layout: &Layout) -> f64 {
+pub fn casing_head_z(layout: &CapLayout) -> f64 {
     layout.joint_z_mm + BITE_MM - CASING_SCREW.length_mm
 }

@@ -2,15 +2,15 @@
 
 use fabkit_geometry::{Angle, Length};
 
-use crate::assembling::AssemblyName;
-use crate::blocks::cable_way::Side;
-use crate::blocks::marks::{Listed, RoundPattern};
+use crate::chain_builder::AssemblyName;
+use crate::blocks::cable_openings::HousingSide;
+use crate::blocks::listed_markers::{ListedMarkers, RoundPattern};
 use crate::blocks::mounting::Mount;
-use crate::blocks::optics::{Module, Pictures, View};
+use crate::blocks::optics::{Module, ImageFormat, View};
 pub use crate::blocks::{CAMERA, CAMERA_CABLE};
 use crate::materials::Castable;
 use crate::parameters::Inline;
-use crate::processes::Making;
+use crate::processes::ProcessAssignments;
 use crate::{choices, parameters, sections};
 
 parameters! {
@@ -103,7 +103,7 @@ sections! {
         window_width: Length = 5.0..=60.0,
         /// Side of the window for the camera's plug, towards which the camera is turned: `right` at +x, `left` at -x,
         /// `front` at -y, `back` at +y.
-        cable_side: Side,
+        cable_side: HousingSide,
         /// Number of M3 holes in the floor for the gripper's screws.
         mount_holes: u32 = 2..=8,
         /// Radius of the circle on which these holes lie.
@@ -137,7 +137,7 @@ sections! {
         /// Type of lens to buy.
         lens: String = 1..=80,
         /// Images of the camera.
-        pictures: Inline<Pictures>,
+        pictures: Inline<ImageFormat>,
         /// View of the camera's lens.
         view: Inline<View>,
         /// Distance of the lens's optical centre below the skin's foot.
@@ -223,14 +223,14 @@ sections! {
         /// Resin mold for the gel: cavity, spacer and lid, bolted together.
         mold: Mold,
         /// Processes by which the parts are made.
-        making: Making,
+        making: ProcessAssignments,
     }
 }
 
 impl Dimples {
     /// Returns the listed dimples.
-    pub fn listed(&self) -> Listed<'_, Angle> {
-        Listed::new("dimple", ("dimples.polar", &self.polar), ("dimples.azimuth", &self.azimuth))
+    pub fn listed(&self) -> ListedMarkers<'_, Angle> {
+        ListedMarkers::new("dimple", ("dimples.polar", &self.polar), ("dimples.azimuth", &self.azimuth))
     }
 }
 

@@ -1,11 +1,11 @@
 //! Assembly steps of a dome sensor, from printing to the closed sensor.
 
-use fabkit_geometry::{Cure, FixedBy, Pull, Step, Vector3};
+use fabkit_geometry::{Cure, FixingMeans, Pull, Step, Vector3};
 
 use super::molds::{Cavity, form, vents};
 use super::parameters::*;
-use super::{Joints, Layout, cavities, electronics, housing};
-use crate::assembling::{
+use super::{Joints, DomeLayout, cavities, electronics, housing};
+use crate::chain_builder::{
     Liquid, Name, ROOM_24_H, SENSOR, assemble, bond, demold, free_surface, liquid, make, prepare,
     rigid, step,
 };
@@ -13,14 +13,14 @@ use crate::blocks::cup_and_bridge::PUSH_HOLE_RADIUS_MM;
 use crate::blocks::{DOWEL, LED};
 
 /// Cure of a material that gets its next layer while it is still wet.
-const WET: Cure = Cure { hours: 0.0, celsius: 23.0 };
+const NO_CURE: Cure = Cure { hours: 0.0, celsius: 23.0 };
 /// Cure of the silicone mold, from the material's data sheet.
 const ROOM_6_H: Cure = Cure { hours: 6.0, celsius: 23.0 };
 
 /// Data that all steps are built from.
-struct Chain<'a> {
+struct StepSequence<'a> {
     p: &'a Dome,
-    layout: &'a Layout,
+    layout: &'a DomeLayout,
     joints: Joints,
     /// Up direction while casting: molds and tube are used tip down.
     up: Vector3<f64>,
@@ -29,21 +29,21 @@ struct Chain<'a> {
 }
 
 /// Returns all steps, from printing to the finished sensor.
-pub fn chain(p: &Dome, layout: &Layout) -> Vec<Step> {
+pub fn chain(p: &Dome, layout: &DomeLayout) -> Vec<Step> {
     let [inner, outer] = cavities(p, layout);
     let (joints, up) = (Joints::new(p, layout), -Vector3::z());
-    let chain = Chain { p, layout, joints, up, inner, outer };
+    let chain = StepSequence { p, layout, joints, up, inner, outer };
     let steps = [
-        chain.preparing(),
-        chain.transparent(),
-        chain.translucent(),
-        chain.joining(),
-        chain.closing(),
+        chain.preparation_steps(),
+        chain.transparent_gel_steps(),
+        chain.translucent_gel_steps(),
+        chain.joining_steps(),
+        chain.closing_steps(),
     ];
     steps.concat()
 }
 
-impl Chain<'_> {
+impl StepSequence<'_> {
     fn is_silicone(&self) -> bool {
         self.p.molds.route == MoldRoute::Silicone
     }
@@ -52,25 +52,25 @@ impl Chain<'_> {
         self.p.coat.method == CoatMethod::Dip
     }
 
-    fn making(&self) -> Step {
+    fn make_parts_step(&self) -> Step {
         let dowels = if self.is_silicone() { "" } else { "; press the dowels in" };
         make(format!("print, cut and etch all parts{dowels}")).source("III-B, figure 4a")
     }
 
-    fn preparing(&self) -> Vec<Step> {
-        let mut steps = vec![self.making()];
+    fn preparation_steps(&self) -> Vec<Step> {
+        let mut steps = vec![self.make_parts_step()];
         if self.is_silicone() {
-            let [cast, open] = self.silicone(&self.inner);
-            let cut = self.cutting().during(&cast.name);
+            let [cast, open] = self.silicone_mold_steps(&self.inner);
+            let cut = self.cut_tube_step().during_cure_of(&cast.name);
             steps.extend([cast, cut, open]);
-            steps.extend(self.silicone(&self.outer));
+            steps.extend(self.silicone_mold_steps(&self.outer));
         } else {
-            steps.push(self.cutting());
+            steps.push(self.cut_tube_step());
         }
-        let molds = [self.inner.walls(), self.outer.walls()].concat();
+        let molds = [self.inner.mold_walls(), self.outer.mold_walls()].concat();
         steps.push(
             prepare("prime", None, &[&[TUBE][..], &molds].concat())
-                .told(
+                .with_instruction(
                     "clean the tube and prime it with PR-1200 RTV; spray the molds with Ease Release \
                      200 and let it dry: silicone would grow together with silicone",
                 )
@@ -79,9 +79,9 @@ impl Chain<'_> {
         steps
     }
 
-    fn cutting(&self) -> Step {
+    fn cut_tube_step(&self) -> Step {
         prepare("cut-tube", CUTTING, &[TUBE_JIG, TUBE])
-            .told(
+            .with_instruction(
                 "put the test tube into the jig, tip first, until it stands; mark it all around at the \
                  jig's rim with a diamond file or a wet cutting disc, break it there, and grind the edge \
                  flat and blunt on wet paper of grain 400, goggles and gloves on",
@@ -90,16 +90,16 @@ impl Chain<'_> {
     }
 
     /// Casts a seamless mold around a glass tube, then pulls the tube out.
-    fn silicone(&self, cavity: &Cavity) -> [Step; 2] {
+    fn silicone_mold_steps(&self, cavity: &Cavity) -> [Step; 2] {
         let form = form(self.p, self.layout, cavity);
         let mut push_hole = free_surface(PUSH_HOLE_RADIUS_MM, 0.0, self.up);
         push_hole.name = "push hole, taped".into();
         push_hole.point.z = form.silicone_top_z;
         push_hole.axis = Vector3::z();
         let openings = vec![free_surface(form.silicone_radius, 0.0, self.up), push_hole];
-        let silicone = liquid(&self.p.form.silicone_material, 0.1).curing(ROOM_6_H);
+        let silicone = liquid(&self.p.form.silicone_material, 0.1).with_cure(ROOM_6_H);
         let tools = &cavity.form;
-        let what = cavity.what;
+        let what = cavity.layer_name;
         [
             step(
                 format!("cast-{}-mold", what),
@@ -107,18 +107,18 @@ impl Chain<'_> {
                 &[FORM_CUP, tools.bridge, tools.tube],
                 silicone.fills(&[FORM_CUP, tools.tube], tools.mold, self.up, openings),
             )
-            .told(
+            .with_instruction(
                 "tape the hole in the cup's floor, hang the glass tube into the cup by the bridge and \
                  pour silicone around it, up to 3 mm below the cup's rim",
             )
             .source("III-B.1, figure 4 b2; cure time from the material's data sheet")
-            .also(self.joints.form.names()),
+            .with_bodies(self.joints.form.names()),
             demold(
                 format!("open-{what}-form"),
                 tools.assembly,
                 vec![rigid(tools.tube, self.up), rigid(tools.bridge, self.up)],
             )
-            .told(
+            .with_instruction(
                 "take the screws out, let soapy water run between glass and silicone, pull the tube out \
                  and lift the bridge; the mold stays in its cup, which centres the lid",
             )
@@ -127,18 +127,18 @@ impl Chain<'_> {
     }
 
     /// Lists the pulls that take a cast gel out of its mold, together with connector and lid.
-    fn off(&self, cavity: &Cavity) -> Vec<Pull> {
+    fn demolding_pulls(&self, cavity: &Cavity) -> Vec<Pull> {
         let lid = [rigid(CONNECTOR, self.up), rigid(cavity.lid, self.up)];
         if self.is_silicone() {
             // The gel leaves with the lid. In the gel's frame it is the mold that moves away, in the opposite
             // direction.
             return [&[rigid(cavity.form.mold, -self.up)], &lid[..]].concat();
         }
-        [&lid[..], &halves_apart(cavity)].concat()
+        [&lid[..], &halves_pulls(cavity)].concat()
     }
 
     /// Lists the bodies that form and hold a mold while gel is cast in it.
-    fn tools(&self, cavity: &Cavity) -> Vec<Name> {
+    fn mold_tools(&self, cavity: &Cavity) -> Vec<Name> {
         let common = [CONNECTOR, O_RING, TUBE];
         let own = if self.is_silicone() {
             vec![FORM_CUP, cavity.form.mold, cavity.lid]
@@ -148,9 +148,9 @@ impl Chain<'_> {
         [own, common.to_vec()].concat()
     }
 
-    fn transparent(&self) -> Vec<Step> {
-        let gel = liquid(&self.p.transparent_gel.material, 0.5).curing(ROOM_24_H);
-        let walls = [self.inner.walls(), vec![INNER_LID, TUBE]].concat();
+    fn transparent_gel_steps(&self) -> Vec<Step> {
+        let gel = liquid(&self.p.transparent_gel.material, 0.5).with_cure(ROOM_24_H);
+        let walls = [self.inner.mold_walls(), vec![INNER_LID, TUBE]].concat();
         let openings = vents(self.p, &self.inner).openings();
         let open = match self.p.molds.route {
             MoldRoute::Silicone => {
@@ -166,41 +166,41 @@ impl Chain<'_> {
             step(
                 "pour-transparent-gel",
                 TRANSPARENT_MOLD,
-                &self.tools(&self.inner),
+                &self.mold_tools(&self.inner),
                 gel.fills(&walls, TRANSPARENT_GEL, self.up, openings),
             )
-            .told(
+            .with_instruction(
                 "fill the mold, push the tube in on its connector until the lid closes, wipe what rises \
                  through the vents",
             )
             .source("III-B.1"),
-            demold("open-transparent-mold", TRANSPARENT_MOLD, self.off(&self.inner))
-                .told(open)
+            demold("open-transparent-mold", TRANSPARENT_MOLD, self.demolding_pulls(&self.inner))
+                .with_instruction(open)
                 .source("III-B.1"),
         ]
     }
 
     /// Mixes the coat with a surplus of 20 layer masses: five sixths of the mixture is thinner, and most of a spray
     /// misses.
-    fn coat(&self) -> Liquid {
-        liquid(&self.p.coat.material, 20.0).curing(ROOM_24_H)
+    fn coat_mixture(&self) -> Liquid {
+        liquid(&self.p.coat.material, 20.0).with_cure(ROOM_24_H)
     }
 
-    fn translucent(&self) -> Vec<Step> {
-        let gel = liquid(&self.p.translucent_gel.material, 0.5).curing(ROOM_24_H);
-        let molds = self.outer.walls();
+    fn translucent_gel_steps(&self) -> Vec<Step> {
+        let gel = liquid(&self.p.translucent_gel.material, 0.5).with_cure(ROOM_24_H);
+        let molds = self.outer.mold_walls();
         let mut steps = Vec::new();
         let mut walls = [&molds[..], &[OUTER_LID, TRANSPARENT_GEL]].concat();
         if !self.is_dipped() {
             walls.push(BLACK_COAT);
             steps.push(
-                step("spray-coat", TRANSLUCENT_MOLD, &molds, self.coat().coats(&molds, BLACK_COAT))
-                    .told(
+                step("spray-coat", TRANSLUCENT_MOLD, &molds, self.coat_mixture().coats(&molds, BLACK_COAT))
+                    .with_instruction(
                         "spray the black mixture onto the inside of the outer mold in thin coats, and \
                          let it dry",
                     )
                     .source("III-B.1; waste chosen")
-                    .also((!self.is_silicone()).then(|| DOWEL.into())),
+                    .with_bodies((!self.is_silicone()).then(|| DOWEL.into())),
             );
         }
         let openings = vents(self.p, &self.outer).openings();
@@ -208,23 +208,23 @@ impl Chain<'_> {
             step(
                 "pour-translucent-gel",
                 TRANSLUCENT_MOLD,
-                &self.tools(&self.outer),
+                &self.mold_tools(&self.outer),
                 gel.fills(&walls, TRANSLUCENT_GEL, self.up, openings),
             )
-            .told(
+            .with_instruction(
                 "fill the outer mold and push the cured transparent gel in on its connector until the \
                  lid closes",
             )
             .source("III-B.1"),
         );
         if self.is_dipped() {
-            steps.extend(self.dipping());
+            steps.extend(self.dip_coating_steps());
             return steps;
         }
         let lid = vec![rigid(CONNECTOR, self.up), rigid(OUTER_LID, self.up)];
         steps.push(
             demold("lift-lid", TRANSLUCENT_MOLD, lid)
-                .told(
+                .with_instruction(
                     "pull the connector out of the tube and lift the lid; the module stays in its mold",
                 )
                 .source("chosen: the mold goes on to centre the shell"),
@@ -233,33 +233,33 @@ impl Chain<'_> {
     }
 
     /// Steps that dip the module, for users without a spray gun.
-    fn dipping(&self) -> [Step; 3] {
+    fn dip_coating_steps(&self) -> [Step; 3] {
         [
-            demold("take-out-module", TRANSLUCENT_MOLD, self.off(&self.outer))
-                .told("take the module out of its mold, with the lid, and the lid off it")
+            demold("take-out-module", TRANSLUCENT_MOLD, self.demolding_pulls(&self.outer))
+                .with_instruction("take the module out of its mold, with the lid, and the lid off it")
                 .source("III-B.1"),
             step(
                 "dip-coat",
                 COATING,
                 &[CONTAINER, HOLDER, CONNECTOR, O_RING, TUBE],
-                self.coat().coats(&[TRANSLUCENT_GEL], BLACK_COAT),
+                self.coat_mixture().coats(&[TRANSLUCENT_GEL], BLACK_COAT),
             )
-            .told(
+            .with_instruction(
                 "put the connector back into the tube, hang the module by it from the holder into the \
                  container, filled with the black mixture, lift it out and let it drip and dry",
             )
             .source("chosen: for those who have no spray gun"),
-            assemble("put-back", JOINING, &self.outer.walls())
-                .told("put the module back into its mold, which centres the shell; the coat gives way")
+            assemble("put-back", JOINING, &self.outer.mold_walls())
+                .with_instruction("put the module back into its mold, which centres the shell; the coat gives way")
                 .source("chosen"),
         ]
     }
 
-    fn joining(&self) -> Vec<Step> {
-        let is_locked = housing::is_locked(self.p);
+    fn joining_steps(&self) -> Vec<Step> {
+        let is_locked = housing::has_locking_gel(self.p);
         // If a locking gel follows, the filling gel is left wet until that is poured onto it; both cure together.
-        let cure = if is_locked { WET } else { ROOM_24_H };
-        let filling = liquid(&self.p.filling_gel.material, 0.1).curing(cure);
+        let cure = if is_locked { NO_CURE } else { ROOM_24_H };
+        let filling = liquid(&self.p.filling_gel.material, 0.1).with_cure(cure);
         let in_tube = vec![free_surface(self.layout.tube_bore_radius_mm, 0.0, self.up)];
         let dowel: &[Name] = if self.is_silicone() { &[FORM_CUP] } else { &[DOWEL] };
         let mut steps = vec![
@@ -269,10 +269,10 @@ impl Chain<'_> {
                 &[TUBE],
                 filling.fills(&[TUBE], FILLING_GEL, self.up, in_tube),
             )
-            .told("fill the tube to its rim")
+            .with_instruction("fill the tube to its rim")
             .source("III-B.1"),
             bond("join-shell", JOINING, &[&[COLLAR, DIFFUSER, SHELL], dowel].concat(), cure)
-                .told(if is_locked {
+                .with_instruction(if is_locked {
                     "put the collar on, lower diffuser and shell through it onto the wet gel"
                 } else {
                     "put the collar on, lower diffuser and shell through it onto the wet gel, let it \
@@ -281,11 +281,11 @@ impl Chain<'_> {
                 .source("III-B.1: the filling gel glues the tube to the shell; the collar is chosen"),
         ];
         if is_locked {
-            steps.push(self.locking());
+            steps.push(self.locking_gel_step());
         }
         let off = match self.is_silicone() {
             true => vec![rigid(self.outer.form.mold, -self.up)],
-            false => halves_apart(&self.outer).to_vec(),
+            false => halves_pulls(&self.outer).to_vec(),
         };
         steps.push(
             demold(
@@ -293,7 +293,7 @@ impl Chain<'_> {
                 JOINING,
                 [vec![rigid(COLLAR, self.up)], off].concat(),
             )
-            .told(match self.is_silicone() {
+            .with_instruction(match self.is_silicone() {
                 true => {
                     "lift the collar off the shell, bend the mold's rim to let air in and pull the \
                      module out by its shell"
@@ -305,16 +305,16 @@ impl Chain<'_> {
         steps
     }
 
-    fn locking(&self) -> Step {
+    fn locking_gel_step(&self) -> Step {
         let layout = self.layout;
         let mut surface = free_surface(layout.shell_bore_radius_mm, 0.0, self.up);
         surface.point.z = layout.gel_face_z_mm;
         let outside =
-            [self.outer.walls(), vec![TRANSPARENT_GEL, TRANSLUCENT_GEL, BLACK_COAT]].concat();
+            [self.outer.mold_walls(), vec![TRANSPARENT_GEL, TRANSLUCENT_GEL, BLACK_COAT]].concat();
         let walls = [vec![FILLING_GEL, DIFFUSER, SHELL, TUBE], outside].concat();
-        let gel = liquid(&self.p.filling_gel.material, 0.1).curing(ROOM_24_H);
+        let gel = liquid(&self.p.filling_gel.material, 0.1).with_cure(ROOM_24_H);
         step("pour-locking-gel", JOINING, &[], gel.fills(&walls, LOCKING_GEL, self.up, vec![surface]))
-            .told(format!(
+            .with_instruction(format!(
                 "pour more of the same gel through the shell while the first is wet, until it stands \
                  {} mm over the diffuser, so that it fills notches and groove and goes around the ribs",
                 self.p.filling_gel.lock_depth.mm()
@@ -322,7 +322,7 @@ impl Chain<'_> {
             .source("III-B.1: the filling gel glues the tube to the shell; its shape is chosen")
     }
 
-    fn closing(&self) -> Vec<Step> {
+    fn closing_steps(&self) -> Vec<Step> {
         let p = self.p;
         let baffle: &[Name] = if p.baffle.wall.mm() > 0.0 { &[BAFFLE] } else { &[] };
         let wired = !electronics::cables(p, self.layout).is_empty();
@@ -332,37 +332,37 @@ impl Chain<'_> {
         let lead = if wired { "lay cable and wires into the slit, " } else { "" };
         vec![
             assemble("mount-leds", SENSOR, &[&[LED_BOARD, LED], baffle, wires].concat())
-                .told(format!(
+                .with_instruction(format!(
                     "solder the LEDs onto the board and two wires into its holes, {press}press the board \
                      into the shell from below until it meets the ribs"
                 ))
-                .fixing(&[LED], &[LED_BOARD], FixedBy::Solder)
+                .fixing(&[LED], &[LED_BOARD], FixingMeans::Solder)
                 .source("III-B.2"),
             assemble("focus", SENSOR, &[&[CAMERA, BASE], cable].concat())
-                .told(format!(
+                .with_instruction(format!(
                     "melt the nuts into the base, screw the camera down, {lead}push the base in without \
                      its screws, light the LEDs and look at the picture; pull the base out by its pry \
                      slots, turn the lens by its rim with tweezers, and try again until the dust on the \
                      gel is sharp; then lock the lens in its thread with a drop of nail polish"
                 ))
                 .source("chosen: with the gel on, the lens is reached only while the base is out")
-                .also(self.joints.camera.names())
-                .also(self.joints.mounting.nut_name())
-                .also(self.joints.shell_base.nut_name())
-                .adjusting_apart(CAMERA),
+                .with_bodies(self.joints.camera.names())
+                .with_bodies(self.joints.mounting.nut_name())
+                .with_bodies(self.joints.shell_base.nut_name())
+                .with_separate_adjustment(CAMERA),
             assemble("close", SENSOR, &[BASE])
-                .told(format!(
+                .with_instruction(format!(
                     "push the base in and join it to the shell with {} M{} screws",
                     self.joints.shell_base.poses.len(),
                     self.joints.shell_base.screw.thread_mm
                 ))
                 .source("III-B.4")
-                .also([self.joints.shell_base.name()]),
+                .with_bodies([self.joints.shell_base.name()]),
         ]
     }
 }
 
-fn halves_apart(cavity: &Cavity) -> [Pull; 2] {
+fn halves_pulls(cavity: &Cavity) -> [Pull; 2] {
     let [a, b] = cavity.halves;
     [rigid(a, -Vector3::x()), rigid(b, Vector3::x())]
 }

@@ -6,17 +6,17 @@ use std::f64::consts::{PI, SQRT_2};
 
 use fabkit_geometry::Process;
 
-use super::electronics::{self, Slit};
+use super::electronics::{self, CableSlit};
 use super::housing::{self, LEDGE_MM};
 use super::molds::{FLANGE_INSET_MM, cup, form, o_ring_seat, vents};
 use super::parameters::*;
-use super::{Joints, Layout, cable_slot, cavities, mounting, relief_edges_mm};
+use super::{Joints, DomeLayout, cable_slot, cavities, mounting, relief_edges_mm};
 use crate::blocks::circuit::CHIP_0603;
 use crate::blocks::mounting::{Mounting, outside};
-use crate::blocks::{APART_MM, Joint, PRINTED_WALL_MM, half_chord, led_ring};
+use crate::blocks::{APART_MM, ScrewJoint, PRINTED_WALL_MM, half_chord, led_ring};
 use crate::fits::Fit;
 use crate::hardware::Screw;
-use crate::parameters::{Report, limits};
+use crate::parameters::{RuleReport, limits};
 
 /// Minimum height of the cylinder below a countersink, mm. A thinner edge would not print.
 const SINK_LAND_MM: f64 = 0.25;
@@ -25,20 +25,20 @@ const SINK_LAND_MM: f64 = 0.25;
 const THINNEST_GEL_MM: f64 = 0.5;
 
 /// Reports every combination of parameters that cannot be built.
-pub(super) fn check(p: &Dome, report: &mut Report) {
-    let layout = Layout::new(p);
-    contact_module(p, &layout, report);
-    envelope(p, &layout, report);
-    illumination(p, &layout, report);
-    lock(p, &layout, report);
-    cables(p, &layout, report);
-    camera(p, &layout, report);
-    base(p, &layout, report);
-    molds(p, &layout, report);
-    tools(p, &layout, report);
+pub(super) fn check(p: &Dome, report: &mut RuleReport) {
+    let layout = DomeLayout::new(p);
+    check_contact_module(p, &layout, report);
+    check_envelope(p, &layout, report);
+    check_illumination(p, &layout, report);
+    check_locking_gel(p, &layout, report);
+    check_cables(p, &layout, report);
+    check_camera(p, &layout, report);
+    check_base(p, &layout, report);
+    check_molds(p, &layout, report);
+    check_tools(p, &layout, report);
 }
 
-fn contact_module(p: &Dome, layout: &Layout, report: &mut Report) {
+fn check_contact_module(p: &Dome, layout: &DomeLayout, report: &mut RuleReport) {
     // The connector's flange rests on whatever its plug passes through: each lid, or the holder's slot.
     let lids = [INNER_LID, OUTER_LID].map(|lid| p.making.gap_mm(lid, Process::Fdm, Fit::Slide));
     let slot = p.making.gap_mm(HOLDER, Process::Fdm, Fit::Free);
@@ -57,7 +57,7 @@ fn contact_module(p: &Dome, layout: &Layout, report: &mut Report) {
     }
 }
 
-fn envelope(p: &Dome, layout: &Layout, report: &mut Report) {
+fn check_envelope(p: &Dome, layout: &DomeLayout, report: &mut RuleReport) {
     let diameter = p.envelope.diameter.mm();
     let joint = Joints::new(p, layout).shell_base;
     let [snug, slide] =
@@ -80,7 +80,7 @@ fn envelope(p: &Dome, layout: &Layout, report: &mut Report) {
 }
 
 /// Checks the baffle, the locking gel and its groove.
-fn lock(p: &Dome, layout: &Layout, report: &mut Report) {
+fn check_locking_gel(p: &Dome, layout: &DomeLayout, report: &mut RuleReport) {
     if p.baffle.wall.mm() > 0.0 {
         let top = layout.gel_face_z_mm.min(layout.diffuser_bottom_z_mm) - p.baffle.gap.mm();
         let above = (top + p.camera.depth.mm()).max(0.0);
@@ -95,7 +95,7 @@ fn lock(p: &Dome, layout: &Layout, report: &mut Report) {
                 "the baffle stands above the LED board";
         }
     }
-    if !housing::is_locked(p) {
+    if !housing::has_locking_gel(p) {
         return;
     }
     let room = p.diffuser.height_above_board.mm() - p.leds.height.mm() - APART_MM;
@@ -109,12 +109,12 @@ fn lock(p: &Dome, layout: &Layout, report: &mut Report) {
     }
     if p.shell.lock_groove.mm() > 0.0 {
         limits! { report, p:
-            filling_gel.lock_depth >= housing::groove_room_mm(p), "the gel must cover the groove";
+            filling_gel.lock_depth >= housing::min_groove_gel_mm(p), "the gel must cover the groove";
         }
     }
 }
 
-fn illumination(p: &Dome, layout: &Layout, report: &mut Report) {
+fn check_illumination(p: &Dome, layout: &DomeLayout, report: &mut RuleReport) {
     if p.shell.shoulder.mm() > 0.0 {
         let beside = layout.shell_bore_radius_mm - layout.diffuser_radius_mm;
         limits! { report, p:
@@ -168,7 +168,7 @@ fn illumination(p: &Dome, layout: &Layout, report: &mut Report) {
     }
 }
 
-fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
+fn check_camera(p: &Dome, layout: &DomeLayout, report: &mut RuleReport) {
     let (camera, led_board) = (&*p.camera.board, &p.led_board);
     let slide = p.making.gap_mm(BASE, Process::Fdm, Fit::Slide);
     let head = Screw::M1_6X5.head_diameter_mm();
@@ -196,7 +196,7 @@ fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
             "the M1.6 heads must stay on the board";
         camera.screw_spacing >= nearest, "the M1.6 heads must clear the lens holder";
         led_board.bore_radius >=
-            layout.passing_mm(p) + 0.5 + p.baffle.wall.mm(),
+            layout.passing_radius_mm(p) + 0.5 + p.baffle.wall.mm(),
             match layout.is_holder_below(p) {
                 true => "the lens must pass the LED board and its baffle, its holder below them",
                 false => "lens and holder must pass the LED board and its baffle",
@@ -228,7 +228,7 @@ fn camera(p: &Dome, layout: &Layout, report: &mut Report) {
     }
 }
 
-fn base(p: &Dome, layout: &Layout, report: &mut Report) {
+fn check_base(p: &Dome, layout: &DomeLayout, report: &mut RuleReport) {
     let joints = Joints::new(p, layout);
     let nuts = joints.shell_base.holes();
     let nut_top = nuts.poses[0].translation_mm().z + nuts.radius_mm;
@@ -279,11 +279,11 @@ fn base(p: &Dome, layout: &Layout, report: &mut Report) {
     let outside = layout.base_radius_mm - PRINTED_WALL_MM;
     let wall = (outside, "a mounting hole needs a wall outside");
     mounting.check(wall, PRINTED_WALL_MM, report);
-    mount_holes_clear(p, &mounting, &joints, report);
+    check_mount_hole_clearance(p, &mounting, &joints, report);
 }
 
 /// Minimum bend radius of a wire that is bent once, in wire diameters.
-const WIRE_BENDS: f64 = 1.5;
+const MIN_BEND_DIAMETERS: f64 = 1.5;
 
 /// Minimum width of the board's rim beside a wire hole, mm.
 const BOARD_EDGE_MM: f64 = 0.3;
@@ -291,7 +291,7 @@ const BOARD_EDGE_MM: f64 = 0.3;
 /// Minimum wall between the cables' slit and screws or nuts, mm.
 const SLIT_WALL_MM: f64 = 0.45;
 
-fn cables(p: &Dome, layout: &Layout, report: &mut Report) {
+fn check_cables(p: &Dome, layout: &DomeLayout, report: &mut RuleReport) {
     if p.base.cable_exit == CableExit::Floor {
         let relief = relief_edges_mm(p);
         let slot = cable_slot(p);
@@ -308,27 +308,27 @@ fn cables(p: &Dome, layout: &Layout, report: &mut Report) {
         }
         return slot.check("base.cable_slot_width", report);
     }
-    let slit = Slit::new(p, layout);
+    let slit = CableSlit::new(p, layout);
     let wire = electronics::led_wire(p, layout);
-    wire.check("cables.wire_bend", p.cables.wire_bend, WIRE_BENDS, report);
+    wire.check("cables.wire_bend", p.cables.wire_bend, MIN_BEND_DIAMETERS, report);
     limits! { report, p:
         cables.wire_bend <= p.cables.wire_bend.mm() + wire.least_straight_mm(),
             "the wires turn between the LED board and the cable";
         cables.diameter <= p.cables.diameter.mm() + slit.tongue_z - layout.bottom_z_mm - PRINTED_WALL_MM,
             "the cable's slit needs a floor";
         led_board.wire_hole_diameter <= p.led_board.wire_hole_diameter.mm()
-            + layout.board_radius_mm - BOARD_EDGE_MM - electronics::wire_holes_end_mm(p),
+            + layout.board_radius_mm - BOARD_EDGE_MM - electronics::wire_hole_end_radius_mm(p),
             "the wire holes stand beside the camera's board and on the LED board";
     }
-    slit_clear(p, layout, &slit, report);
+    check_slit_clearance(p, layout, &slit, report);
 }
 
 /// Requires nuts, mounting holes and the camera's screws to clear the slit.
-fn slit_clear(p: &Dome, layout: &Layout, slit: &Slit, report: &mut Report) {
+fn check_slit_clearance(p: &Dome, layout: &DomeLayout, slit: &CableSlit, report: &mut RuleReport) {
     let joints = Joints::new(p, layout);
     let (sin, cos) = p.base.exit_angle.rad().sin_cos();
     let [nuts, mounts, screws] =
-        [&joints.shell_base, &joints.mounting, &joints.camera].map(Joint::holes);
+        [&joints.shell_base, &joints.mounting, &joints.camera].map(ScrewJoint::holes);
     let beside = |[x, y]: [f64; 2], radius: f64| {
         let (along, across) = (x * cos + y * sin, (y * cos - x * sin).abs());
         // The slit starts at the axis, so behind it the distance is that to its end.
@@ -363,9 +363,9 @@ fn slit_clear(p: &Dome, layout: &Layout, slit: &Slit, report: &mut Report) {
 }
 
 /// Requires mounting holes to clear the joint's nuts and the camera's screws.
-fn mount_holes_clear(p: &Dome, mounting: &Mounting, joints: &Joints, report: &mut Report) {
+fn check_mount_hole_clearance(p: &Dome, mounting: &Mounting, joints: &Joints, report: &mut RuleReport) {
     let [mounts, nuts, screws] =
-        [&joints.mounting, &joints.shell_base, &joints.camera].map(Joint::holes);
+        [&joints.mounting, &joints.shell_base, &joints.camera].map(ScrewJoint::holes);
     let wall = 0.6;
     let mut nearest_nut = f64::INFINITY;
     let mut nearest_screw = f64::INFINITY;
@@ -390,15 +390,15 @@ fn mount_holes_clear(p: &Dome, mounting: &Mounting, joints: &Joints, report: &mu
         let nearest = nearest_nut.min(nearest_screw);
         return report.require(
             nearest >= wall,
-            mounting.path(),
+            mounting.radius_parameter(),
             || {
                 format!(
                     "{}; {nearest:.2} mm stay between a mounting hole and a nut of the shell or a screw \
                      of the camera, and {wall} mm are needed",
-                    mounting.told()
+                    mounting.parameter_text()
                 )
             },
-            || mounting.movers(),
+            || mounting.move_hint(),
         );
     }
     report.require(
@@ -430,10 +430,10 @@ fn mount_holes_clear(p: &Dome, mounting: &Mounting, joints: &Joints, report: &mu
     );
 }
 
-fn molds(p: &Dome, layout: &Layout, report: &mut Report) {
+fn check_molds(p: &Dome, layout: &DomeLayout, report: &mut RuleReport) {
     let cavity = [layout.surface_radius_mm, layout.apex_z()];
     let with_dowels = [INNER_A, INNER_B, INNER_LID, OUTER_A, OUTER_B, OUTER_LID, COLLAR];
-    let slide = p.making.widest_mm(with_dowels.map(|part| (part, Process::Fdm)), Fit::Slide);
+    let slide = p.making.widest_gap_mm(with_dowels.map(|part| (part, Process::Fdm)), Fit::Slide);
     crate::blocks::mold::check(&p.mold, slide, cavity, report);
     // The vents open between the core of the mold and the cavity's wall.
     let transparent = layout.transparent_radius_mm - layout.tube_radius_mm;
@@ -450,7 +450,7 @@ fn molds(p: &Dome, layout: &Layout, report: &mut Report) {
 /// Minimum wall of the collar, mm.
 const COLLAR_WALL_MM: f64 = 2.0;
 
-fn tools(p: &Dome, layout: &Layout, report: &mut Report) {
+fn check_tools(p: &Dome, layout: &DomeLayout, report: &mut RuleReport) {
     let connector = &p.connector;
     let seat = o_ring_seat(p, layout);
     seat.check("connector.o_ring_cord", "groove", "connector.o_ring_squeeze", report);

@@ -3,20 +3,20 @@
 use std::f64::consts::{PI, TAU};
 
 use fabkit_geometry::{
-    Angle, BoardPlace, BoardSide, Body, CUT_OVERLAP_MM, Circuit, Cut, KeepOutRegion, Order, Path,
+    Angle, BoardPlacement, BoardSide, Body, CUT_OVERLAP_MM, Circuit, CutFeature, KeepOutRegion, Order, Path,
     Placement, Point3, Pose, Process, Solid, Vector3,
 };
 
 use super::molds::{form, o_ring_seat};
 use super::parameters::*;
 use super::{
-    BAFFLE_FLANGE_MM, Joints, Layout, cable_slot, cavities, dome_shell, led_poses, relief_edges_mm,
+    BAFFLE_FLANGE_MM, Joints, DomeLayout, cable_slot, cavities, dome_shell, led_poses, relief_edges_mm,
 };
-use crate::assembling::{AssemblyName, SENSOR, in_sensor};
-use crate::blocks::adapter::Exit;
-use crate::blocks::cable::{Cable, GIVES_MM, wire_order};
+use crate::chain_builder::{AssemblyName, SENSOR, in_sensor};
+use crate::blocks::adapter::CableOutlet;
+use crate::blocks::cable::{Cable, GIVE_WAY_MM, wire_order};
 use crate::blocks::circuit::{
-    Builder, CHIP_0603, LedPackage, TO_SUPPLY, Wire, all_around, along_y, camera_to_host,
+    CircuitBuilder, CHIP_0603, LedPackage, TO_SUPPLY, BoardWire, ring_region, along_y, camera_to_host,
 };
 use crate::blocks::cup_and_bridge::CupAndBridge;
 use crate::blocks::mold::{lid_dowel_poses, side_dowel_poses};
@@ -31,13 +31,13 @@ use crate::hardware::Dowel;
 // Bought components: glass tubes, camera, LEDs, screws, nuts, dowels, O-ring.
 
 /// Returns all bought components.
-pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
+pub fn components(p: &Dome, layout: &DomeLayout) -> Vec<Body> {
     let each = |assembly: AssemblyName, poses: &[Pose], lift_mm: f64| -> Vec<Placement> {
         poses.iter().map(|&pose| assembly.at(pose).lifted(lift_mm)).collect()
     };
     // In the exploded view, fasteners move along their own axis.
     let drawn_out = |out_mm: f64, lift_mm: f64| {
-        move |pose: &Pose| SENSOR.drawn_out(pose, out_mm).lifted(lift_mm)
+        move |pose: &Pose| SENSOR.at_exploded(pose, out_mm).lifted(lift_mm)
     };
     let here = [Pose::identity()];
 
@@ -78,8 +78,8 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
             CUTTING.in_place(),
         ])
         .placed(is_dipped.then(|| COATING.in_place()))
-        .times(1)
-        .ordered(Order::of(
+        .with_quantity(1)
+        .with_order(Order::new(
             "glass test tube",
             format!("{} mm outside, {} mm wall", p.tube.outer_diameter.mm(), p.tube.wall.mm()),
         ))
@@ -98,25 +98,25 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
     let dowels = (!is_silicone).then(|| {
         DOWEL
             .bought(dowel.specification(), dowel.solid(), dowels)
-            .times(2 * (side.len() + lid.len()) as u32)
-            .ordered(dowel.order())
-            .reached(dowel.press())
-            .fastening()
+            .with_quantity(2 * (side.len() + lid.len()) as u32)
+            .with_order(dowel.order())
+            .with_tool_access(dowel.press_access())
+            .as_fastener()
     });
     let gripped =
         [TRANSPARENT_MOLD, TRANSLUCENT_MOLD].into_iter().chain(is_dipped.then_some(COATING));
     let ring = O_RING
         .bought(
-            seat.ordered(),
+            seat.order_text(),
             seat.ring()
                 .between_cylinders([seat.radius_mm, layout.tube_bore_radius_mm])
                 .at_z(p.connector.plug_length.mm() / 2.0),
             gripped.flat_map(|tool| each(tool, &here, -42.0)),
         )
-        .times(1)
-        .ordered(seat.ring().order())
+        .with_quantity(1)
+        .with_order(seat.ring().order())
         .colored(RUBBER)
-        .giving(seat.ring().gives_mm());
+        .with_assembly_compliance(seat.ring().max_stretch_mm());
     let forms = cavities(p, layout).map(|cavity| {
         let form = form(p, layout, &cavity);
         cavity
@@ -131,7 +131,7 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
                 form_tube(p, layout, &form, cavity.radius),
                 each(cavity.form.assembly, &here, -60.0),
             )
-            .ordered(Order::of(
+            .with_order(Order::new(
                 "glass test tube with rim",
                 format!("{} mm outside, {} mm long", 2.0 * cavity.radius, p.form.tube_length.mm()),
             ))
@@ -144,9 +144,9 @@ pub fn components(p: &Dome, layout: &Layout) -> Vec<Body> {
 }
 
 /// Returns the camera: a board with four holes, lens holder and barrel, and a connector behind.
-fn camera(p: &Dome, layout: &Layout) -> Body {
+fn camera(p: &Dome, layout: &DomeLayout) -> Body {
     let thickness = p.camera.board.board_thickness.mm();
-    let holes = Joints::new(p, layout).camera.passed(thickness, gap_mm(Process::Pcb, Fit::Snug));
+    let holes = Joints::new(p, layout).camera.clearance_cut(thickness, gap_mm(Process::Pcb, Fit::Snug));
     let edges = relief_edges_mm(p).map(|edge| edge - 2.0);
     let connector =
         Solid::cuboid(edges[0], edges[1] / 2.0, p.camera.back_clearance.mm() - 0.5 + INTO_MM)
@@ -162,7 +162,7 @@ fn dowel(p: &Dome) -> Dowel {
 }
 
 /// Returns the glass tube whose outside shapes a silicone mold. Its rim rests on the bridge's sleeve.
-fn form_tube(p: &Dome, layout: &Layout, form: &CupAndBridge<'_>, outer: f64) -> Solid {
+fn form_tube(p: &Dome, layout: &DomeLayout, form: &CupAndBridge<'_>, outer: f64) -> Solid {
     let wall = layout.wall_height_mm;
     let inner = outer - p.tube.wall.mm();
     let centre = [0.0, wall];
@@ -190,17 +190,17 @@ fn form_tube(p: &Dome, layout: &Layout, form: &CupAndBridge<'_>, outer: f64) -> 
 const PAD_MM: [f64; 2] = [1.5, 0.8];
 
 /// Builds the circuit: LEDs between supply and ground, each with its resistor, two wires, and the camera's cable.
-pub fn circuit(p: &Dome, layout: &Layout) -> Circuit {
-    let mut board = Builder::on(LED_BOARD, &p.leds.electric);
+pub fn circuit(p: &Dome, layout: &DomeLayout) -> Circuit {
+    let mut board = CircuitBuilder::new_on_board(LED_BOARD, &p.leds.electric);
     let package = LedPackage::Chip([p.leds.length.mm(), p.leds.width.mm()]);
-    board.each_with_resistor(
+    board.add_leds_with_resistors(
         &p.leds.electric,
         (&p.leds.model, package, LED),
         along_y(&led_poses(p, layout)),
         CHIP_0603,
         "leds.resistor_ohms, or leds.current_ma where that is 0",
     );
-    let drawn = leads_aside(p);
+    let drawn = is_side_exit(p);
     let by = drawn.then_some(LED_WIRE);
     let length_mm = drawn.then(|| led_wire(p, layout).length_mm());
     let holes = wire_hole_centres(p);
@@ -211,8 +211,8 @@ pub fn circuit(p: &Dome, layout: &Layout) -> Circuit {
         let way = if drawn { p.base.exit_angle.rad() } else { out };
         board.wire(
             net,
-            Wire {
-                place: BoardPlace {
+            BoardWire {
+                place: BoardPlacement {
                     at_mm,
                     turn_rad: if is_outside { way + PI } else { way },
                     side: BoardSide::Top,
@@ -228,7 +228,7 @@ pub fn circuit(p: &Dome, layout: &Layout) -> Circuit {
     }
     let baffle = p.led_board.bore_radius.mm() + BAFFLE_FLANGE_MM;
     if p.baffle.wall.mm() > 0.0 {
-        board.keep_out(BoardSide::Top, all_around([0.0, baffle]), "the baffle's flange");
+        board.keep_out(BoardSide::Top, ring_region([0.0, baffle]), "the baffle's flange");
     }
     for rib in 0..p.shell.ribs {
         // A rib is a sector of a ring. The region has a margin of 0.1 mm inwards and 0.01 rad on each side.
@@ -246,7 +246,7 @@ pub fn circuit(p: &Dome, layout: &Layout) -> Circuit {
     board.connection(camera_to_host("camera", drawn.then_some(CAMERA_CABLE), length_mm, "USB"));
     board.note("push each wire's strand through its hole from below, bend it over and solder it to the pad beside it");
     board.note("no part stands on the lower side: the base lies against it");
-    board.done()
+    board.build()
 }
 
 // ------ Wiring ------
@@ -264,13 +264,13 @@ const WIRES_OUT_MM: f64 = 12.0;
 const TONGUE_LIFT_MM: f64 = 0.04;
 
 /// Clearance between cable and wires, and between them and the walls of their slit, mm.
-const PLAY_MM: f64 = 0.15;
+const CABLE_PLAY_MM: f64 = 0.15;
 
 /// Gap between the camera board and the cable, mm.
-const CABLE_BELOW_BOARD_MM: f64 = 0.3;
+const CABLE_BOARD_GAP_MM: f64 = 0.3;
 
 /// Width and heights, mm, of the slit for cable and wires. The exit direction is +x.
-pub struct Slit {
+pub struct CableSlit {
     /// Width across the exit direction.
     pub width_mm: f64,
     /// Height of the cable's centre line.
@@ -283,39 +283,39 @@ pub struct Slit {
     pub tongue_z: f64,
 }
 
-impl Slit {
+impl CableSlit {
     /// Derives the slit from the cable, the wires and the camera board.
-    pub fn new(p: &Dome, layout: &Layout) -> Self {
+    pub fn new(p: &Dome, layout: &DomeLayout) -> Self {
         let (cable, wire) = (p.cables.diameter.mm(), p.cables.wire_diameter.mm());
-        let cable_z = layout.camera_board_bottom_z_mm - CABLE_BELOW_BOARD_MM - cable / 2.0;
-        let wire_z = cable_z + cable / 2.0 + PLAY_MM + wire / 2.0;
+        let cable_z = layout.camera_board_bottom_z_mm - CABLE_BOARD_GAP_MM - cable / 2.0;
+        let wire_z = cable_z + cable / 2.0 + CABLE_PLAY_MM + wire / 2.0;
         Self {
-            width_mm: cable.max(2.0 * wire + APART_MM) + 2.0 * PLAY_MM,
+            width_mm: cable.max(2.0 * wire + APART_MM) + 2.0 * CABLE_PLAY_MM,
             cable_z,
             wire_z,
-            top_z: wire_z + wire / 2.0 + PLAY_MM,
-            tongue_z: cable_z - cable / 2.0 - PLAY_MM,
+            top_z: wire_z + wire / 2.0 + CABLE_PLAY_MM,
+            tongue_z: cable_z - cable / 2.0 - CABLE_PLAY_MM,
         }
     }
 }
 
 /// Returns whether cable and wires leave through the side.
-pub fn leads_aside(p: &Dome) -> bool {
+pub fn is_side_exit(p: &Dome) -> bool {
     p.base.cable_exit == CableExit::Side
 }
 
 /// Pose that turns +x into the exit direction.
-fn way(p: &Dome) -> Pose {
+fn exit_rotation(p: &Dome) -> Pose {
     Pose::rotation_z(p.base.exit_angle)
 }
 
 /// Centres of the two wire holes in the LED board, mm. For an exit at the side they lie next to each other above the
 /// slit. For an exit through the floor they lie opposite each other, over the corners of the camera's pocket.
 pub fn wire_hole_centres(p: &Dome) -> [[f64; 2]; 2] {
-    if leads_aside(p) {
-        let [x, y] = first_hole(p);
+    if is_side_exit(p) {
+        let [x, y] = first_wire_hole(p);
         return [y, -y].map(|y| {
-            let at = way(p).point(Point3::new(x, y, 0.0));
+            let at = exit_rotation(p).point(Point3::new(x, y, 0.0));
             [at.x, at.y]
         });
     }
@@ -328,24 +328,24 @@ pub fn wire_hole_centres(p: &Dome) -> [[f64; 2]; 2] {
 }
 
 /// Centre of the first wire hole if the exit direction is +x, mm.
-fn first_hole(p: &Dome) -> [f64; 2] {
-    let radius = hole_radius(p);
+fn first_wire_hole(p: &Dome) -> [f64; 2] {
+    let radius = wire_hole_circle_radius_mm(p);
     let beside = (p.cables.wire_diameter.mm() + APART_MM) / 2.0;
     [(radius.powi(2) - beside.powi(2)).max(0.0).sqrt(), beside]
 }
 
 /// Clearance between a wire and the edge of the camera board, mm.
-const BESIDE_BOARD_MM: f64 = 0.5;
+const BOARD_CLEARANCE_MM: f64 = 0.5;
 
 /// Distance of the wire holes from the axis, mm. They lie inside the circle of LEDs, or outside of it if the camera
 /// board is in the way.
-fn hole_radius(p: &Dome) -> f64 {
+fn wire_hole_circle_radius_mm(p: &Dome) -> f64 {
     let hole = p.led_board.wire_hole_diameter.mm();
     // Distance from the axis to the board's edge in the exit direction.
-    let out = way(p).vector(Vector3::x());
+    let out = exit_rotation(p).vector(Vector3::x());
     let edge = [p.camera.board.board_size, p.camera.board.board_size_y].map(|edge| edge.mm() / 2.0);
     let board = (edge[0] / out.x.abs().max(1e-9)).min(edge[1] / out.y.abs().max(1e-9));
-    let beside = board + BESIDE_BOARD_MM + p.cables.wire_diameter.mm() / 2.0;
+    let beside = board + BOARD_CLEARANCE_MM + p.cables.wire_diameter.mm() / 2.0;
     let inside = p.led_board.bore_radius.mm() + hole;
     if inside >= beside {
         return inside;
@@ -354,27 +354,27 @@ fn hole_radius(p: &Dome) -> f64 {
 }
 
 /// Distance from the axis to the outer edge of a wire hole, mm.
-pub fn wire_holes_end_mm(p: &Dome) -> f64 {
-    hole_radius(p) + p.led_board.wire_hole_diameter.mm() / 2.0
+pub fn wire_hole_end_radius_mm(p: &Dome) -> f64 {
+    wire_hole_circle_radius_mm(p) + p.led_board.wire_hole_diameter.mm() / 2.0
 }
 
 /// Returns the cut in the base for the cable: a slot in its floor, or the slit to its side.
-pub fn way_out(p: &Dome, layout: &Layout) -> Cut {
+pub fn cable_cut(p: &Dome, layout: &DomeLayout) -> CutFeature {
     let (bottom, top) = (layout.bottom_z_mm, layout.base_top_z_mm + CUT_OVERLAP_MM);
-    if !leads_aside(p) {
+    if !is_side_exit(p) {
         return cable_slot(p).cut("cable slot", [bottom, layout.relief_z_mm]);
     }
-    let slit = Slit::new(p, layout);
+    let slit = CableSlit::new(p, layout);
     let half = slit.width_mm / 2.0;
     let beyond = layout.shell_radius_mm + 1.0;
     let tool = Solid::cuboid_between([0.0, -half, slit.tongue_z], [beyond, half, top]);
-    holes([tool.placed(way(p)).named("cable slit")])
+    holes([tool.placed(exit_rotation(p)).named("cable slit")])
 }
 
 /// Angles of the slots by which a screwdriver pulls the base out. For an exit at the side they lie a third of the
 /// screws' ring to either side of it: between a screw and a mounting hole, as the exit does.
 pub fn pry_turns(p: &Dome) -> Vec<Angle> {
-    if !leads_aside(p) {
+    if !is_side_exit(p) {
         return vec![turn(0, 2, 0.5), turn(1, 2, 0.5)];
     }
     let count = p.shell.screws;
@@ -387,11 +387,11 @@ pub fn pry_turns(p: &Dome) -> Vec<Angle> {
 }
 
 /// Returns the tongue on the base that closes the shell's notch below the cable. It also aligns base and shell.
-pub fn tongue(p: &Dome, layout: &Layout) -> Option<Solid> {
-    if !leads_aside(p) {
+pub fn tongue(p: &Dome, layout: &DomeLayout) -> Option<Solid> {
+    if !is_side_exit(p) {
         return None;
     }
-    let slit = Slit::new(p, layout);
+    let slit = CableSlit::new(p, layout);
     let half = slit.width_mm / 2.0 - p.making.gap_mm(BASE, Process::Fdm, Fit::Slide);
     // The tongue's corners must not stand out of the shell.
     let reach = half_chord(layout.shell_radius_mm - APART_MM, half);
@@ -400,30 +400,30 @@ pub fn tongue(p: &Dome, layout: &Layout) -> Option<Solid> {
         [inside, -half, layout.bottom_z_mm + TONGUE_LIFT_MM],
         [reach, half, slit.tongue_z + INTO_MM],
     );
-    Some(tongue.placed(way(p)).named("tongue"))
+    Some(tongue.placed(exit_rotation(p)).named("tongue"))
 }
 
 /// Returns the notch in the shell's rim that slides over cable and wires.
-pub fn shell_notch(p: &Dome, layout: &Layout) -> Option<Solid> {
-    if !leads_aside(p) {
+pub fn shell_notch(p: &Dome, layout: &DomeLayout) -> Option<Solid> {
+    if !is_side_exit(p) {
         return None;
     }
-    let slit = Slit::new(p, layout);
+    let slit = CableSlit::new(p, layout);
     let half = slit.width_mm / 2.0;
     let from = half_chord(layout.shell_bore_radius_mm, half) - 1.0;
     let tool = Solid::cuboid_between(
         [from, -half, layout.bottom_z_mm - CUT_OVERLAP_MM],
         [layout.shell_radius_mm + 1.0, half, slit.top_z],
     );
-    Some(tool.placed(way(p)).named("cable notch"))
+    Some(tool.placed(exit_rotation(p)).named("cable notch"))
 }
 
 /// Path of the camera's cable, from its connector to the plug on its free end. The exit direction is +x.
-pub fn camera_cable(p: &Dome, layout: &Layout) -> Cable {
-    let z = Slit::new(p, layout).cable_z;
+pub fn camera_cable(p: &Dome, layout: &DomeLayout) -> Cable {
+    let z = CableSlit::new(p, layout).cable_z;
     let [x, y] = relief_edges_mm(p).map(|edge| edge / 2.0 - 1.0);
     // The connector is half as deep as it is wide. The path starts at the face that the exit direction meets.
-    let out = way(p).vector(Vector3::x());
+    let out = exit_rotation(p).vector(Vector3::x());
     let face = (x / out.x.abs().max(1e-9)).min(y / 2.0 / out.y.abs().max(1e-9));
     let end = layout.shell_radius_mm + CABLE_OUT_MM;
     let corners = vec![Point3::new(face + APART_MM, 0.0, z), Point3::new(end, 0.0, z)];
@@ -431,9 +431,9 @@ pub fn camera_cable(p: &Dome, layout: &Layout) -> Cable {
 }
 
 /// Path of a wire from the LED board: down beside the camera board, then out above the cable.
-pub fn led_wire(p: &Dome, layout: &Layout) -> Cable {
-    let slit = Slit::new(p, layout);
-    let [x, _] = first_hole(p);
+pub fn led_wire(p: &Dome, layout: &DomeLayout) -> Cable {
+    let slit = CableSlit::new(p, layout);
+    let [x, _] = first_wire_hole(p);
     let corners = vec![
         Point3::new(x, 0.0, layout.base_top_z_mm),
         Point3::new(x, 0.0, slit.wire_z),
@@ -443,30 +443,30 @@ pub fn led_wire(p: &Dome, layout: &Layout) -> Cable {
 }
 
 /// Cable exit that a plate below the sensor must leave free.
-pub fn exit(p: &Dome, layout: &Layout) -> Exit {
-    if leads_aside(p) {
-        let slit = Slit::new(p, layout);
+pub fn cable_exit(p: &Dome, layout: &DomeLayout) -> CableOutlet {
+    if is_side_exit(p) {
+        let slit = CableSlit::new(p, layout);
         let above_mm = slit.cable_z - p.cables.diameter.mm() / 2.0 - layout.bottom_z_mm;
-        return Exit::Aside { angle: p.base.exit_angle, width_mm: slit.width_mm, above_mm };
+        return CableOutlet::Sideways { angle: p.base.exit_angle, width_mm: slit.width_mm, above_mm };
     }
     let slot = cable_slot(p);
     let mut half_mm = [slot.width.mm() / 2.0; 2];
     half_mm[slot.along] = slot.length.mm() / 2.0;
-    Exit::Below { at: slot.at, half_mm, turn: slot.turn }
+    CableOutlet::Below { at: slot.at, half_mm, turn: slot.turn }
 }
 
 /// Returns the cable and the wires as they lie in the sensor; empty if they leave through the floor.
-pub fn cables(p: &Dome, layout: &Layout) -> Vec<Body> {
-    if !leads_aside(p) {
+pub fn cables(p: &Dome, layout: &DomeLayout) -> Vec<Body> {
+    if !is_side_exit(p) {
         return Vec::new();
     }
     let cable = camera_cable(p, layout);
     let plug = [p.cables.plug_height, p.cables.plug_width, p.cables.plug_length].map(|l| l.mm());
-    let cord = cable.solid().plus(cable.plug(Vector3::z(), plug)).placed(way(p));
+    let cord = cable.solid().plus(cable.plug(Vector3::z(), plug)).placed(exit_rotation(p));
     let wire = led_wire(p, layout);
-    let [_, beside] = first_hole(p);
+    let [_, beside] = first_wire_hole(p);
     let places = [beside, -beside]
-        .map(|y| SENSOR.at(way(p).then_in(Pose::translation(0.0, y, 0.0))).lifted(-36.0));
+        .map(|y| SENSOR.at(exit_rotation(p).then_in(Pose::translation(0.0, y, 0.0))).lifted(-36.0));
     vec![
         CAMERA_CABLE
             .bought(
@@ -479,17 +479,17 @@ pub fn cables(p: &Dome, layout: &Layout) -> Vec<Body> {
                 cord,
                 [in_sensor().lifted(-46.0)],
             )
-            .ordered(Order::of("USB cable of the camera", "with the camera's own plug"))
+            .with_order(Order::new("USB cable of the camera", "with the camera's own plug"))
             .colored(RUBBER)
-            .giving(GIVES_MM),
+            .with_assembly_compliance(GIVE_WAY_MM),
         LED_WIRE
             .bought(
                 format!("stranded wire, {} mm thick over all", p.cables.wire_diameter.mm()),
                 wire.solid(),
                 places,
             )
-            .ordered(wire_order(p.cables.wire_diameter))
+            .with_order(wire_order(p.cables.wire_diameter))
             .colored([190, 60, 50])
-            .giving(GIVES_MM),
+            .with_assembly_compliance(GIVE_WAY_MM),
     ]
 }

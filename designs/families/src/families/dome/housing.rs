@@ -6,13 +6,13 @@ use fabkit_geometry::{
 
 use super::parameters::*;
 use super::{
-    BAFFLE_FLANGE_MM, Joints, Layout, dome, dome_shell, dome_tool, electronics, led_poses,
+    BAFFLE_FLANGE_MM, Joints, DomeLayout, dome, dome_shell, dome_tool, electronics, led_poses,
     relief_edges_mm,
 };
-use crate::assembling::{AssemblyName, flipped, in_sensor};
-use crate::blocks::{BLACK, INTO_MM, MASK_GREEN, edge, holes, marks, turn};
+use crate::chain_builder::{AssemblyName, flipped, in_sensor};
+use crate::blocks::{BLACK, INTO_MM, MASK_GREEN, edge, holes, listed_markers, turn};
 use crate::fits::Fit;
-use crate::materials::glazing;
+use crate::materials::window_transparency;
 
 // ------ Housing ------
 //
@@ -25,7 +25,7 @@ const FROST: Color = [225, 236, 240];
 const PRY_SLOT_MM: [f64; 3] = [1.2, 6.0, 1.5];
 
 /// Returns the shell: the tube that carries the gel and takes all other parts from below.
-pub fn shell(p: &Dome, layout: &Layout) -> Body {
+pub fn shell(p: &Dome, layout: &DomeLayout) -> Body {
     let wall = tube(p, layout);
     let wall =
         wall.minus_all(groove_tool(p, layout)).minus_all(electronics::shell_notch(p, layout));
@@ -34,20 +34,20 @@ pub fn shell(p: &Dome, layout: &Layout) -> Body {
     let gap = p.making.gap_mm(SHELL, Process::Fdm, Fit::Snug);
     SHELL
         .made(Process::Fdm, Solid::union(std::iter::once(wall).chain(ribs)))
-        .from(&p.shell.material)
+        .with_material(&p.shell.material)
         .placed([in_sensor(), JOINING.in_place().lifted(-45.0)])
         .colored(BLACK)
-        .lying(flipped())
+        .with_bed_orientation(flipped())
         .note("0.12 mm layers, no supports: the ribs overhang less than 1 mm")
         .in_layers(0.12)
         .with_supports(false)
         .note("bore the screw holes with a 2.4 mm drill if the printer closes them")
         .with_handles(1)
-        .cut(Joints::new(p, layout).shell_base.passed(through, gap))
+        .cut(Joints::new(p, layout).shell_base.clearance_cut(through, gap))
 }
 
 /// Returns the shell's tube without ribs, with the rounded upper edge and the shoulder if there are any.
-fn tube(p: &Dome, layout: &Layout) -> Solid {
+fn tube(p: &Dome, layout: &DomeLayout) -> Solid {
     let (radius, bore) = (layout.shell_radius_mm, layout.shell_bore_radius_mm);
     let (height, bottom) = (layout.shell_height(), layout.bottom_z_mm);
     let (fillet, shoulder) = (p.shell.edge_fillet.mm(), p.shell.shoulder.mm());
@@ -71,7 +71,7 @@ fn tube(p: &Dome, layout: &Layout) -> Solid {
 }
 
 /// Returns the plug that carries the camera and closes the shell.
-pub fn base(p: &Dome, layout: &Layout) -> Body {
+pub fn base(p: &Dome, layout: &DomeLayout) -> Body {
     let chamfer = 0.6;
     let (r, top, bottom) = (layout.base_radius_mm, layout.base_top_z_mm, layout.bottom_z_mm);
     let plug = Solid::revolution(Path::polygon(&[
@@ -106,7 +106,7 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
     });
 
     BASE.made(Process::Fdm, plug.minus(pocket.named("camera pocket")).minus(relief.named("relief")))
-        .from(&p.shell.material)
+        .with_material(&p.shell.material)
         .placed([in_sensor().lifted(-66.0)])
         .colored(BLACK)
         .note("melt the M2 nuts in flush with the side before anything else")
@@ -114,15 +114,15 @@ pub fn base(p: &Dome, layout: &Layout) -> Body {
             CableExit::Floor => "lead the cable through the slot, then screw the camera down",
             CableExit::Side => "lay the cable into the slit from above, then screw the camera down",
         })
-        .cut(electronics::way_out(p, layout))
-        .cut(joints.camera.held_through().unmarked())
-        .cut(joints.shell_base.held())
-        .cut(joints.mounting.held())
+        .cut(electronics::cable_cut(p, layout))
+        .cut(joints.camera.thread_cut_through().without_landmarks())
+        .cut(joints.shell_base.thread_cut())
+        .cut(joints.mounting.thread_cut())
         .cut(holes(pry_slots))
 }
 
 /// Returns the frosted ring.
-pub fn diffuser(p: &Dome, layout: &Layout) -> Body {
+pub fn diffuser(p: &Dome, layout: &DomeLayout) -> Body {
     let (bore, notch) = (p.diffuser.bore_radius.mm(), p.diffuser.notch_radius.mm());
     let half = p.diffuser.notch_width.mm() / 2.0;
     let profile = Profile::new(Path::circle([0.0, 0.0], layout.diffuser_radius_mm))
@@ -132,8 +132,8 @@ pub fn diffuser(p: &Dome, layout: &Layout) -> Body {
             Process::Laser,
             Solid::extrusion(profile, p.diffuser.thickness.mm()).at_z(layout.diffuser_bottom_z_mm),
         )
-        .from(&p.diffuser.material)
-        .in_light(glazing(&p.diffuser.material))
+        .with_material(&p.diffuser.material)
+        .with_clarity(window_transparency(&p.diffuser.material))
         .placed([in_sensor().lifted(12.0), JOINING.in_place().lifted(-38.0)])
         .colored(FROST)
         .note("cut from a sheet frosted on both sides")
@@ -162,7 +162,7 @@ pub(super) fn notched_circle(radius: f64, notch: f64, half: f64, count: u32) -> 
 }
 
 /// Returns the LED board without its parts.
-pub fn led_board(p: &Dome, layout: &Layout) -> Body {
+pub fn led_board(p: &Dome, layout: &DomeLayout) -> Body {
     let profile = Profile::new(Path::circle([0.0, 0.0], layout.board_radius_mm))
         .with_hole(Path::circle([0.0, 0.0], p.led_board.bore_radius.mm()));
     let wires = electronics::wire_hole_centres(p)
@@ -173,9 +173,9 @@ pub fn led_board(p: &Dome, layout: &Layout) -> Body {
             Process::Pcb,
             Solid::extrusion(profile, p.led_board.thickness.mm()).at_z(layout.base_top_z_mm),
         )
-        .from(&p.led_board.material)
+        .with_material(&p.led_board.material)
         .placed([in_sensor().lifted(-26.0)])
-        .marked(marks("led", &led_poses(p, layout)))
+        .with_landmarks(landmarks_at("led", &led_poses(p, layout)))
         .colored(MASK_GREEN)
         .note("press it in from below until it meets the ribs, LEDs between the ribs")
         .note("one 470 ohm resistor for each LED")
@@ -183,7 +183,7 @@ pub fn led_board(p: &Dome, layout: &Layout) -> Body {
 }
 
 /// Returns the black tube in the LED board's bore, or `None` if its wall is 0.
-pub fn baffle(p: &Dome, layout: &Layout) -> Option<Body> {
+pub fn baffle(p: &Dome, layout: &DomeLayout) -> Option<Body> {
     if p.baffle.wall.mm() == 0.0 {
         return None;
     }
@@ -204,10 +204,10 @@ pub fn baffle(p: &Dome, layout: &Layout) -> Option<Body> {
     Some(
         BAFFLE
             .made(Process::Fdm, solid)
-            .from(&p.shell.material)
+            .with_material(&p.shell.material)
             .placed([in_sensor().lifted(-15.0)])
             .colored(BLACK)
-            .lying(flipped())
+            .with_bed_orientation(flipped())
             .note("press it into the LED board's bore from above, before the board goes into the shell")
             .with_handles(1),
     )
@@ -242,17 +242,17 @@ const RIB_STEP_MM: f64 = 0.3;
 pub const LEDGE_MM: f64 = 0.4;
 
 /// Returns whether the sensor has a locking gel.
-pub fn is_locked(p: &Dome) -> bool {
+pub fn has_locking_gel(p: &Dome) -> bool {
     p.filling_gel.lock_depth.mm() > 0.0
 }
 
 /// Minimum depth of the locking gel that covers the groove, mm.
-pub fn groove_room_mm(p: &Dome) -> f64 {
+pub fn min_groove_gel_mm(p: &Dome) -> f64 {
     2.0 * GROOVE_EDGE_MM + GROOVE_MM + p.shell.lock_groove.mm()
 }
 
 /// Returns the groove's outline from the diffuser downwards as (radius, height), mm; empty if there is no groove.
-fn groove(p: &Dome, layout: &Layout) -> Vec<[f64; 2]> {
+fn groove(p: &Dome, layout: &DomeLayout) -> Vec<[f64; 2]> {
     let depth = p.shell.lock_groove.mm();
     if depth == 0.0 {
         return Vec::new();
@@ -265,7 +265,7 @@ fn groove(p: &Dome, layout: &Layout) -> Vec<[f64; 2]> {
 }
 
 /// Returns the solid that cuts the groove into the shell's bore.
-pub fn groove_tool(p: &Dome, layout: &Layout) -> Option<Solid> {
+pub fn groove_tool(p: &Dome, layout: &DomeLayout) -> Option<Solid> {
     let outline = groove(p, layout);
     let (first, last) = (outline.first()?, outline.last()?);
     // The tool starts inside the bore, so that no faces coincide.
@@ -275,7 +275,7 @@ pub fn groove_tool(p: &Dome, layout: &Layout) -> Option<Solid> {
 }
 
 /// Returns the ribs between diffuser and LED board, extended by `up_mm` at the diffuser.
-pub fn ribs(p: &Dome, layout: &Layout, up_mm: f64) -> Vec<Solid> {
+pub fn ribs(p: &Dome, layout: &DomeLayout, up_mm: f64) -> Vec<Solid> {
     // A rib is a sector of a ring, so its width becomes an angle at the bore.
     let half_width = (p.shell.rib_width.mm() / 2.0 / layout.shell_bore_radius_mm).asin();
     let half_width = Angle::from_rad(half_width).expect("ribs are narrower than the shell");
@@ -288,7 +288,7 @@ pub fn ribs(p: &Dome, layout: &Layout, up_mm: f64) -> Vec<Solid> {
     };
     let root = layout.shell_bore_radius_mm + p.shell.lock_groove.mm() + RIB_ROOT_MM;
     let top = layout.diffuser_bottom_z_mm + up_mm;
-    let rib = if is_locked(p) {
+    let rib = if has_locking_gel(p) {
         let ledge = layout.diffuser_radius_mm - layout.rib_radius_mm;
         let bears = layout.rib_radius_mm + LEDGE_MM.max(ledge - LEDGE_MM / 2.0);
         let step = layout.diffuser_bottom_z_mm - RIB_STEP_MM;
@@ -302,8 +302,8 @@ pub fn ribs(p: &Dome, layout: &Layout, up_mm: f64) -> Vec<Solid> {
 }
 
 /// Returns the gel below the diffuser, in the diffuser's bore and notches, and around its edge.
-pub fn locking_gel(p: &Dome, layout: &Layout) -> Option<Body> {
-    if !is_locked(p) {
+pub fn locking_gel(p: &Dome, layout: &DomeLayout) -> Option<Body> {
+    if !has_locking_gel(p) {
         return None;
     }
     let (face, under) = (layout.gel_face_z_mm, layout.diffuser_bottom_z_mm);
@@ -335,7 +335,7 @@ pub fn locking_gel(p: &Dome, layout: &Layout) -> Option<Body> {
     Some(
         LOCKING_GEL
             .cast(solid)
-            .from(&p.filling_gel.material)
+            .with_material(&p.filling_gel.material)
             .placed([in_sensor().lifted(8.0), JOINING.in_place().lifted(-52.0)])
             .colored([214, 226, 236])
             .opaque(0.35)
@@ -349,7 +349,7 @@ pub fn locking_gel(p: &Dome, layout: &Layout) -> Option<Body> {
 // Layers of the contact module, from the inside out.
 
 /// Returns all layers, innermost first. The coat's outside is the touched surface.
-pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
+pub fn layers(p: &Dome, layout: &DomeLayout, touch: &DomeSurface) -> Vec<Body> {
     let wall = layout.wall_height_mm;
     // In every tool the layers stay together; only the sensor's exploded view takes them apart. A dome and a bowl
     // have no handles.
@@ -362,7 +362,7 @@ pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
     let dipped: &[AssemblyName] = if is_dipped { &[COATING] } else { &[] };
     vec![
         placed(
-            FILLING_GEL.cast(dome(layout.tube_bore_radius_mm, wall)).from(&p.filling_gel.material),
+            FILLING_GEL.cast(dome(layout.tube_bore_radius_mm, wall)).with_material(&p.filling_gel.material),
             [214, 226, 236],
             0.35,
             26.0,
@@ -371,7 +371,7 @@ pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
         placed(
             TRANSPARENT_GEL
                 .cast(dome_shell(layout.tube_radius_mm, layout.transparent_radius_mm, wall))
-                .from(&p.transparent_gel.material),
+                .with_material(&p.transparent_gel.material),
             [150, 200, 235],
             0.35,
             88.0,
@@ -380,7 +380,7 @@ pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
         placed(
             TRANSLUCENT_GEL
                 .cast(dome_shell(layout.transparent_radius_mm, layout.translucent_radius_mm, wall))
-                .from(&p.translucent_gel.material),
+                .with_material(&p.translucent_gel.material),
             [240, 236, 225],
             0.6,
             121.0,
@@ -393,7 +393,7 @@ pub fn layers(p: &Dome, layout: &Layout, touch: &DomeSurface) -> Vec<Body> {
                         .solid(0.0, touch.foot_z_mm)
                         .minus(dome_tool(layout.translucent_radius_mm, wall)),
                 )
-                .from(&p.coat.material),
+                .with_material(&p.coat.material),
             [62, 64, 70],
             1.0,
             154.0,

@@ -11,20 +11,20 @@ mod molds;
 mod parameters;
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, DomeSurface, Grip, Path, Point3, Pose, PressFit, Process, Sensor, Solid,
+    Body, CUT_OVERLAP_MM, DomeSurface, FixtureGrip, Path, Point3, Pose, PressFit, Process, Sensor, Solid,
     Vector3,
 };
 
-use crate::assembling::{shrinkage, sight};
+use crate::chain_builder::{shrinkage, visible_layers};
 use crate::blocks::adapter::MountFace;
-use crate::blocks::cable_way::FloorSlot;
-use crate::blocks::lighting::thickness;
+use crate::blocks::cable_openings::FloorSlot;
+use crate::blocks::lighting::thickness_lighting;
 use crate::blocks::mounting::{MountHold, MountRing, Mounting};
-use crate::blocks::{self, DOWEL, Joint, Rect, corners, led_ring, mm, press_fit, ring, sphere};
+use crate::blocks::{self, DOWEL, ScrewJoint, Rect, corners, led_ring, mm, press_fit, ring, sphere};
 use crate::fits::Fit;
 use crate::hardware::{HeatSetNut, Screw};
-use crate::parameters::Report;
-use crate::{Built, Family, Header, layout};
+use crate::parameters::RuleReport;
+use crate::{FamilyOutput, Family, Header, layout};
 use molds::{Cavity, FormTools, cup};
 use parameters::*;
 
@@ -39,29 +39,29 @@ impl Family for DomeFamily {
     const DEFAULTS: &'static [(&'static str, &'static str)] =
         &[("dome.yaml (defaults)", include_str!("defaults.yaml"))];
 
-    fn check(parameters: &Dome, report: &mut Report) {
+    fn check(parameters: &Dome, report: &mut RuleReport) {
         constraints::check(parameters, report);
     }
 
-    fn build(parameters: &Dome, header: &Header, _report: &mut Report) -> Option<Built> {
-        let layout = Layout::new(parameters);
+    fn build(parameters: &Dome, header: &Header, _report: &mut RuleReport) -> Option<FamilyOutput> {
+        let layout = DomeLayout::new(parameters);
         let face = MountFace {
             holder: BASE,
             mounting: Joints::new(parameters, &layout).mounting,
-            borrowed_mm: None,
+            replaced_screw_mm: None,
             bottom_z_mm: layout.bottom_z_mm,
             outline: Rect::round(layout.shell_radius_mm),
-            exits: vec![electronics::exit(parameters, &layout)],
+            exits: vec![electronics::cable_exit(parameters, &layout)],
             heads: Vec::new(),
         };
-        let sensor = sensor(parameters, header);
-        Some(Built { sensor, derived: derived(parameters), face: Some(face) })
+        let sensor = build_sensor(parameters, header);
+        Some(FamilyOutput { sensor, derived: derived_dimensions(parameters), face: Some(face) })
     }
 }
 
 /// Builds the sensor: all bodies, circuits, press fits, casting steps and the camera.
-fn sensor(p: &Dome, header: &Header) -> Sensor {
-    let layout = Layout::new(p);
+fn build_sensor(p: &Dome, header: &Header) -> Sensor {
+    let layout = DomeLayout::new(p);
     let [transparent, translucent] = cavities(p, &layout);
     let housing = [housing::shell, housing::base, housing::diffuser, housing::led_board]
         .map(|make| make(p, &layout));
@@ -88,7 +88,7 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
         .chain([molds::tube_jig(p, &layout)])
         .chain(dipping.into_iter().flatten())
         .collect();
-    let touch = touch(p, &layout);
+    let touch = touch_surface(p, &layout);
     let mut layers = housing::layers(p, &layout, &touch);
     layers.splice(1..1, housing::locking_gel(p, &layout));
     if is_silicone {
@@ -102,9 +102,9 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
         circuits: vec![electronics::circuit(p, &layout)],
         press_fits: press_fits(p, &Joints::new(p, &layout)),
         touch: Some(touch.into()),
-        lightings: vec![thickness([parameters::TRANSLUCENT_GEL])],
+        lightings: vec![thickness_lighting([parameters::TRANSLUCENT_GEL])],
         jpeg_quality: u8::try_from(p.camera.jpeg_quality).ok().filter(|quality| *quality > 0),
-        sight: sight(
+        visible_bodies: visible_layers(
             &[(parameters::TRANSLUCENT_GEL, &p.translucent_gel.material)],
             parameters::BLACK_COAT,
         ),
@@ -113,7 +113,7 @@ fn sensor(p: &Dome, header: &Header) -> Sensor {
 }
 
 /// Returns the touched surface, and the part of the shell that fixtures grip. The shell stands on its lower rim.
-fn touch(p: &Dome, layout: &Layout) -> DomeSurface {
+fn touch_surface(p: &Dome, layout: &DomeLayout) -> DomeSurface {
     let radius_mm = layout.surface_radius_mm;
     DomeSurface {
         dome: sphere(radius_mm),
@@ -121,20 +121,20 @@ fn touch(p: &Dome, layout: &Layout) -> DomeSurface {
         foot_z_mm: 0.0,
         // The layers below the translucent gel are stiffer by an order of magnitude, and their brightness does not
         // change when they are pressed.
-        soft_mm: p.translucent_gel.thickness.mm(),
-        grip: Grip {
+        max_indentation_mm: p.translucent_gel.thickness.mm(),
+        grip: FixtureGrip {
             outline: Path::circle([0.0, 0.0], layout.shell_radius_mm),
             top_z_mm: 0.0,
             bottom_z_mm: layout.bottom_z_mm,
             clear_radius_mm: layout.shell_bore_radius_mm,
             key: None,
-            threads: Joints::new(p, layout).mounting.held().landmarks,
+            threads: Joints::new(p, layout).mounting.thread_cut().landmarks,
         },
     }
 }
 
 /// Returns the mold cavities of the two cast layers: the transparent gel, then the translucent gel.
-fn cavities(p: &Dome, layout: &Layout) -> [Cavity; 2] {
+fn cavities(p: &Dome, layout: &DomeLayout) -> [Cavity; 2] {
     // A dipped coat is applied after demolding, so the mold is smaller by its thickness.
     let outer = match p.coat.method {
         CoatMethod::Spray => layout.surface_radius_mm,
@@ -143,7 +143,7 @@ fn cavities(p: &Dome, layout: &Layout) -> [Cavity; 2] {
     let route = p.molds.route;
     [
         Cavity {
-            what: "transparent",
+            layer_name: "transparent",
             route,
             halves: [INNER_A, INNER_B],
             lid: INNER_LID,
@@ -159,7 +159,7 @@ fn cavities(p: &Dome, layout: &Layout) -> [Cavity; 2] {
             core_radius: layout.tube_radius_mm,
         },
         Cavity {
-            what: "translucent",
+            layer_name: "translucent",
             route,
             halves: [OUTER_A, OUTER_B],
             lid: OUTER_LID,
@@ -189,7 +189,7 @@ fn press_fits(p: &Dome, joints: &Joints) -> Vec<PressFit> {
         joints.shell_base.press_fit(BASE),
         // If both joints use the same kind of nut, one press fit covers both.
         joints
-            .inserts()
+            .insert_joint()
             .filter(|mounting| mounting.nut_name() != joints.shell_base.nut_name())
             .and_then(|mounting| mounting.press_fit(BASE)),
     ];
@@ -207,7 +207,7 @@ fn press_fits(p: &Dome, joints: &Joints) -> Vec<PressFit> {
     }
     if p.coat.method == CoatMethod::Dip {
         let coat = p.coat.thickness.mm();
-        let walls = cavities(p, &Layout::new(p))[1].walls();
+        let walls = cavities(p, &DomeLayout::new(p))[1].mold_walls();
         fits.extend(walls.into_iter().map(|wall| {
             press_fit(BLACK_COAT, wall, coat, "the coat is squeezed where the mold only centres")
         }));
@@ -216,8 +216,8 @@ fn press_fits(p: &Dome, joints: &Joints) -> Vec<PressFit> {
 }
 
 /// Lists the derived dimensions that `fabkit show` prints.
-fn derived(p: &Dome) -> Vec<(String, String)> {
-    let layout = Layout::new(p);
+fn derived_dimensions(p: &Dome) -> Vec<(String, String)> {
+    let layout = DomeLayout::new(p);
     vec![
         mm("apex above the foot", layout.apex_z()),
         mm("total height", layout.total_height()),
@@ -242,7 +242,7 @@ layout! {
     /// The sensor is a stack without play from the tip down. The gel layers and the tube stand on the diffuser at
     /// z = 0. Ribs in the shell keep the diffuser and the LED board apart. The base pushes the board against the ribs
     /// and ends flush with the shell.
-    pub struct Layout from p: &Dome {
+    pub struct DomeLayout from p: &Dome {
         /// Height of the straight wall, which is the height of the centres of all domes.
         wall_height_mm = p.surface.wall_height.mm();
         /// Outer radius of the coat, which is the sensing surface.
@@ -301,7 +301,7 @@ layout! {
 /// Least clearance between the LED board and a lens holder that ends below it, mm.
 const HOLDER_BELOW_MM: f64 = 0.5;
 
-impl Layout {
+impl DomeLayout {
     /// Returns whether the camera's lens holder ends below the LED board, so that only the barrel passes through it.
     pub fn is_holder_below(&self, p: &Dome) -> bool {
         let barrel_mm = p.camera.board.lens_height.mm() - p.camera.board.holder_height.mm();
@@ -310,7 +310,7 @@ impl Layout {
 
     /// Largest distance from the axis, mm, of the lens parts that pass through the LED board: the barrel, and the
     /// corners of its holder if the holder reaches that high.
-    pub fn passing_mm(&self, p: &Dome) -> f64 {
+    pub fn passing_radius_mm(&self, p: &Dome) -> f64 {
         let barrel = p.camera.board.barrel_diameter.mm() / 2.0;
         match self.is_holder_below(p) {
             true => barrel,
@@ -338,7 +338,7 @@ impl Layout {
 pub const BAFFLE_FLANGE_MM: f64 = 0.35;
 
 /// Poses of the LEDs on their board: z axis up, x axis outwards.
-pub fn led_poses(p: &Dome, layout: &Layout) -> Vec<Pose> {
+pub fn led_poses(p: &Dome, layout: &DomeLayout) -> Vec<Pose> {
     // Ribs start at angle 0. LEDs are offset by half a step, so that no rib shades one.
     led_ring!(p.leds).poses(layout.board_top_z_mm, 0.5)
 }
@@ -372,18 +372,18 @@ const MOUNT_FLOOR_MM: f64 = 1.0;
 /// All screw joints, in the sensor frame.
 pub struct Joints {
     /// Screws through the shell, pointing at the axis, into nuts in the base.
-    pub shell_base: Joint,
+    pub shell_base: ScrewJoint,
     /// Screws through the corners of the camera board into the base.
-    pub camera: Joint,
+    pub camera: ScrewJoint,
     /// Holes in the base's bottom for mounting the sensor. The user provides the screws.
-    pub mounting: Joint,
+    pub mounting: ScrewJoint,
     /// Screws through the bridge into the cup of the silicone form.
-    pub form: Joint,
+    pub form: ScrewJoint,
 }
 
 impl Joints {
     /// Places the joints. The result is meaningful only for parameters that satisfy the family's constraints.
-    pub fn new(p: &Dome, layout: &Layout) -> Self {
+    pub fn new(p: &Dome, layout: &DomeLayout) -> Self {
         Self {
             shell_base: shell_base(p, layout),
             camera: camera(p, layout),
@@ -393,12 +393,12 @@ impl Joints {
     }
 
     /// Returns the mounting joint if its holes hold heat-set nuts.
-    pub fn inserts(&self) -> Option<&Joint> {
+    pub fn insert_joint(&self) -> Option<&ScrewJoint> {
         self.mounting.nut_name().map(|_| &self.mounting)
     }
 }
 
-fn shell_base(p: &Dome, layout: &Layout) -> Joint {
+fn shell_base(p: &Dome, layout: &DomeLayout) -> ScrewJoint {
     let (screw, nut) = (Screw::M2X4, HeatSetNut::M2);
     // The nuts sit below the camera pocket: beside the pocket the wall is too thin for them.
     let z = layout.bottom_z_mm + NUT_FLOOR_MM + nut.diameter_mm / 2.0;
@@ -409,20 +409,20 @@ fn shell_base(p: &Dome, layout: &Layout) -> Joint {
     };
     let heads = flush(layout.shell_radius_mm, screw.head_diameter_mm());
     let nuts = flush(layout.base_radius_mm, nut.diameter_mm);
-    Joint::heat_set("screw", screw, heads, (nut, nuts, NUT_SPARE_MM))
+    ScrewJoint::heat_set("screw", screw, heads, (nut, nuts, NUT_SPARE_MM))
 }
 
-fn camera(p: &Dome, layout: &Layout) -> Joint {
+fn camera(p: &Dome, layout: &DomeLayout) -> ScrewJoint {
     let half =
         [p.camera.board.screw_spacing, p.camera.board.screw_spacing_y].map(|mm| mm.mm() / 2.0);
     let poses = corners(half).map(|[x, y]| Pose::translation(x, y, layout.camera_board_top_z_mm));
     // Drilled through the whole base, so that a broken screw can be pushed out.
     let depth = layout.camera_board_top_z_mm - layout.bottom_z_mm + CUT_OVERLAP_MM;
-    Joint::self_tapping("camera screw", Screw::M1_6X5, poses.to_vec(), depth)
+    ScrewJoint::self_tapping("camera screw", Screw::M1_6X5, poses.to_vec(), depth)
 }
 
 /// Defines the holes that the sensor is mounted by.
-pub(super) fn mounting<'a>(p: &'a Dome, layout: &Layout) -> Mounting<'a> {
+pub(super) fn mounting<'a>(p: &'a Dome, layout: &DomeLayout) -> Mounting<'a> {
     Mounting {
         mount: &p.mount,
         // Offset by half a step from the nuts.

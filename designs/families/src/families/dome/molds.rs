@@ -5,8 +5,8 @@ use fabkit_geometry::{
 };
 
 use super::parameters::*;
-use super::{Layout, dome_tool};
-use crate::assembling::{AssemblyName, Name, flipped};
+use super::{DomeLayout, dome_tool};
+use crate::chain_builder::{AssemblyName, Name, flipped};
 use crate::blocks::cup_and_bridge::{CupAndBridge, bowl};
 use crate::blocks::mold::{self as molds, Half};
 use crate::blocks::{
@@ -39,7 +39,7 @@ pub struct FormTools {
 /// Mold cavity of one cast layer.
 pub struct Cavity {
     /// Name of the layer, as used in names of steps.
-    pub what: &'static str,
+    pub layer_name: &'static str,
     /// Kind of mold.
     pub route: MoldRoute,
     /// Tools that cast the layer's silicone mold.
@@ -60,7 +60,7 @@ pub struct Cavity {
 
 impl Cavity {
     /// Names of the bodies that shape the layer's outside.
-    pub fn walls(&self) -> Vec<Name> {
+    pub fn mold_walls(&self) -> Vec<Name> {
         match self.route {
             MoldRoute::Silicone => vec![self.form.mold],
             MoldRoute::Printed => self.halves.to_vec(),
@@ -69,24 +69,24 @@ impl Cavity {
 }
 
 /// Returns the two mold halves: `a` holds the dowels, `b` slides onto them.
-pub fn halves(p: &Dome, layout: &Layout, cavity: &Cavity) -> [Body; 2] {
+pub fn halves(p: &Dome, layout: &DomeLayout, cavity: &Cavity) -> [Body; 2] {
     let [a, b] = cavity.halves;
     [half(p, layout, cavity, a, Half::A), half(p, layout, cavity, b, Half::B)]
 }
 
-fn half(p: &Dome, layout: &Layout, cavity: &Cavity, name: Name, which: Half) -> Body {
+fn half(p: &Dome, layout: &DomeLayout, cavity: &Cavity, name: Name, which: Half) -> Body {
     let outwards = which.outwards();
     name.made(
         Process::Fdm,
         molds::half(&p.mold, &p.making, name, which)
             .minus(dome_tool(cavity.radius, layout.wall_height_mm).named("cavity")),
     )
-    .from(&p.mold.material)
+    .with_material(&p.mold.material)
     .placed(
-        used_in(cavity).into_iter().map(|p| p.moved_apart(Vector3::new(outwards * 30.0, 0.0, 0.0))),
+        mold_placements(cavity).into_iter().map(|p| p.moved_apart(Vector3::new(outwards * 30.0, 0.0, 0.0))),
     )
     .colored(MOLD_BLUE)
-    .lying(Pose::rotation_y(Angle::from_deg(90.0 * outwards).expect("finite")))
+    .with_bed_orientation(Pose::rotation_y(Angle::from_deg(90.0 * outwards).expect("finite")))
     .note("parting face up, 0.12 mm layers; sand and seal the cavity")
     .in_layers(0.12)
     .note(match which {
@@ -97,7 +97,7 @@ fn half(p: &Dome, layout: &Layout, cavity: &Cavity, name: Name, which: Half) -> 
 }
 
 /// Returns the assemblies that use the mold. The module stays in the outer mold while the shell is joined to it.
-pub(super) fn used_in(cavity: &Cavity) -> Vec<Placement> {
+pub(super) fn mold_placements(cavity: &Cavity) -> Vec<Placement> {
     let joining = (cavity.assembly == TRANSLUCENT_MOLD).then_some(JOINING);
     std::iter::once(cavity.assembly).chain(joining).map(AssemblyName::in_place).collect()
 }
@@ -109,7 +109,7 @@ pub fn vents(p: &Dome, cavity: &Cavity) -> VentedLid {
 }
 
 /// Returns the lid. It centres the connector, and with it the tube, and lets air and surplus gel out.
-pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
+pub fn lid(p: &Dome, layout: &DomeLayout, cavity: &Cavity) -> Body {
     let thickness = p.mold.lid_thickness.mm();
     let vents = vents(p, cavity);
     let through = |radius: f64| {
@@ -126,14 +126,14 @@ pub fn lid(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
         }
         MoldRoute::Silicone => cavity.lid.made(Process::Fdm, disc(p, layout, slide, thickness)),
     };
-    pried(p, layout, plate, slide, thickness)
+    with_pry_tools(p, layout, plate, slide, thickness)
         .cut(holes([bore.named("bore")]).with_handles(1))
         .cut(vents.cut(through))
         .cut(vents.overflow(-thickness))
-        .from(&p.mold.material)
+        .with_material(&p.mold.material)
         .placed([cavity.assembly.in_place().lifted(-30.0)])
         .colored(TOOL_GREY)
-        .lying(flipped())
+        .with_bed_orientation(flipped())
         .note("the flat side closes the mold, the channel faces up")
         .for_shrinkage(cavity.shrinkage)
 }
@@ -149,7 +149,7 @@ fn disc_gap_mm(p: &Dome, thickness: f64) -> f64 {
 }
 
 /// Adds the screwdriver poses that lift a round plate. Plates of printed molds stay as they are.
-fn pried(p: &Dome, layout: &Layout, plate: Body, slide: f64, thickness: f64) -> Body {
+fn with_pry_tools(p: &Dome, layout: &DomeLayout, plate: Body, slide: f64, thickness: f64) -> Body {
     if p.molds.route == MoldRoute::Printed {
         return plate;
     }
@@ -158,13 +158,13 @@ fn pried(p: &Dome, layout: &Layout, plate: Body, slide: f64, thickness: f64) -> 
     let mouth = Pose::translation(radius, 0.0, -middle);
     let turns = NOTCHES.map(notch_turn).into_iter();
     turns.fold(plate, |plate, turn| {
-        plate.reached(pry(Pose::rotation_z(turn).then_in(mouth), DISC_PRY_MM))
+        plate.with_tool_access(pry(Pose::rotation_z(turn).then_in(mouth), DISC_PRY_MM))
     })
 }
 
 /// Returns a round plate below z = 0 that is centred by the cup of a silicone mold. Its pry slots are aligned with
 /// the cup's notches.
-fn disc(p: &Dome, layout: &Layout, slide: f64, thickness: f64) -> Solid {
+fn disc(p: &Dome, layout: &DomeLayout, slide: f64, thickness: f64) -> Solid {
     let radius = cup(p, layout).silicone_radius - slide;
     let (gap, length) = (disc_gap_mm(p, thickness), p.mold.pry_length.mm());
     let slot = Solid::cuboid(2.0 * DISC_PRY_MM, length, gap + CUT_OVERLAP_MM).at(radius, 0.0, -gap);
@@ -176,7 +176,7 @@ fn disc(p: &Dome, layout: &Layout, slide: f64, thickness: f64) -> Solid {
 }
 
 /// Returns the ring that centres the shell over the module while the filling gel cures.
-pub fn collar(p: &Dome, layout: &Layout) -> Body {
+pub fn collar(p: &Dome, layout: &DomeLayout) -> Body {
     // Half of each dowel is held by the mold, the other half by the collar.
     let grip = p.mold.dowel_length.mm() / 2.0;
     let floor = 1.0;
@@ -196,8 +196,8 @@ pub fn collar(p: &Dome, layout: &Layout) -> Body {
         MoldRoute::Silicone => disc(p, layout, slide, thickness),
     };
     let plate = COLLAR.made(Process::Fdm, plate.minus(bore.named("bore")));
-    pried(p, layout, plate, slide, thickness)
-        .from(&p.mold.material)
+    with_pry_tools(p, layout, plate, slide, thickness)
+        .with_material(&p.mold.material)
         .placed([JOINING.in_place().lifted(-20.0)])
         .colored(TOOL_GREY)
         .note("sockets up")
@@ -224,19 +224,19 @@ pub(super) const FLANGE_INSET_MM: f64 = 0.25;
 const HOLDER_GAP_MM: f64 = 0.5;
 
 /// Radius of the connector's plug, which slides into the tube, mm.
-pub fn plug_radius_mm(p: &Dome, layout: &Layout) -> f64 {
+pub fn plug_radius_mm(p: &Dome, layout: &DomeLayout) -> f64 {
     layout.tube_bore_radius_mm - p.making.gap_mm(CONNECTOR, Process::Fdm, Fit::Slide)
 }
 
 /// Seat of the connector's O-ring, which is squeezed by the tube's bore.
-pub fn o_ring_seat(p: &Dome, layout: &Layout) -> ORingSeat {
+pub fn o_ring_seat(p: &Dome, layout: &DomeLayout) -> ORingSeat {
     let (cord, squeeze) = (p.connector.o_ring_cord, p.connector.o_ring_squeeze);
     ORingSeat::squeezed_in(layout.tube_bore_radius_mm, cord, squeeze)
 }
 
 /// Returns the handle that holds the tube while gel is cast around it. An O-ring grips the tube's inside, the neck
 /// passes through the lid, the flange stops on the lid, and a channel lets the tube's air out.
-pub fn connector(p: &Dome, layout: &Layout) -> Body {
+pub fn connector(p: &Dome, layout: &DomeLayout) -> Body {
     let plug = plug_radius_mm(p, layout);
     let groove = o_ring_seat(p, layout).groove(plug, p.connector.plug_length.mm() / 2.0);
     let flange_radius = layout.tube_radius_mm - FLANGE_INSET_MM;
@@ -263,7 +263,7 @@ pub fn connector(p: &Dome, layout: &Layout) -> Body {
     let outline = Path::polygon(&[&below[..], &groove, &above].concat());
     CONNECTOR
         .made(Process::Fdm, Solid::revolution(outline))
-        .from(&p.mold.material)
+        .with_material(&p.mold.material)
         .placed(gripped.map(|a| a.in_place().lifted(-55.0)))
         .colored(TOOL_GREY)
         .note("handle down, plug up, no supports")
@@ -284,20 +284,20 @@ pub fn notch_turn(i: u32) -> Angle {
 }
 
 /// Cup in which both silicone molds are cast, dimensioned for the narrower tube.
-pub fn cup<'a>(p: &'a Dome, layout: &Layout) -> CupAndBridge<'a> {
+pub fn cup<'a>(p: &'a Dome, layout: &DomeLayout) -> CupAndBridge<'a> {
     let tip_z = layout.wall_height_mm + layout.transparent_radius_mm;
     let bridges = [INNER_BRIDGE, OUTER_BRIDGE].map(|bridge| (bridge, Process::Fdm));
-    let slide = p.making.widest_mm(bridges, Fit::Slide);
+    let slide = p.making.widest_gap_mm(bridges, Fit::Slide);
     p.form.around(layout.transparent_radius_mm, tip_z, slide)
 }
 
 /// Cup and bridge with the glass tube of one layer.
-pub fn form<'a>(p: &'a Dome, layout: &Layout, cavity: &Cavity) -> CupAndBridge<'a> {
+pub fn form<'a>(p: &'a Dome, layout: &DomeLayout, cavity: &Cavity) -> CupAndBridge<'a> {
     cup(p, layout).with_tube(cavity.radius, layout.wall_height_mm + cavity.radius)
 }
 
 /// Returns the cup. Two are made, because each silicone mold stays in its own.
-pub fn form_cup(p: &Dome, layout: &Layout) -> Body {
+pub fn form_cup(p: &Dome, layout: &DomeLayout) -> Body {
     let form = cup(p, layout);
     let (rim, [inner, outer]) = form.rim();
     let length = p.mold.pry_length.mm();
@@ -310,14 +310,14 @@ pub fn form_cup(p: &Dome, layout: &Layout) -> Body {
     let used = [INNER_FORM, OUTER_FORM, TRANSPARENT_MOLD, TRANSLUCENT_MOLD, JOINING];
     form.cup(FORM_CUP)
         .cut(holes(notches))
-        .from(&p.mold.material)
+        .with_material(&p.mold.material)
         .placed(used.map(|assembly| assembly.in_place().lifted(70.0)))
-        .times(2)
+        .with_quantity(2)
 }
 
 /// Returns the bridge that hangs a layer's glass tube into the cup.
-pub fn form_bridge(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
-    form(p, layout, cavity).bridge(cavity.form.bridge).from(&p.mold.material).placed([cavity
+pub fn form_bridge(p: &Dome, layout: &DomeLayout, cavity: &Cavity) -> Body {
+    form(p, layout, cavity).bridge(cavity.form.bridge).with_material(&p.mold.material).placed([cavity
         .form
         .assembly
         .in_place()
@@ -325,16 +325,16 @@ pub fn form_bridge(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
 }
 
 /// Returns the silicone mold of a layer, smooth as glass and in one piece.
-pub fn silicone_mold(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
+pub fn silicone_mold(p: &Dome, layout: &DomeLayout, cavity: &Cavity) -> Body {
     let form = form(p, layout, cavity);
     let cavity_tool = dome_tool(cavity.radius, layout.wall_height_mm).named("cavity");
     let solid = Solid::cylinder(form.silicone_radius, form.silicone_top_z).minus(cavity_tool);
-    let used = used_in(cavity).into_iter().map(|place| place.lifted(35.0));
+    let used = mold_placements(cavity).into_iter().map(|place| place.lifted(35.0));
     cavity
         .form
         .mold
         .cast(solid)
-        .from(&p.form.silicone_material)
+        .with_material(&p.form.silicone_material)
         .placed([cavity.form.assembly.in_place().lifted(30.0)])
         .placed(used)
         .colored([90, 140, 215])
@@ -345,22 +345,22 @@ pub fn silicone_mold(p: &Dome, layout: &Layout, cavity: &Cavity) -> Body {
 const JIG_WALL_MM: f64 = 3.0;
 
 /// Returns the sleeve whose rim shows where to cut the tube. The tube stands in it tip first, on its floor.
-pub fn tube_jig(p: &Dome, layout: &Layout) -> Body {
+pub fn tube_jig(p: &Dome, layout: &DomeLayout) -> Body {
     let inner = layout.tube_radius_mm + p.making.gap_mm(TUBE_JIG, Process::Fdm, Fit::Slide);
     let floor = layout.wall_height_mm + layout.tube_radius_mm;
     let sleeve = bowl([inner, inner + JIG_WALL_MM], 0.0, [floor, floor + JIG_WALL_MM]);
     TUBE_JIG
         .made(Process::Fdm, sleeve)
-        .from(&p.mold.material)
+        .with_material(&p.mold.material)
         .placed([CUTTING.in_place().lifted(30.0)])
         .colored(TOOL_GREY)
-        .lying(flipped())
+        .with_bed_orientation(flipped())
         .note("floor down, no supports; check its depth with a calliper: it is the tube's length")
         .with_supports(false)
 }
 
 /// Returns the container for the black mixture, and the holder that hangs a module into it by its connector.
-pub fn coating_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
+pub fn coating_parts(p: &Dome, layout: &DomeLayout) -> [Body; 2] {
     let wall = p.coating.wall.mm();
     let inner = layout.surface_radius_mm + p.coating.gap.mm();
     let (rim_z, floor_z) = (-HOLDER_GAP_MM, layout.apex_z() + p.coating.gap.mm());
@@ -389,10 +389,10 @@ pub fn coating_parts(p: &Dome, layout: &Layout) -> [Body; 2] {
 
     let tool = |name: Name, solid, bed_from_body, lift_mm, notes: &[&str]| {
         name.made(Process::Fdm, solid)
-            .from(&p.mold.material)
+            .with_material(&p.mold.material)
             .placed([COATING.in_place().lifted(lift_mm)])
             .colored(TOOL_GREY)
-            .lying(bed_from_body)
+            .with_bed_orientation(bed_from_body)
             .notes(notes.iter().copied())
     };
     [

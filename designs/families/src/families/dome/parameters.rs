@@ -2,17 +2,17 @@
 
 use fabkit_geometry::{Angle, Length};
 
-use crate::assembling::AssemblyName;
+use crate::chain_builder::AssemblyName;
 use crate::blocks::board_camera::Board;
 use crate::blocks::circuit::Electric;
 use crate::blocks::cup_and_bridge::Form;
 use crate::blocks::mold::Mold;
 use crate::blocks::mounting::Mount;
-use crate::blocks::optics::{Module, Pictures, View};
+use crate::blocks::optics::{Module, ImageFormat, View};
 pub use crate::blocks::{CAMERA, CAMERA_CABLE, LED_WIRE};
 use crate::materials::Castable;
 use crate::parameters::Inline;
-use crate::processes::Making;
+use crate::processes::ProcessAssignments;
 use crate::{choices, sections};
 
 choices! {
@@ -189,7 +189,7 @@ sections! {
         /// Camera module.
         module: Inline<Module>,
         /// Images of the camera.
-        pictures: Inline<Pictures>,
+        pictures: Inline<ImageFormat>,
         /// Quality of the JPEG images that the camera sends, on the scale of JPEG encoders; 0 if it does not send JPEG.
         jpeg_quality: u32 = 0..=100,
         /// View of the camera's lens.
@@ -315,7 +315,7 @@ sections! {
         /// Container for the black mixture, and holder that hangs a sensor into it.
         coating: Coating,
         /// Processes by which the parts are made.
-        making: Making,
+        making: ProcessAssignments,
     }
 }
 

@@ -1,10 +1,10 @@
 //! Constraints between parameters: parts must fit, hold, and be manufacturable. The shared blocks check their own.
 
-use super::Layout;
+use super::FlatGelLayout;
 use super::pad::frames;
 use super::parameters::FlatGel;
 use crate::blocks::PRINTED_WALL_MM;
-use crate::parameters::{Report, limits};
+use crate::parameters::{RuleReport, limits};
 
 /// Minimum thickness of a bed that flows level over a plate, mm.
 const LEAST_BED_MM: f64 = 1.0;
@@ -19,25 +19,25 @@ const LEAST_CHAMBER_MM: f64 = 4.0;
 const LENS_APART_MM: f64 = 0.5;
 
 /// Parameters that determine the housing's edges along x and y, for messages.
-const EDGES: [&str; 2] = ["pad.length", "pad.width"];
+const EDGE_PARAMETERS: [&str; 2] = ["pad.length", "pad.width"];
 
 /// Reports every combination of parameters that cannot be built.
-pub(super) fn check(p: &FlatGel, report: &mut Report) {
-    let layout = Layout::new(p);
-    pad(p, &layout, report);
-    plate(p, &layout, report);
+pub(super) fn check(p: &FlatGel, report: &mut RuleReport) {
+    let layout = FlatGelLayout::new(p);
+    check_pad(p, &layout, report);
+    check_plate(p, &layout, report);
     if !report.is_clean() {
         return; // Every limit below would follow from these problems.
     }
     let (housing, base_mm) = (&layout.housing, p.base.thickness.mm());
     housing.check(layout.plate_bottom_z_mm, [layout.pad, layout.opening], &p.camera, report);
-    layout.camera.check(base_mm, housing.room, &EDGES, report);
-    layout.light.check([(EDGES[0], p.pad.length), (EDGES[1], p.pad.width)], report);
-    p.markers.check(layout.gel, layout.seen_mm(), report);
+    layout.camera.check(base_mm, housing.room, &EDGE_PARAMETERS, report);
+    layout.light.check([(EDGE_PARAMETERS[0], p.pad.length), (EDGE_PARAMETERS[1], p.pad.width)], report);
+    p.markers.check(layout.gel, layout.visible_half_mm(), report);
     frames(p, &layout).check("pad.thickness", report);
 }
 
-fn pad(p: &FlatGel, layout: &Layout, report: &mut Report) {
+fn check_pad(p: &FlatGel, layout: &FlatGelLayout, report: &mut RuleReport) {
     limits! { report, p:
         coat.thickness <= p.pad.thickness.mm() / 2.0, "most of the pad is gel";
         pad.corner >= p.coat.side.mm() + 0.1, "the gel under the coat has round edges, too";
@@ -50,7 +50,7 @@ fn pad(p: &FlatGel, layout: &Layout, report: &mut Report) {
         || format!("bed.thickness is {bed} mm; a bed below {LEAST_BED_MM} mm does not flow level"),
         || format!("write 0 mm for none, or at least {LEAST_BED_MM} mm"),
     );
-    if p.markers.exist() {
+    if p.markers.has_dots() {
         limits! { report, p:
             markers.thickness <= p.coat.thickness.mm() / 2.0, "the coat covers the ink";
         }
@@ -58,12 +58,12 @@ fn pad(p: &FlatGel, layout: &Layout, report: &mut Report) {
 }
 
 /// Checks the opening for the plate, and the chamber below it.
-fn plate(p: &FlatGel, layout: &Layout, report: &mut Report) {
+fn check_plate(p: &FlatGel, layout: &FlatGelLayout, report: &mut RuleReport) {
     let (plate, chamber, slide) = (&p.plate, layout.light.chamber, layout.housing.slide_mm);
     // Walls around the opening, along x and y.
     let [x, y] = [0, 1].map(|i| layout.housing.outside.half[i] - layout.opening.half[i]);
     let front_mm = layout.plate_bottom_z_mm - layout.camera.front_z;
-    let distance_mm = layout.seen_z_mm - layout.camera.pupil_z;
+    let distance_mm = layout.gel_top_z_mm - layout.camera.pupil_z;
     limits! { report, p:
         plate.overlap <= plate.overlap.mm() + chamber.narrow() - LEAST_CHAMBER_MM / 2.0,
             "the camera must see something past the ledge";

@@ -9,18 +9,18 @@ mod parameters;
 
 use fabkit_geometry::{Angle, Body, Lighting, NominalCamera, PlaneSurface, Pose, Process, Sensor};
 
-use crate::assembling::{SENSOR, in_sensor, sight};
+use crate::chain_builder::{SENSOR, in_sensor, visible_layers};
 use crate::blocks::adapter::MountFace;
-use crate::blocks::chamber_light::Light;
+use crate::blocks::chamber_light::ChamberLight;
 use crate::blocks::clamshell::Clamshell;
-use crate::blocks::lighting::{slopes, thickness};
+use crate::blocks::lighting::{slope_lighting, thickness_lighting};
 use crate::blocks::marker_grid::MARKERS;
-use crate::blocks::posted_camera::Posted;
+use crate::blocks::posted_camera::PlacedCamera;
 use crate::blocks::{self, Rect, merged, mm};
 use crate::fits::Fit;
 use crate::materials::Clarity;
-use crate::parameters::Report;
-use crate::{Built, Family, Header};
+use crate::parameters::RuleReport;
+use crate::{FamilyOutput, Family, Header};
 use parameters::{BASE, FlatGel, SHELL};
 
 /// Flat-gel family, which covers 9DTact, DIGIT and GelSight.
@@ -34,29 +34,29 @@ impl Family for FlatGelFamily {
     const DEFAULTS: &'static [(&'static str, &'static str)] =
         &[("flat-gel.yaml (defaults)", include_str!("defaults.yaml"))];
 
-    fn check(parameters: &FlatGel, report: &mut Report) {
+    fn check(parameters: &FlatGel, report: &mut RuleReport) {
         constraints::check(parameters, report);
     }
 
-    fn build(parameters: &FlatGel, header: &Header, _: &mut Report) -> Option<Built> {
-        let layout = Layout::new(parameters);
-        let sensor = sensor(parameters, header, &layout);
+    fn build(parameters: &FlatGel, header: &Header, _: &mut RuleReport) -> Option<FamilyOutput> {
+        let layout = FlatGelLayout::new(parameters);
+        let sensor = build_sensor(parameters, header, &layout);
         let housing = &layout.housing;
         let face = MountFace {
             holder: BASE,
             mounting: housing.mounting(),
-            borrowed_mm: None,
+            replaced_screw_mm: None,
             bottom_z_mm: housing.bottom_z,
             outline: housing.outside,
             exits: vec![housing.exit()],
             heads: Vec::new(),
         };
-        Some(Built { derived: derived(&sensor, &layout), sensor, face: Some(face) })
+        Some(FamilyOutput { derived: derived_dimensions(&sensor, &layout), sensor, face: Some(face) })
     }
 }
 
 /// Builds the sensor: all bodies, the circuit, press fits, casting steps and the camera.
-fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
+fn build_sensor(p: &FlatGel, header: &Header, layout: &FlatGelLayout) -> Sensor {
     let (housing, board) = (&layout.housing, &layout.camera);
     let mounting = housing.mounting();
     // Only nuts are pressed in; other mounting holes take a user's screws.
@@ -77,25 +77,25 @@ fn sensor(p: &FlatGel, header: &Header, layout: &Layout) -> Sensor {
             .flatten()
             .chain([pad::frames(p, layout).press_fit()])
             .collect(),
-        touch: Some(touch(p, layout).into()),
-        marks: p.markers.marks(layout.seen_z_mm),
+        touch: Some(touch_surface(p, layout).into()),
+        marks: p.markers.marks(layout.gel_top_z_mm),
         lightings: vec![lighting(p, layout)],
-        sight: sight(&[(parameters::GEL, &p.pad.material)], parameters::COAT),
-        ..blocks::sensor(header, nominal(layout), bodies)
+        visible_bodies: visible_layers(&[(parameters::GEL, &p.pad.material)], parameters::COAT),
+        ..blocks::sensor(header, nominal_camera(layout), bodies)
     }
 }
 
 /// Returns the relation between indentation and intensity. A translucent gel scatters light, so intensity depends on
 /// its thickness; a clear gel lets light through to the coat, so intensity depends on the coat's slopes.
-fn lighting(p: &FlatGel, layout: &Layout) -> Lighting {
+fn lighting(p: &FlatGel, layout: &FlatGelLayout) -> Lighting {
     match p.pad.material.material().figures.clarity {
-        Some(Clarity::Translucent) => thickness([parameters::GEL]),
-        _ => slopes(parameters::COAT, p.markers.exist().then_some(MARKERS), layout.light.colors()),
+        Some(Clarity::Translucent) => thickness_lighting([parameters::GEL]),
+        _ => slope_lighting(parameters::COAT, p.markers.has_dots().then_some(MARKERS), layout.light.colors()),
     }
 }
 
 /// Nominal camera, turned so that the long side of its image lies along that of the pad.
-fn nominal(layout: &Layout) -> NominalCamera {
+fn nominal_camera(layout: &FlatGelLayout) -> NominalCamera {
     let c = layout.camera.camera;
     let size = c.pictures.size_px();
     let camera = c.view.camera_at(layout.camera.pupil_z, size);
@@ -107,7 +107,7 @@ fn nominal(layout: &Layout) -> NominalCamera {
 }
 
 /// Returns shell and base.
-fn housing_parts(layout: &Layout) -> [Body; 2] {
+fn housing_parts(layout: &FlatGelLayout) -> [Body; 2] {
     let (housing, light, over) = (&layout.housing, &layout.light, fabkit_geometry::CUT_OVERLAP_MM);
     let opening = layout.opening.prism([layout.plate_bottom_z_mm, over]).named("plate opening");
     let chamber = light.chamber.prism([light.step_z() - over, layout.plate_bottom_z_mm + over]);
@@ -116,13 +116,13 @@ fn housing_parts(layout: &Layout) -> [Body; 2] {
         housing.shell(SHELL, cut, light.step_z()).placed([in_sensor()]),
         housing
             .base(BASE, layout.camera.posts())
-            .cut(layout.camera.joint().held().unmarked())
+            .cut(layout.camera.joint().thread_cut().without_landmarks())
             .placed([in_sensor().lifted(-46.0)]),
     ]
 }
 
 /// Returns the bought parts of the housing: camera, screws and nuts.
-fn camera_and_screws(layout: &Layout) -> Vec<Body> {
+fn camera_and_screws(layout: &FlatGelLayout) -> Vec<Body> {
     let lifted = |z_mm: f64| move |pose: &Pose| SENSOR.at(*pose).lifted(z_mm);
     let camera = layout.camera.body().placed([in_sensor().lifted(-34.0)]);
     let screws = [
@@ -137,18 +137,18 @@ fn camera_and_screws(layout: &Layout) -> Vec<Body> {
 const SOFT_SHARE: f64 = 0.5;
 
 /// Returns the touched surface, and the part of the housing that fixtures grip.
-fn touch(p: &FlatGel, layout: &Layout) -> PlaneSurface {
+fn touch_surface(p: &FlatGel, layout: &FlatGelLayout) -> PlaneSurface {
     PlaneSurface {
         outline: layout.pad.path(),
         top_z_mm: layout.top_z_mm,
         foot_z_mm: 0.0,
-        soft_mm: if p.bed.thickness.mm() > 0.0 { 1.0 } else { SOFT_SHARE } * layout.seen_z_mm,
+        max_indentation_mm: if p.bed.thickness.mm() > 0.0 { 1.0 } else { SOFT_SHARE } * layout.gel_top_z_mm,
         grip: layout.housing.grip(),
     }
 }
 
 /// Lists the derived dimensions that `fabkit show` prints.
-fn derived(sensor: &Sensor, layout: &Layout) -> Vec<(String, String)> {
+fn derived_dimensions(sensor: &Sensor, layout: &FlatGelLayout) -> Vec<(String, String)> {
     let by = |name: &str, [x, y]: [f64; 2]| {
         (name.to_owned(), format!("{:.3} x {:.3} mm", 2.0 * x, 2.0 * y))
     };
@@ -166,9 +166,9 @@ fn derived(sensor: &Sensor, layout: &Layout) -> Vec<(String, String)> {
         mm("total height", layout.top_z_mm - housing.bottom_z),
         by("plate", layout.plate.half),
         by("gel under the coat", layout.gel.half),
-        mm("optical centre below the gel's outside", layout.seen_z_mm - camera.pupil_z),
+        mm("optical centre below the gel's outside", layout.gel_top_z_mm - camera.pupil_z),
         mm("lens front below the plate", layout.plate_bottom_z_mm - camera.front_z),
-        by("seen on the gel", layout.seen_mm()),
+        by("seen on the gel", layout.visible_half_mm()),
         count("markers", "markers"),
         count("led", "leds"),
     ]
@@ -183,7 +183,7 @@ const PLATE_INDEX: f64 = 1.49;
 
 /// Edges and heights in the sensor frame, mm. The pad's foot, which is the upper rim of the shell, is at z = 0.
 #[derive(Clone, Debug)]
-pub struct Layout<'a> {
+pub struct FlatGelLayout<'a> {
     /// Outline of the pad with its coat.
     pub pad: Rect,
     /// Outline of the pad's gel.
@@ -195,20 +195,20 @@ pub struct Layout<'a> {
     /// Top of the pad.
     pub top_z_mm: f64,
     /// Top of the gel, below the coat, which the camera sees.
-    pub seen_z_mm: f64,
+    pub gel_top_z_mm: f64,
     /// Top of the plate.
     pub plate_top_z_mm: f64,
     /// Bottom of the plate.
     pub plate_bottom_z_mm: f64,
     /// Camera on its posts.
-    pub camera: Posted<'a>,
+    pub camera: PlacedCamera<'a>,
     /// Shell and base, joined as a clamshell.
     pub housing: Clamshell<'a>,
     /// Chamber below the plate's ledge, with its light sources.
-    pub light: Light<'a>,
+    pub light: ChamberLight<'a>,
 }
 
-impl<'a> Layout<'a> {
+impl<'a> FlatGelLayout<'a> {
     /// Derives the layout; meaningful only for parameters that satisfy the family's constraints.
     pub fn new(p: &'a FlatGel) -> Self {
         let gap_mm = |part, fit| p.making.gap_mm(part, Process::Fdm, fit);
@@ -220,9 +220,9 @@ impl<'a> Layout<'a> {
         let opening = pad.shrunk(p.plate.overlap.mm());
 
         let (top_z_mm, plate_top_z_mm) = (p.pad.thickness.mm(), -p.bed.thickness.mm());
-        let seen_z_mm = top_z_mm - p.coat.thickness.mm();
+        let gel_top_z_mm = top_z_mm - p.coat.thickness.mm();
         let plate_bottom_z_mm = plate_top_z_mm - p.plate.thickness.mm();
-        let camera = p.camera.before(seen_z_mm, gap_mm(BASE, Fit::Slide));
+        let camera = p.camera.in_front_of(gel_top_z_mm, gap_mm(BASE, Fit::Slide));
 
         let chamber = opening.half.map(|half| half - p.plate.ledge.mm());
         // The camera is inserted from below, so the room below the chamber must be at least as wide as its board.
@@ -231,7 +231,7 @@ impl<'a> Layout<'a> {
         let sections = (&p.shell, &p.base, &p.mount);
         let play = [slide, gap_mm(BASE, Fit::Snug)];
         let housing = Clamshell::around(sections, play, half, room, camera.foot_z);
-        let light = Light {
+        let light = ChamberLight {
             leds: &p.leds,
             chamber: Rect { half: chamber, ..housing.room },
             room: housing.room,
@@ -245,7 +245,7 @@ impl<'a> Layout<'a> {
             opening,
             plate: opening.shrunk(slide),
             top_z_mm,
-            seen_z_mm,
+            gel_top_z_mm,
             plate_top_z_mm,
             plate_bottom_z_mm,
             camera,
@@ -256,11 +256,11 @@ impl<'a> Layout<'a> {
 
     /// Half edges, mm, along x and y of the area of gel under the coat that the camera sees through plate and gel. It
     /// is limited by the gel's edge, the image's edge, the plate's ledge or the LEDs.
-    pub fn seen_mm(&self) -> [f64; 2] {
+    pub fn visible_half_mm(&self) -> [f64; 2] {
         let camera = self.camera.camera;
         let px = camera.pictures.size_px().map(f64::from);
         let (air, inside) =
-            (self.plate_bottom_z_mm - self.camera.pupil_z, self.seen_z_mm - self.plate_bottom_z_mm);
+            (self.plate_bottom_z_mm - self.camera.pupil_z, self.gel_top_z_mm - self.plate_bottom_z_mm);
         let light = &self.light;
         [0, 1].map(|axis| {
             // The image's long side lies along the pad's long side.

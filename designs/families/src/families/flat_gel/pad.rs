@@ -2,16 +2,16 @@
 
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Process};
 
-use super::Layout;
+use super::FlatGelLayout;
 use super::parameters::*;
-use crate::assembling::{AssemblyName, in_sensor, shrinkage};
+use crate::chain_builder::{AssemblyName, in_sensor, shrinkage};
 use crate::blocks::GLASS;
 use crate::blocks::frame_mold::{FLOOR, Frames};
 use crate::fits::Fit;
-use crate::materials::glazing;
+use crate::materials::window_transparency;
 
 /// Assemblies in which the gel lies on the molds' floor.
-fn molds(p: &FlatGel) -> &'static [AssemblyName] {
+fn mold_assemblies(p: &FlatGel) -> &'static [AssemblyName] {
     match p.coat.by {
         CoatBy::Pour => &[GEL_MOLD, COAT_MOLD],
         CoatBy::Spray => &[GEL_MOLD],
@@ -19,41 +19,41 @@ fn molds(p: &FlatGel) -> &'static [AssemblyName] {
 }
 
 /// Returns the open molds of gel and coat.
-pub fn frames<'a>(p: &'a FlatGel, layout: &Layout) -> Frames<'a> {
+pub fn frames<'a>(p: &'a FlatGel, layout: &FlatGelLayout) -> Frames<'a> {
     // All frames share one outline and one pair of dowel holes, so the larger of their gaps applies.
     let framed = [GEL_FRAME, COAT_FRAME].map(|frame| (frame, Process::Sla));
     Frames {
         mold: &p.mold,
         cavity: layout.pad.half,
-        lowest_mm: layout.seen_z_mm,
+        lowest_mm: layout.gel_top_z_mm,
         shrinkage: shrinkage(&p.pad.material),
         press_mm: p.making.gap_mm(FLOOR, Process::Sla, Fit::Press),
-        slide_mm: p.making.widest_mm(framed, Fit::Slide),
+        slide_mm: p.making.widest_gap_mm(framed, Fit::Slide),
     }
 }
 
 /// Returns the clear plate.
-pub fn plate(p: &FlatGel, layout: &Layout) -> Body {
+pub fn plate(p: &FlatGel, layout: &FlatGelLayout) -> Body {
     let solid = layout.plate.prism([layout.plate_bottom_z_mm, layout.plate_top_z_mm]);
     PLATE
         .made(Process::Laser, solid)
-        .from(&p.plate.material)
+        .with_material(&p.plate.material)
         .placed([in_sensor().lifted(14.0)])
         .colored(GLASS)
         .opaque(0.5)
-        .in_light(glazing(&p.plate.material))
+        .with_clarity(window_transparency(&p.plate.material))
         .note("leave the protective film on until it is glued")
 }
 
 /// Returns floor, frames and dowels, and the stencil if there are markers.
-pub fn tools(p: &FlatGel, layout: &Layout) -> Vec<Body> {
+pub fn tools(p: &FlatGel, layout: &FlatGelLayout) -> Vec<Body> {
     let frames = frames(p, layout);
-    let gel = frames.frame(GEL_FRAME, layout.gel.path(), layout.seen_z_mm, GEL_MOLD);
+    let gel = frames.frame(GEL_FRAME, layout.gel.path(), layout.gel_top_z_mm, GEL_MOLD);
     let coat = (p.coat.by == CoatBy::Pour)
         .then(|| frames.frame(COAT_FRAME, layout.pad.path(), layout.top_z_mm, COAT_MOLD));
-    let stencil = p.markers.stencil(layout.gel, layout.seen_z_mm);
+    let stencil = p.markers.stencil(layout.gel, layout.gel_top_z_mm);
     let stencil = stencil.map(|body| body.placed([MARKING.in_place().lifted(8.0)]));
-    [frames.floor(molds(p)), gel, frames.dowels(molds(p))]
+    [frames.floor(mold_assemblies(p)), gel, frames.dowels(mold_assemblies(p))]
         .into_iter()
         .chain(coat)
         .chain(stencil)
@@ -66,9 +66,9 @@ fn coat_color(material: &str) -> Color {
 }
 
 /// Returns the layers from the plate outwards: bed, gel, markers, coat.
-pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
+pub fn layers(p: &FlatGel, layout: &FlatGelLayout) -> Vec<Body> {
     let over = CUT_OVERLAP_MM;
-    let marking = p.markers.exist().then(|| MARKING.in_place());
+    let marking = p.markers.has_dots().then(|| MARKING.in_place());
     let coating = (p.coat.by == CoatBy::Pour).then(|| COAT_MOLD.in_place());
 
     // The bed fills the gap around the plate too, so the plate's outline is cut from it.
@@ -76,31 +76,31 @@ pub fn layers(p: &FlatGel, layout: &Layout) -> Vec<Body> {
     let bed = layout.opening.prism([layout.plate_bottom_z_mm, 0.0]).minus(plate);
     let bed = BED
         .cast(bed)
-        .from(&p.bed.material)
+        .with_material(&p.bed.material)
         .placed([in_sensor().lifted(26.0)])
         .colored([190, 215, 235])
         .opaque(0.8);
     let gel = GEL
-        .cast(layout.gel.prism([0.0, layout.seen_z_mm]))
-        .from(&p.pad.material)
+        .cast(layout.gel.prism([0.0, layout.gel_top_z_mm]))
+        .with_material(&p.pad.material)
         .placed([in_sensor().lifted(36.0)])
-        .placed(molds(p).iter().map(|name| name.in_place()))
+        .placed(mold_assemblies(p).iter().map(|name| name.in_place()))
         .placed(marking.clone())
         .colored([225, 228, 232])
         .opaque(0.85);
     let ink = p
         .markers
-        .ink(layout.seen_z_mm)
+        .ink(layout.gel_top_z_mm)
         .map(|ink| ink.placed([in_sensor().lifted(40.0)]).placed(marking).placed(coating.clone()));
     let coat = layout
         .pad
         .prism([0.0, layout.top_z_mm])
         // The coat covers the gel's sides and top, and the ink's print.
-        .minus(layout.gel.prism([-over, layout.seen_z_mm]))
-        .minus_all(p.markers.tools(layout.seen_z_mm));
+        .minus(layout.gel.prism([-over, layout.gel_top_z_mm]))
+        .minus_all(p.markers.tools(layout.gel_top_z_mm));
     let coat = COAT
         .cast(coat)
-        .from(&p.coat.material)
+        .with_material(&p.coat.material)
         .placed([in_sensor().lifted(64.0)])
         .placed(coating)
         .colored(coat_color(&p.coat.material));

@@ -2,7 +2,7 @@
 
 use fabkit_geometry::Length;
 
-use crate::assembling::AssemblyName;
+use crate::chain_builder::AssemblyName;
 use crate::blocks::chamber_light::Leds;
 use crate::blocks::clamshell::{Base, Shell};
 use crate::blocks::frame_mold::FrameMold;
@@ -10,7 +10,7 @@ use crate::blocks::marker_grid::Markers;
 use crate::blocks::mounting::Mount;
 use crate::blocks::posted_camera::PostedCamera;
 use crate::materials::Castable;
-use crate::processes::Making;
+use crate::processes::ProcessAssignments;
 use crate::{choices, parameters, sections};
 
 parameters! {
@@ -98,7 +98,7 @@ sections! {
         /// Open molds: frames that slide onto dowels in a floor.
         mold: FrameMold,
         /// Processes by which the parts are made.
-        making: Making,
+        making: ProcessAssignments,
     }
 }
 

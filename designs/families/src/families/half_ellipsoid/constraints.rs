@@ -4,43 +4,43 @@ use std::f64::consts::PI;
 
 use fabkit_geometry::{Angle, Point3, Pose, Process};
 
-use super::electronics::{self, has_parts, switch_reach_mm};
+use super::electronics::{self, has_board_parts, switch_pocket_radius_mm};
 use super::housing::{
     LED_HOLE_MARGIN_MM, PRY_SLOT_MM, RESIN_WALL_MM, diffuser_bore_mm, pocket_radii_mm, wire_slot,
-    wires_mm,
+    wire_row_mm,
 };
 use super::molds::{
-    REACH_MM, SILICONE_WALL_MM, half_gate_rad, key_circle_mm, marker_end_centres, syringe_seat,
+    RUNNER_REACH_MM, SILICONE_WALL_MM, half_gate_rad, key_circle_mm, marker_end_centres, syringe_seat,
     vent_circle_mm, vent_radius_at,
 };
 use super::parameters::{HOLDER, HalfEllipsoid};
-use super::{BOLT, Joints, Layout, mounting};
+use super::{BOLT, Joints, HalfEllipsoidLayout, mounting};
 use crate::blocks::circuit::CHIP_0603;
-use crate::blocks::marks::{self, RoundPattern, farthest_deg};
+use crate::blocks::listed_markers::{self, RoundPattern, max_angle_deg};
 use crate::blocks::sprue::LEAST_WALL_MM;
 use crate::blocks::{APART_MM, around, edge, half_chord, turn};
 use crate::fits::Fit;
-use crate::parameters::{Report, limits};
+use crate::parameters::{RuleReport, limits};
 
 /// Minimum radius of curvature of a parallel surface at its tip, mm.
 const TIP_RADIUS_MM: f64 = 0.3;
 
 /// Reports every combination of parameters that cannot be built.
-pub(super) fn check(p: &HalfEllipsoid, report: &mut Report) {
-    let layout = Layout::new(p);
-    layers(p, &layout, report);
+pub(super) fn check(p: &HalfEllipsoid, report: &mut RuleReport) {
+    let layout = HalfEllipsoidLayout::new(p);
+    check_layers(p, &layout, report);
     // Everything below is measured from these surfaces.
     if report.is_clean() {
-        markers(p, &layout, report);
-        shell(p, &layout, report);
-        illumination(p, &layout, report);
-        camera(p, &layout, report);
-        base(p, &layout, report);
+        check_markers(p, &layout, report);
+        check_shell(p, &layout, report);
+        check_illumination(p, &layout, report);
+        check_camera(p, &layout, report);
+        check_base(p, &layout, report);
         check_tooling(p, &layout, report);
     }
 }
 
-fn layers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+fn check_layers(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, report: &mut RuleReport) {
     // Every layer of elastomer lies on a smooth parallel surface. Only the shell's inside may be deeper, because a
     // ball mill rounds it.
     let reach = layout.ellipsoid.tip_curvature_radius() - TIP_RADIUS_MM;
@@ -50,12 +50,12 @@ fn layers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
             "the surface is a half ellipsoid that is longer than wide";
         inner_elastomer.thickness <= reach + layout.shell_offset_mm + inner,
             "below the tip's radius of curvature a parallel surface has an edge";
-        shell.thickness <= layout.foot_of(layout.shell_offset_mm) - p.camera.diameter.mm(),
+        shell.thickness <= layout.foot_radius_mm(layout.shell_offset_mm) - p.camera.diameter.mm(),
             "the shell needs a bore twice as wide as the camera";
     }
 }
 
-fn markers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+fn check_markers(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, report: &mut RuleReport) {
     let markers = &p.markers;
     limits! { report, p:
         markers.straight_depth <=
@@ -66,17 +66,17 @@ fn markers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         return; // Such slots end where there is no surface.
     }
     if markers.pattern == RoundPattern::List {
-        return listed(p, layout, report);
+        return check_listed_markers(p, layout, report);
     }
     if markers.count < 2 {
         return; // A single marker has no neighbour.
     }
-    let nearest = |count: u32| nearest_mm(p, layout, count);
+    let nearest = |count: u32| nearest_slots_mm(p, layout, count);
     let needed = 2.0 * markers.radius.mm() + markers.wall.mm();
     if nearest(markers.count) >= needed {
         limits! { report, p:
             // Slots must also clear the base circle, which matters if they are few and large.
-            markers.radius <= lowest_mm(p, layout) - markers.wall.mm(),
+            markers.radius <= lowest_slot_mm(p, layout) - markers.wall.mm(),
                 "the base circle must cut no marker";
         }
         return;
@@ -108,12 +108,12 @@ fn markers(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
 }
 
 /// Checks listed markers: apart from each other, and clear of the base circle.
-fn listed(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+fn check_listed_markers(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, report: &mut RuleReport) {
     let (markers, listed) = (&p.markers, p.markers.listed());
     listed.check_lengths(report);
     let surface = layout.ellipsoid.parallel(layout.inner_offset_mm);
     let lowest = markers.radius.mm() + markers.wall.mm() - 1e-9;
-    let most = farthest_deg(|polar| {
+    let most = max_angle_deg(|polar| {
         surface.meridian_point(polar)[1] - markers.straight_depth.mm() * polar.rad().cos() >= lowest
     });
     let or = "`markers.radius` or `markers.wall`";
@@ -125,18 +125,18 @@ fn listed(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
 
 /// Minimum distance between the round ends of any two of `count` slots, mm. Slots along normals of a convex surface
 /// are nearest at their ends.
-fn nearest_mm(p: &HalfEllipsoid, layout: &Layout, count: u32) -> f64 {
+fn nearest_slots_mm(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, count: u32) -> f64 {
     let mut counted = p.clone();
     counted.markers.count = count;
-    marks::nearest_mm(&marker_end_centres(&counted, layout)).unwrap_or(f64::INFINITY)
+    listed_markers::nearest_mm(&marker_end_centres(&counted, layout)).unwrap_or(f64::INFINITY)
 }
 
 /// Height of the lowest slot's end centre above the base circle, mm.
-fn lowest_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
+fn lowest_slot_mm(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> f64 {
     marker_end_centres(p, layout).iter().map(|end| end.z).fold(f64::INFINITY, f64::min)
 }
 
-fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+fn check_shell(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, report: &mut RuleReport) {
     let head = Joints::new(p, layout).holder.poses[0].translation_mm().x;
     let countersink = BOLT.sink_depth_mm(p.making.gap_mm(HOLDER, Process::Sla, Fit::Snug));
     limits! { report, p:
@@ -144,7 +144,7 @@ fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
             "the foot below the shoulder needs 1 mm of wall";
         shell.ball_mill_diameter <= 1.8 * layout.bore_radius(),
             "the ball mill must move inside the shell's bore";
-        holder.outer_diameter >= 2.0 * (layout.foot_of(layout.shell_offset_mm) + RESIN_WALL_MM),
+        holder.outer_diameter >= 2.0 * (layout.foot_radius_mm(layout.shell_offset_mm) + RESIN_WALL_MM),
             "the shell's shoulder and the elastomers' feet stand on the holder";
         holder.skirt >= layout.holder_radius_mm - head + countersink + RESIN_WALL_MM,
             "a countersunk M1.2 head must find material below its cone";
@@ -153,18 +153,18 @@ fn shell(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     }
     let sink = BOLT.sink_diameter_mm(p.making.gap_mm(HOLDER, Process::Sla, Fit::Snug)) / 2.0;
     let inner = [p.holder.skirt.mm() - RESIN_WALL_MM, -layout.step_z_mm];
-    let fed = layout.holder_radius_mm - layout.foot_of(layout.black_offset_mm);
+    let fed = layout.holder_radius_mm - layout.foot_radius_mm(layout.black_offset_mm);
     limits! { report, p:
-        holder.edge_fillet <= edge::sparing_mm(inner), "the skirt below the step needs its wall";
+        holder.edge_fillet <= edge::max_radius_sparing_mm(inner), "the skirt below the step needs its wall";
         holder.edge_fillet <= -layout.bolt_z_mm - sink - RESIN_WALL_MM,
             "the edge must end above the bolts' heads";
     }
     let because = "the elastomers' feet stand on what a rounded edge leaves of the top";
-    report.at_most_if_any("holder.edge_fillet", p.holder.edge_fillet, fed, because);
+    report.at_most_or_absent("holder.edge_fillet", p.holder.edge_fillet, fed, because);
 }
 
-fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
-    for (electric, kind) in electronics::electric(p).into_iter().zip(["white", "uv"]) {
+fn check_illumination(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, report: &mut RuleReport) {
+    for (electric, kind) in electronics::electric_by_kind(p).into_iter().zip(["white", "uv"]) {
         let forward = format!("leds.{kind}_forward_volts");
         electric.check(&forward, [p.leds.pairs, 2 * p.leds.pairs], CHIP_0603, report);
     }
@@ -184,7 +184,7 @@ fn illumination(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     }
 }
 
-fn camera(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+fn check_camera(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, report: &mut RuleReport) {
     limits! { report, p:
         camera.front_depth <= -layout.diffuser_top_z_mm,
             "the diffusion ring must not stand in the camera's view";
@@ -202,7 +202,7 @@ fn camera(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
     }
 }
 
-fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+fn check_base(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, report: &mut RuleReport) {
     let [pocket_inner, pocket_outer] = pocket_radii_mm(p, layout);
     let joints = Joints::new(p, layout);
     let (bolts, mounts) = (joints.holder.holes(), joints.mounting.holes());
@@ -215,18 +215,18 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         base.wire_slot_width <=
             (pocket_outer - pocket_inner - 0.2).min(bolt_end - pocket_inner - 0.6),
             "the wires' slot opens into the pocket, inside the bolts";
-        base.wire_slot_length >= wires_mm(p),
+        base.wire_slot_length >= wire_row_mm(p),
             "the wires pass the slot side by side";
         led_board.wire_diameter <= width - 0.1, "the wires pass the slot";
         led_board.wire_hole_diameter <= width - 0.1, "the board's holes stand over the slot";
         base.wire_slot_length <= 2.0 * half_chord(pocket_outer, slot),
             "the wires' slot opens into the pocket";
     }
-    if has_parts(p) {
+    if has_board_parts(p) {
         limits! { report, p:
             led_board.parts_height <= p.base.pocket_depth.mm() - 0.05,
                 "switch and resistors hang into the pocket";
-            base.pocket_depth >= p.base.pocket_depth.mm() + switch_reach_mm(p, layout) - pocket_outer,
+            base.pocket_depth >= p.base.pocket_depth.mm() + switch_pocket_radius_mm(p, layout) - pocket_outer,
                 "the pocket must be wide enough for the switch";
         }
     }
@@ -261,7 +261,7 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         let dx = (at.x - slot).max(slot - width - at.x).max(0.0);
         dx.hypot((at.y.abs() - half).max(0.0))
     };
-    bolts_clear(p, bolts.poses, &to_slot, bolts.radius_mm, bolt_end, report);
+    check_bolt_clearance(p, bolts.poses, &to_slot, bolts.radius_mm, bolt_end, report);
     let clearance = mounts
         .poses
         .iter()
@@ -269,12 +269,12 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         .fold(f64::INFINITY, f64::min);
     report.require(
         clearance >= RESIN_WALL_MM,
-        mounting.path(),
+        mounting.radius_parameter(),
         || {
             format!(
                 "{}; a mounting hole comes within {clearance:.2} mm of the wires' slot, and \
                  {RESIN_WALL_MM} mm are needed",
-                mounting.told()
+                mounting.parameter_text()
             )
         },
         || match mounting.is_ring() {
@@ -283,7 +283,7 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
                 .into(),
             false => format!(
                 "{}, or change `base.cable_angle` or `base.wire_slot_length`",
-                mounting.movers()
+                mounting.move_hint()
             ),
         },
     );
@@ -301,11 +301,11 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         .fold(f64::INFINITY, f64::min);
     report.require(
         between >= mounts.depth_mm || nearest_turn >= RESIN_WALL_MM,
-        mounting.turned_by(),
+        mounting.turn_parameter(),
         || {
             let what = match mounting.is_ring() {
                 true => format!("base.mount_holes is {}", p.base.mount_holes),
-                false => mounting.told(),
+                false => mounting.parameter_text(),
             };
             format!(
                 "{what}; a hole comes within {:.2} mm of a bolt, and {RESIN_WALL_MM} mm are needed",
@@ -315,7 +315,7 @@ fn base(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
         || match mounting.is_ring() {
             true if p.base.mount_holes == p.base.bolts => "change `mount.angle`".into(),
             true => format!("write {}, as many as `base.bolts`", p.base.bolts),
-            false => mounting.movers(),
+            false => mounting.move_hint(),
         },
     );
 }
@@ -325,13 +325,13 @@ const SEARCH_STEPS: u32 = 60;
 
 /// Requires the wires' slot to clear the bolts, which have the radius `radius_mm` and end `bolt_end` mm from the
 /// axis.
-fn bolts_clear(
+fn check_bolt_clearance(
     p: &HalfEllipsoid,
     bolts: &[Pose],
     to_slot: &impl Fn(Point3<f64>) -> f64,
     radius_mm: f64,
     bolt_end: f64,
-    report: &mut Report,
+    report: &mut RuleReport,
 ) {
     let nearest = |pose: &Pose, aside: f64| {
         let head = pose.translation_mm().xy();
@@ -381,12 +381,12 @@ fn bolts_clear(
 //
 // Silicone molds, their negatives, and the channels that lead into them.
 
-pub(super) fn check_tooling(p: &HalfEllipsoid, layout: &Layout, report: &mut Report) {
+pub(super) fn check_tooling(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, report: &mut RuleReport) {
     let tooling = &p.tooling;
     let key = tooling.key_diameter.mm() / 2.0;
-    let surface = layout.foot_of(layout.black_offset_mm);
+    let surface = layout.foot_radius_mm(layout.black_offset_mm);
     let foot = layout.inner_offset_mm - layout.shell_offset_mm;
-    let beside = REACH_MM + SILICONE_WALL_MM;
+    let beside = RUNNER_REACH_MM + SILICONE_WALL_MM;
     let mouth = syringe_seat(p).mouth_mm();
     limits! { report, p:
         tooling.silicone_diameter >= 2.0 * (surface + 2.0 * key + 2.0 * beside),

@@ -3,17 +3,17 @@
 use std::f64::consts::FRAC_PI_2;
 
 use fabkit_geometry::{
-    Angle, BoardPlace, BoardSide, Body, Circuit, CircuitKind, CircuitPart, Color, Land, Order,
+    Angle, BoardPlacement, BoardSide, Body, Circuit, CircuitKind, CircuitPart, Color, Land, Order,
     Pose, Solid, Vector3,
 };
 
-use super::housing::{leds_by_kind, pocket_radii_mm, wire_places, wire_slot};
+use super::housing::{leds_by_kind, pocket_radii_mm, wire_positions, wire_slot};
 use super::parameters::*;
-use super::{Joints, Layout};
-use crate::assembling::{Name, SENSOR};
-use crate::blocks::cable::{GIVES_MM, wire_order};
+use super::{Joints, HalfEllipsoidLayout};
+use crate::chain_builder::{Name, SENSOR};
+use crate::blocks::cable::{GIVE_WAY_MM, wire_order};
 use crate::blocks::circuit::{
-    Builder, CHIP_0603, Electric, GROUND, LedPackage, SUPPLY, Wire, all_around, along_y,
+    CircuitBuilder, CHIP_0603, Electric, GROUND, LedPackage, SUPPLY, BoardWire, ring_region, along_y,
     camera_to_host,
 };
 use crate::blocks::{INTO_MM, LED_YELLOW};
@@ -32,16 +32,16 @@ const BOLT_OUT_MM: f64 = 8.0;
 const CABLE_END_MM: f64 = 6.0;
 
 /// Returns all bought components.
-pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
+pub fn components(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Vec<Body> {
     let led = Solid::cylinder(p.leds.diameter.mm() / 2.0, p.leds.height.mm());
     let [white, uv] = leds_by_kind(p, layout);
     let leds = |name: Name, model: &str, color: Color, poses: Vec<Pose>| {
         let places = poses.into_iter().map(|pose| SENSOR.at(pose).lifted(-40.0));
         name.bought(model, led.clone(), places)
-            .ordered(Order::of(model, ""))
+            .with_order(Order::new(model, ""))
             .colored(color)
-            .shining()
-            .sticking()
+            .as_light_source()
+            .as_attached()
     };
     let c = &p.camera;
     let camera_text = format!(
@@ -53,11 +53,11 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
         c.length.mm()
     );
     let front = Pose::translation(0.0, 0.0, layout.camera_front_z_mm);
-    let drawn_out = |pose: &Pose| SENSOR.drawn_out(pose, BOLT_OUT_MM).lifted(-14.0);
+    let drawn_out = |pose: &Pose| SENSOR.at_exploded(pose, BOLT_OUT_MM).lifted(-14.0);
     let below = Pose::translation(0.0, 0.0, layout.base_top_z_mm);
-    let wire = Solid::cylinder(p.led_board.wire_diameter.mm() / 2.0, below_base_mm(layout))
-        .at_z(-below_base_mm(layout));
-    let wires = wire_places(p, layout)
+    let wire = Solid::cylinder(p.led_board.wire_diameter.mm() / 2.0, drawn_wire_mm(layout))
+        .at_z(-drawn_wire_mm(layout));
+    let wires = wire_positions(p, layout)
         .into_iter()
         .map(|[x, y]| SENSOR.at(below.then_in(Pose::translation(x, y, 0.0))).lifted(-50.0));
     let wire_text =
@@ -66,15 +66,15 @@ pub fn components(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
         vec![
             CAMERA
                 .bought(camera_text, camera(p, layout), [SENSOR.at(front).lifted(6.0)])
-                .ordered(Order::of(&c.module.model, ""))
+                .with_order(Order::new(&c.module.model, ""))
                 .colored(CAMERA_GREY),
             leds(WHITE_LED, &p.leds.white_model, LED_YELLOW, white),
             leds(UV_LED, &p.leds.uv_model, UV, uv),
             LED_WIRE
                 .bought(wire_text, wire, wires)
-                .ordered(wire_order(p.led_board.wire_diameter))
+                .with_order(wire_order(p.led_board.wire_diameter))
                 .colored(UV)
-                .giving(GIVES_MM),
+                .with_assembly_compliance(GIVE_WAY_MM),
         ],
         board_parts(p, layout),
         Joints::new(p, layout).holder.bought(drawn_out, drawn_out),
@@ -89,19 +89,19 @@ pub const SWITCH_MM: [f64; 2] = [3.1, 2.0];
 const RESISTOR_MM: [f64; 3] = [1.6, 0.8, 0.45];
 
 /// Returns whether switch and resistors are drawn on the board's lower side.
-pub fn has_parts(p: &HalfEllipsoid) -> bool {
+pub fn has_board_parts(p: &HalfEllipsoid) -> bool {
     p.led_board.parts_height.mm() > 0.0
 }
 
 /// Distance from the axis to the centre of the parts that hang into the pocket, mm.
-fn parts_circle_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
+fn parts_circle_mm(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> f64 {
     let [inner, outer] = pocket_radii_mm(p, layout);
     (inner + outer) / 2.0
 }
 
 /// Outer radius that the pocket needs for the switch, mm: that of the switch's outer corners. If the switch reaches
 /// too far inwards, the excess is added to the pocket's outer radius instead.
-pub fn switch_reach_mm(p: &HalfEllipsoid, layout: &Layout) -> f64 {
+pub fn switch_pocket_radius_mm(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> f64 {
     let [inner, outer] = pocket_radii_mm(p, layout);
     let circle = parts_circle_mm(p, layout);
     let out = (circle + SWITCH_MM[1] / 2.0).hypot(SWITCH_MM[0] / 2.0);
@@ -117,7 +117,7 @@ pub struct BoardPartPoses {
 }
 
 /// Returns the poses: the switch opposite the wires, a resistor on each side.
-pub fn board_part_poses(p: &HalfEllipsoid, layout: &Layout) -> BoardPartPoses {
+pub fn board_part_poses(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> BoardPartPoses {
     let at = |quarters: f64| {
         let rad = p.base.cable_angle.rad() + quarters * FRAC_PI_2;
         let turn = Pose::rotation_z(Angle::from_rad(rad).expect("a sum of finite angles"));
@@ -127,8 +127,8 @@ pub fn board_part_poses(p: &HalfEllipsoid, layout: &Layout) -> BoardPartPoses {
 }
 
 /// Returns the dual switch and the resistors under the board; empty if they are not drawn.
-fn board_parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
-    if !has_parts(p) {
+fn board_parts(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Vec<Body> {
+    if !has_board_parts(p) {
         return Vec::new();
     }
     let poses = board_part_poses(p, layout);
@@ -141,7 +141,7 @@ fn board_parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
     vec![
         SWITCH
             .bought(p.led_board.switch_model.as_str(), block(SWITCH_MM, height), [at(poses.switch)])
-            .ordered(Order::of(&p.led_board.switch_model, ""))
+            .with_order(Order::new(&p.led_board.switch_model, ""))
             .colored(CAMERA_GREY),
         RESISTOR
             .bought(
@@ -149,18 +149,18 @@ fn board_parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
                 block([length, width], least.min(height)),
                 poses.resistors.map(at),
             )
-            .ordered(Order::of("resistor", "0603"))
+            .with_order(Order::new("resistor", "0603"))
             .colored(CAMERA_GREY),
     ]
 }
 
 /// Length of a wire from the board to its drawn end below the base, mm.
-fn below_base_mm(layout: &Layout) -> f64 {
+fn drawn_wire_mm(layout: &HalfEllipsoidLayout) -> f64 {
     layout.base_top_z_mm - layout.bottom_z_mm + CABLE_END_MM
 }
 
 /// Returns the camera and the beginning of its cable: origin at the lens's front, z forward.
-fn camera(p: &HalfEllipsoid, layout: &Layout) -> Solid {
+fn camera(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Solid {
     let length = p.camera.length.mm();
     let head = Solid::cylinder(p.camera.diameter.mm() / 2.0, length).at_z(-length);
     // Ends at the same height as the wires, below the base.
@@ -182,7 +182,7 @@ const BESIDE_PAD_MM: f64 = 0.25;
 const SWITCH_PINS: [&str; 8] = ["1", "2", "3", "4", "5", "6", "7", "8"];
 
 /// Electrical data of the white LEDs and of the UV LEDs.
-pub fn electric(p: &HalfEllipsoid) -> [Electric; 2] {
+pub fn electric_by_kind(p: &HalfEllipsoid) -> [Electric; 2] {
     [p.leds.white_forward_volts, p.leds.uv_forward_volts].map(|forward_volts| Electric {
         supply_volts: p.leds.supply_volts,
         forward_volts,
@@ -195,19 +195,19 @@ pub fn electric(p: &HalfEllipsoid) -> [Electric; 2] {
 
 /// Builds the circuit: white and UV LEDs in parallel, each kind behind one resistor. Two channels of a switch turn
 /// them on.
-pub fn circuit(p: &HalfEllipsoid, layout: &Layout) -> Circuit {
-    let kinds = electric(p);
-    let mut board = Builder::on(LED_BOARD, &kinds[0]);
-    let is_switched = has_parts(p) && p.led_board.wires >= 4;
+pub fn circuit(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Circuit {
+    let kinds = electric_by_kind(p);
+    let mut board = CircuitBuilder::new_on_board(LED_BOARD, &kinds[0]);
+    let is_switched = has_board_parts(p) && p.led_board.wires >= 4;
     let poses = board_part_poses(p, layout);
-    let below = |pose: &Pose| BoardPlace::of_body(pose, Vector3::y(), BoardSide::Bottom);
+    let below = |pose: &Pose| BoardPlacement::from_body_pose(pose, Vector3::y(), BoardSide::Bottom);
     let package = LedPackage::Round(p.leds.diameter.mm());
     let mut channels = Vec::new();
     for (kind, places) in leds_by_kind(p, layout).iter().enumerate() {
         let name = ["WHITE", "UV"][kind];
         let source = format!("leds.current_ma, leds.{}_forward_volts", name.to_lowercase());
         let mut calculation = board.calculate(&kinds[kind], p.leds.pairs, CHIP_0603, &source);
-        let drawn = has_parts(p).then(|| (below(&poses.resistors[kind]), RESISTOR));
+        let drawn = has_board_parts(p).then(|| (below(&poses.resistors[kind]), RESISTOR));
         let after = if is_switched { format!("{name}-R") } else { name.to_owned() };
         let resistor = board.resistor(calculation.ohms, CHIP_0603, drawn, [SUPPLY, &after]);
         calculation.designators.push(resistor);
@@ -217,18 +217,18 @@ pub fn circuit(p: &HalfEllipsoid, layout: &Layout) -> Circuit {
             board.led(model, package, place, body, name);
         }
         for net in [name, SUPPLY, GROUND] {
-            board.carries(net, all);
+            board.add_net_current(net, all);
         }
         if is_switched {
-            board.carries(&after, all);
+            board.add_net_current(&after, all);
         }
-        board.draws(all);
-        board.calculated(calculation);
+        board.add_current(all);
+        board.add_calculation(calculation);
         channels.push((name, after));
     }
     let mut nets = vec![(SUPPLY, "red"), (GROUND, "black")];
     if is_switched {
-        let switch = board.part(switch(p, below(&poses.switch)));
+        let switch = board.part(switch_part(p, below(&poses.switch)));
         let [(white, white_r), (uv, uv_r)] = &channels[..] else { unreachable!("two kinds") };
         // Nets in the order of the pins 1 to 8: NO1, COM1, IN2, GND, NO2, COM2, IN1, V+.
         let nets =
@@ -240,8 +240,8 @@ pub fn circuit(p: &HalfEllipsoid, layout: &Layout) -> Circuit {
     if is_switched {
         nets = vec![(SUPPLY, "red"), ("WHITE-ON", "white"), ("UV-ON", "violet"), (GROUND, "black")];
     }
-    wires(p, layout, &mut board, &nets);
-    let diffuser = all_around([layout.diffuser_wall_radius_mm, layout.board_radius_mm + 1.0]);
+    add_wires(p, layout, &mut board, &nets);
+    let diffuser = ring_region([layout.diffuser_wall_radius_mm, layout.board_radius_mm + 1.0]);
     board.keep_out(BoardSide::Top, diffuser, "the diffusion ring's wall");
     board.test_points();
     board.connection(camera_to_host(
@@ -256,13 +256,13 @@ pub fn circuit(p: &HalfEllipsoid, layout: &Layout) -> Circuit {
             "both inputs of the switch must be driven: high turns a kind of LEDs on, and an open input is neither",
         );
     }
-    board.done()
+    board.build()
 }
 
 /// Adds the wires with their pads to the board.
-fn wires(p: &HalfEllipsoid, layout: &Layout, board: &mut Builder, nets: &[(&str, &str)]) {
+fn add_wires(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, board: &mut CircuitBuilder, nets: &[(&str, &str)]) {
     let hole = p.led_board.wire_hole_diameter.mm();
-    let places = wire_places(p, layout);
+    let places = wire_positions(p, layout);
     let pitch = match places[..] {
         [[x, y], [u, v], ..] => (u - x).hypot(v - y),
         _ => f64::INFINITY,
@@ -275,18 +275,18 @@ fn wires(p: &HalfEllipsoid, layout: &Layout, board: &mut Builder, nets: &[(&str,
             "WHITE-ON" => "digital pin of the controller, for white",
             _ => "digital pin of the controller, for UV",
         };
-        let place = BoardPlace {
+        let place = BoardPlacement {
             at_mm,
             turn_rad: wire_slot(p, layout).turn.rad(),
             side: BoardSide::Bottom,
         };
         let (hole_mm, by) = (Some(hole), Some(LED_WIRE));
-        board.wire(net, Wire { place, hole_mm, pad_mm, by, to, length_mm: None, color });
+        board.wire(net, BoardWire { place, hole_mm, pad_mm, by, to, length_mm: None, color });
     }
 }
 
 /// Lands of TI's DCU0008A: eight of 0.85 x 0.3 mm, 0.5 mm apart, in two rows 3.1 mm apart.
-fn switch(p: &HalfEllipsoid, place: BoardPlace) -> CircuitPart {
+fn switch_part(p: &HalfEllipsoid, place: BoardPlacement) -> CircuitPart {
     let land = |(index, pin): (usize, &str)| {
         let row = (index % 4) as f64;
         // Pins are numbered down the left side and up the right side.

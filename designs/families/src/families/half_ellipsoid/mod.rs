@@ -12,19 +12,19 @@ mod parameters;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use fabkit_geometry::{
-    CUT_OVERLAP_MM, DomeSurface, EllipsoidOffset, Grip, Lighting, Path, Point3, Pose, Process, Rgb,
-    Sensor, Shows, Solid, Vector3,
+    CUT_OVERLAP_MM, DomeSurface, EllipsoidOffset, FixtureGrip, Lighting, Path, Point3, Pose, Process, Rgb,
+    Sensor, VisibleEffect, Solid, Vector3,
 };
 
-use crate::assembling::sight;
+use crate::chain_builder::visible_layers;
 use crate::blocks::adapter::MountFace;
-use crate::blocks::marks::{RoundPattern, nearest_mm};
+use crate::blocks::listed_markers::{RoundPattern, nearest_mm};
 use crate::blocks::mounting::{MountHold, MountRing, Mounting};
-use crate::blocks::{self, Joint, Rect, mm, ring};
+use crate::blocks::{self, ScrewJoint, Rect, mm, ring};
 use crate::fits::Fit;
 use crate::hardware::Screw;
-use crate::parameters::Report;
-use crate::{Built, Family, Header, layout};
+use crate::parameters::RuleReport;
+use crate::{FamilyOutput, Family, Header, layout};
 use parameters::{BASE, HOLDER, HalfEllipsoid, MeasuredTo, POST};
 
 /// Half-ellipsoid family, whose built-in example is UVDtact.
@@ -38,31 +38,31 @@ impl Family for HalfEllipsoidFamily {
     const DEFAULTS: &'static [(&'static str, &'static str)] =
         &[("half-ellipsoid.yaml (defaults)", include_str!("defaults.yaml"))];
 
-    fn check(parameters: &HalfEllipsoid, report: &mut Report) {
+    fn check(parameters: &HalfEllipsoid, report: &mut RuleReport) {
         constraints::check(parameters, report);
     }
 
-    fn build(parameters: &HalfEllipsoid, header: &Header, _report: &mut Report) -> Option<Built> {
-        let layout = Layout::new(parameters);
+    fn build(parameters: &HalfEllipsoid, header: &Header, _report: &mut RuleReport) -> Option<FamilyOutput> {
+        let layout = HalfEllipsoidLayout::new(parameters);
         let face = MountFace {
             holder: parameters::BASE,
             mounting: Joints::new(parameters, &layout).mounting,
-            borrowed_mm: None,
+            replaced_screw_mm: None,
             bottom_z_mm: layout.bottom_z_mm,
             outline: Rect::round(layout.holder_radius_mm),
-            exits: housing::exits(parameters, &layout),
+            exits: housing::cable_exits(parameters, &layout),
             heads: Vec::new(),
         };
-        let sensor = sensor(parameters, header);
-        Some(Built { sensor, derived: derived(parameters), face: Some(face) })
+        let sensor = build_sensor(parameters, header);
+        Some(FamilyOutput { sensor, derived: derived_dimensions(parameters), face: Some(face) })
     }
 }
 
 /// Builds the sensor: all bodies, the circuit, press fits, casting steps, light sources and the camera.
-fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
-    let layout = Layout::new(p);
-    let mut parts = housing::parts(p, &layout);
-    parts.extend(molds::parts(p, &layout));
+fn build_sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
+    let layout = HalfEllipsoidLayout::new(p);
+    let mut parts = housing::housing_parts(p, &layout);
+    parts.extend(molds::mold_parts(p, &layout));
     let pupil_z = layout.camera_front_z_mm - p.camera.pupil_behind_front.mm();
     let bodies = parts
         .into_iter()
@@ -76,10 +76,10 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
             .press_fit(parameters::BASE)
             .into_iter()
             .collect(),
-        touch: Some(touch(p, &layout).into()),
-        marks: molds::markers(p, &layout),
-        lightings: lightings(p),
-        sight: sight(
+        touch: Some(touch_surface(p, &layout).into()),
+        marks: molds::tracked_markers(p, &layout),
+        lightings: sensor_lightings(p),
+        visible_bodies: visible_layers(
             &housing::elastomer_names(p)
                 .into_iter()
                 .map(|name| match name {
@@ -102,7 +102,7 @@ fn sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
 }
 
 /// Returns the touched surface, and the part that fixtures grip: holder and base, which are equally wide.
-fn touch(p: &HalfEllipsoid, layout: &Layout) -> DomeSurface {
+fn touch_surface(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> DomeSurface {
     let gels = [&p.black_gel.thickness, &p.outer_elastomer.thickness, &p.inner_elastomer.thickness];
     DomeSurface {
         dome: EllipsoidOffset {
@@ -112,25 +112,25 @@ fn touch(p: &HalfEllipsoid, layout: &Layout) -> DomeSurface {
         },
         centre_z_mm: 0.0,
         foot_z_mm: 0.0,
-        soft_mm: gels.iter().map(|thickness| thickness.mm()).sum(),
-        grip: Grip {
+        max_indentation_mm: gels.iter().map(|thickness| thickness.mm()).sum(),
+        grip: FixtureGrip {
             outline: Path::circle([0.0, 0.0], layout.holder_radius_mm),
             top_z_mm: 0.0,
             bottom_z_mm: layout.bottom_z_mm,
             clear_radius_mm: p.base.mount_radius.mm(),
             key: None,
-            threads: Joints::new(p, layout).mounting.held().landmarks,
+            threads: Joints::new(p, layout).mounting.thread_cut().landmarks,
         },
     }
 }
 
 /// Lists the derived dimensions that `fabkit show` prints.
-fn derived(p: &HalfEllipsoid) -> Vec<(String, String)> {
-    let layout = Layout::new(p);
+fn derived_dimensions(p: &HalfEllipsoid) -> Vec<(String, String)> {
+    let layout = HalfEllipsoidLayout::new(p);
     let mill = p.shell.ball_mill_diameter.mm() / 2.0;
     let outside = layout.ellipsoid.polar + layout.shell_offset_mm;
     let mut figures = vec![
-        mm("outer diameter", 2.0 * layout.foot_of(layout.black_offset_mm)),
+        mm("outer diameter", 2.0 * layout.foot_radius_mm(layout.black_offset_mm)),
         mm("tip above the base circle", layout.ellipsoid.polar + layout.black_offset_mm),
         mm("total height", layout.ellipsoid.polar + layout.black_offset_mm - layout.bottom_z_mm),
         mm("tip's radius of curvature", layout.ellipsoid.tip_curvature_radius()),
@@ -156,16 +156,16 @@ fn derived(p: &HalfEllipsoid) -> Vec<(String, String)> {
 
 /// Response of the camera's red, green and blue channels to the glow of each ink. Chosen values: fluorescent inks
 /// glow in bands of 60 to 100 nm.
-const INKS: [Rgb; 2] = [[1.0, 0.15, 0.05], [0.05, 0.25, 1.0]];
+const INK_RESPONSES: [Rgb; 2] = [[1.0, 0.15, 0.05], [0.05, 0.25, 1.0]];
 
 /// Returns two lightings: white light for shape, in which both inks scatter alike, and ultraviolet light for markers,
 /// in which each ink glows in its own colour.
-fn lightings(p: &HalfEllipsoid) -> Vec<Lighting> {
+fn sensor_lightings(p: &HalfEllipsoid) -> Vec<Lighting> {
     let layers: Vec<String> = housing::elastomer_names(p).into_iter().map(String::from).collect();
-    let glowing = layers.iter().cloned().zip(INKS).collect();
+    let glowing = layers.iter().cloned().zip(INK_RESPONSES).collect();
     vec![
-        Lighting::by("white", parameters::WHITE_LED, Shows::Thickness { layers }),
-        Lighting::by("uv", parameters::UV_LED, Shows::Glow { layers: glowing }),
+        Lighting::from_body("white", parameters::WHITE_LED, VisibleEffect::Thickness { layers }),
+        Lighting::from_body("uv", parameters::UV_LED, VisibleEffect::Fluorescence { layers: glowing }),
     ]
 }
 
@@ -190,7 +190,7 @@ layout! {
     ///
     /// Downwards from the base circle follow the holder's collar around the shell's foot, a step, and the skirt
     /// around diffuser, LEDs, board and base, which are stacked on each other.
-    pub struct Layout from p: &HalfEllipsoid {
+    pub struct HalfEllipsoidLayout from p: &HalfEllipsoid {
         /// Ellipsoid from which all layers are offset.
         ellipsoid: Ellipsoid =
             Ellipsoid { equatorial: p.surface.diameter.mm() / 2.0, polar: p.surface.height.mm() };
@@ -262,7 +262,7 @@ layout! {
         let passed = [POST, BASE].map(|part| (part, Process::Sla));
         /// Radius of the passage for the camera's cable.
         cable_radius_mm =
-            p.camera.cable_diameter.mm() / 2.0 + p.making.widest_mm(passed, Fit::Free);
+            p.camera.cable_diameter.mm() / 2.0 + p.making.widest_gap_mm(passed, Fit::Free);
 
         /// Outer radius of the silicone molds.
         silicone_radius_mm = p.tooling.silicone_diameter.mm() / 2.0;
@@ -273,9 +273,9 @@ layout! {
     }
 }
 
-impl Layout {
+impl HalfEllipsoidLayout {
     /// Radius of the base circle of the surface at `offset`, mm.
-    pub fn foot_of(&self, offset: f64) -> f64 {
+    pub fn foot_radius_mm(&self, offset: f64) -> f64 {
         self.ellipsoid.equatorial + offset
     }
 
@@ -298,14 +298,14 @@ const MOUNT_DEPTH_MM: f64 = 3.0;
 /// All joints, in the sensor frame.
 pub struct Joints {
     /// Bolts through the shell holder's skirt into the base, pointing at the axis.
-    pub holder: Joint,
+    pub holder: ScrewJoint,
     /// Holes in the base's bottom for mounting the sensor. The user provides the screws.
-    pub mounting: Joint,
+    pub mounting: ScrewJoint,
 }
 
 impl Joints {
     /// Places the joints. The result is meaningful only for parameters that satisfy the family's constraints.
-    pub fn new(p: &HalfEllipsoid, layout: &Layout) -> Self {
+    pub fn new(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Self {
         // A flat head is flush with a round wall where its rim, not its centre, meets the wall.
         let head = BOLT.head_diameter_mm() / 2.0;
         let radius = (layout.holder_radius_mm.powi(2) - head.powi(2)).sqrt();
@@ -313,7 +313,7 @@ impl Joints {
         let bolts = ring(p.base.bolts, 0.0, bolt);
         let depth = BOLT.length_mm + BOLT_SPARE_MM;
         Self {
-            holder: Joint::self_tapping("bolt", BOLT, bolts, depth).of_bolts(),
+            holder: ScrewJoint::self_tapping("bolt", BOLT, bolts, depth).named_bolts(),
             mounting: mounting(p).joint(layout.bottom_z_mm),
         }
     }
@@ -344,7 +344,7 @@ pub(super) fn mounting(p: &HalfEllipsoid) -> Mounting<'_> {
 
 /// Number of biarcs along the shell's inside. With these, its distance from the parallel surface stays below 0.1 um
 /// for every ellipsoid up to 1 : 4.
-const BIARCS: u32 = 32;
+const BIARC_COUNT: u32 = 32;
 
 /// Ellipsoid of revolution from which all layers are offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -418,7 +418,7 @@ impl Ellipsoid {
     pub fn cavity(&self, depth: f64, tip_radius: f64, bottom_z: f64) -> Solid {
         let fold = self.fold(depth + tip_radius);
         let node = |i: u32| {
-            let eccentric = FRAC_PI_2 + (fold - FRAC_PI_2) * f64::from(i) / f64::from(BIARCS);
+            let eccentric = FRAC_PI_2 + (fold - FRAC_PI_2) * f64::from(i) / f64::from(BIARC_COUNT);
             let (point, normal) = self.meridian(eccentric);
             ([point[0] - depth * normal[0], point[1] - depth * normal[1]], normal)
         };
@@ -426,10 +426,10 @@ impl Ellipsoid {
         let mut path = Path::from([0.0, bottom_z]).line([bore, bottom_z]).line([bore, 0.0]);
         // The first point is set exactly on the base circle, where rounding would leave z = 1e-16.
         let (mut from, mut from_normal) = ([bore, 0.0], [1.0, 0.0]);
-        for i in 1..=BIARCS {
+        for i in 1..=BIARC_COUNT {
             let (mut to, to_normal) = node(i);
             // The last point lies on the axis, exactly.
-            if i == BIARCS && fold == 0.0 {
+            if i == BIARC_COUNT && fold == 0.0 {
                 to[0] = 0.0;
             }
             let [first, joint, second] = biarc(from, from_normal, to, to_normal);

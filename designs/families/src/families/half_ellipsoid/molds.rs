@@ -3,17 +3,17 @@
 use std::f64::consts::{PI, TAU};
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, Carrier, InvalidPattern, Mark, Path, Pattern, Point3, Pose, Process,
-    Profile, Reach, Solid,
+    Body, CUT_OVERLAP_MM, MarkerCarrier, InvalidPattern, Marker, Path, Pattern, Point3, Pose, Process,
+    Profile, ToolAccess, Solid,
 };
 
-use super::Layout;
+use super::HalfEllipsoidLayout;
 use super::parameters::*;
-use crate::assembling::{AssemblyName, Name, flipped, shrinkage};
+use crate::chain_builder::{AssemblyName, Name, flipped, shrinkage};
 use crate::blocks::cup_and_bridge::bowl;
-use crate::blocks::marks::RoundPattern;
+use crate::blocks::listed_markers::RoundPattern;
 use crate::blocks::sprue::LuerSeat;
-use crate::blocks::{TOOL_GREY, copies, hanging, marks, ring};
+use crate::blocks::{TOOL_GREY, copies, hanging, listed_markers, ring};
 use crate::fits::Fit;
 use crate::hardware::tools;
 use crate::materials::Castable;
@@ -43,7 +43,7 @@ pub enum Boundary {
 
 impl Boundary {
     /// Returns the boundaries from the inside out. Without markers there is no outer elastomer.
-    pub fn all(p: &HalfEllipsoid) -> Vec<Self> {
+    pub fn for_design(p: &HalfEllipsoid) -> Vec<Self> {
         match p.markers.is_plain() {
             true => vec![Self::Inner, Self::Black],
             false => vec![Self::Inner, Self::Outer, Self::Black],
@@ -75,7 +75,7 @@ impl Boundary {
     }
 
     /// Assembly in which the silicone mold is cast.
-    pub fn casting(self) -> AssemblyName {
+    pub fn mold_casting_assembly(self) -> AssemblyName {
         match self {
             Self::Inner => CAST_INNER_CUP,
             Self::Outer => CAST_OUTER_CUP,
@@ -84,7 +84,7 @@ impl Boundary {
     }
 
     /// Assembly in which the layer is cast.
-    pub fn mold(self) -> AssemblyName {
+    pub fn casting_assembly(self) -> AssemblyName {
         match self {
             Self::Inner => INNER_MOLD,
             Self::Outer => OUTER_MOLD,
@@ -94,7 +94,7 @@ impl Boundary {
 }
 
 /// Returns cones on the core that fit the cups' sockets. They extend into the core's flange.
-pub fn keys(p: &HalfEllipsoid, layout: &Layout) -> Vec<Solid> {
+pub fn keys(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Vec<Solid> {
     let (radius, height) = (p.tooling.key_diameter.mm() / 2.0, p.tooling.key_height.mm());
     // A taper of 20 degrees lets a key find its socket and come out of it.
     let slope = 20f64.to_radians().tan();
@@ -109,8 +109,8 @@ pub fn keys(p: &HalfEllipsoid, layout: &Layout) -> Vec<Solid> {
 }
 
 /// Radius of the circle of the keys, mm: midway between the finished surface and the molds' side.
-pub fn key_circle_mm(layout: &Layout) -> f64 {
-    (layout.foot_of(layout.black_offset_mm) + layout.silicone_radius_mm) / 2.0
+pub fn key_circle_mm(layout: &HalfEllipsoidLayout) -> f64 {
+    (layout.foot_radius_mm(layout.black_offset_mm) + layout.silicone_radius_mm) / 2.0
 }
 
 /// Draft of a vent: decrease of its radius per mm on its way out. The vent's pin is thickest at its root, the core
@@ -118,12 +118,12 @@ pub fn key_circle_mm(layout: &Layout) -> f64 {
 const VENT_DRAFT: f64 = 0.02;
 
 /// Radius of the circle of vents, mm: below the middle of the inner elastomer's foot.
-pub fn vent_circle_mm(layout: &Layout) -> f64 {
-    (layout.foot_of(layout.shell_offset_mm) + layout.foot_of(layout.inner_offset_mm)) / 2.0
+pub fn vent_circle_mm(layout: &HalfEllipsoidLayout) -> f64 {
+    (layout.foot_radius_mm(layout.shell_offset_mm) + layout.foot_radius_mm(layout.inner_offset_mm)) / 2.0
 }
 
 /// Poses at which the vents meet the foot, z axis up.
-pub fn vent_poses(p: &HalfEllipsoid, layout: &Layout) -> Vec<Pose> {
+pub fn vent_poses(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Vec<Pose> {
     ring(p.tooling.vents, 0.0, Pose::translation(vent_circle_mm(layout), 0.0, 0.0))
 }
 
@@ -133,7 +133,7 @@ pub fn vent_radius_at(p: &HalfEllipsoid, depth_mm: f64) -> f64 {
 }
 
 /// Returns the vents through the core's flange, extended by `beyond_mm` beyond its far side.
-fn vents(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
+fn vents(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, beyond_mm: f64) -> Vec<Solid> {
     let depth = beyond_mm - layout.core_flange_z_mm;
     let [far, near] = [depth, -CUT_OVERLAP_MM].map(|depth| vent_radius_at(p, depth));
     let pin = Solid::cone(far, near, depth + CUT_OVERLAP_MM).at_z(-depth);
@@ -142,28 +142,28 @@ fn vents(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
 
 /// Returns vents, gates and sprue, which are cut from the core's flange and added to its negative. They extend
 /// `beyond_mm` beyond the far side.
-pub fn ways_out(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
+pub fn flange_openings(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, beyond_mm: f64) -> Vec<Solid> {
     [vents(p, layout, beyond_mm), runner_tools(p, layout, beyond_mm)].concat()
 }
 
 /// Returns the vent at the tip of the mold for the outer elastomer, from within the cavity to above the silicone.
-pub fn tip_vent(p: &HalfEllipsoid, layout: &Layout) -> Solid {
+pub fn tip_vent(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Solid {
     let bottom = layout.ellipsoid.polar + layout.inner_offset_mm;
     let top = layout.silicone_top_z_mm + PIN_SPARE_MM;
     Solid::rod(p.tooling.tip_vent_diameter.mm() / 2.0, [bottom, top]).named("tip vent")
 }
 
 /// Returns all negatives and the sleeve.
-pub fn parts(p: &HalfEllipsoid, layout: &Layout) -> Vec<Body> {
+pub fn mold_parts(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Vec<Body> {
     let mut parts: Vec<Body> =
-        Boundary::all(p).iter().map(|&boundary| negative_of_cup(p, layout, boundary)).collect();
+        Boundary::for_design(p).iter().map(|&boundary| negative_of_cup(p, layout, boundary)).collect();
     parts.extend([negative_of_core(p, layout), sleeve(p, layout)]);
     parts
 }
 
 fn tool(p: &HalfEllipsoid, name: Name, solid: Solid) -> Body {
     name.made(Process::Sla, solid)
-        .from(&p.tooling.resin)
+        .with_material(&p.tooling.resin)
         .colored(TOOL_GREY)
         .sealed("varnish")
         .note(
@@ -179,13 +179,13 @@ fn double_shrinkage(p: &HalfEllipsoid, layer: &Castable) -> f64 {
 }
 
 /// Returns the dome on a plate around which a silicone cup is cast.
-fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Body {
+fn negative_of_cup(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, boundary: Boundary) -> Body {
     let (radius, wall) = (layout.silicone_radius_mm, p.tooling.wall.mm());
     let lip = radius + wall + p.making.gap_mm(boundary.negative(), Process::Sla, Fit::Slide);
     let plate = bowl([lip, lip + wall], LIP_MM, [0.0, -wall]);
     let on_plate = |solid: Solid| solid.minus(Solid::below(-CUT_OVERLAP_MM));
     let (dome, material) = match boundary {
-        Boundary::Inner => (on_plate(slotted(p, layout)), &p.inner_elastomer.material),
+        Boundary::Inner => (on_plate(slotted_solid(p, layout)), &p.inner_elastomer.material),
         Boundary::Outer => {
             (layout.ellipsoid.dome_tool(layout.outer_offset_mm), &p.outer_elastomer.material)
         }
@@ -196,17 +196,17 @@ fn negative_of_cup(p: &HalfEllipsoid, layout: &Layout, boundary: Boundary) -> Bo
     let pin = (boundary == Boundary::Outer).then(|| tip_vent(p, layout));
     let pieces = [plate, dome.named("dome")].into_iter().chain(keys(p, layout)).chain(pin);
     let landmarks = match boundary {
-        Boundary::Inner => marks("marker", &marker_poses(p, layout)),
+        Boundary::Inner => landmarks_at("marker", &marker_poses(p, layout)),
         _ => Vec::new(),
     };
     tool(p, boundary.negative(), Solid::union(pieces))
-        .placed([boundary.casting().in_place()])
-        .marked(landmarks)
+        .placed([boundary.mold_casting_assembly().in_place()])
+        .with_landmarks(landmarks)
         .for_shrinkage(double_shrinkage(p, material))
 }
 
 /// Returns the vessel in which the silicone core is cast.
-fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Body {
+fn negative_of_core(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Body {
     let (radius, wall) = (layout.silicone_radius_mm, p.tooling.wall.mm());
     let mouth = layout.core_flange_z_mm - LIP_MM;
     let top = layout.ellipsoid.polar + layout.shell_offset_mm + wall;
@@ -221,24 +221,24 @@ fn negative_of_core(p: &HalfEllipsoid, layout: &Layout) -> Body {
     tool(
         p,
         CORE_NEGATIVE,
-        Solid::union(std::iter::once(body).chain(ways_out(p, layout, PIN_SPARE_MM))),
+        Solid::union(std::iter::once(body).chain(flange_openings(p, layout, PIN_SPARE_MM))),
     )
     .placed([CAST_CORE.in_place().lifted(45.0)])
-    .lying(flipped())
+    .with_bed_orientation(flipped())
     .for_shrinkage(double_shrinkage(p, &p.inner_elastomer.material))
 }
 
 /// Returns the wall around the negatives of the cups.
-fn sleeve(p: &HalfEllipsoid, layout: &Layout) -> Body {
+fn sleeve(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Body {
     let inner = layout.silicone_radius_mm;
     let outer = inner + p.tooling.wall.mm();
     let top = layout.silicone_top_z_mm;
     let outline = [[inner, 0.0], [outer, 0.0], [outer, top], [inner, top]];
     tool(p, SLEEVE, Solid::revolution(Path::polygon(&outline)))
         .placed(
-            Boundary::all(p)
+            Boundary::for_design(p)
                 .into_iter()
-                .map(|boundary| boundary.casting().in_place().lifted(110.0)),
+                .map(|boundary| boundary.mold_casting_assembly().in_place().lifted(110.0)),
         )
         .with_handles(1)
         .note("push the cured silicone out with two thumbs")
@@ -256,7 +256,7 @@ fn sleeve(p: &HalfEllipsoid, layout: &Layout) -> Body {
 const GATE_MM: f64 = 2.4;
 
 /// Depth of gates and ring, mm.
-const RUNNER_MM: f64 = 1.2;
+const RUNNER_DEPTH_MM: f64 = 1.2;
 
 /// Width of the land between the outermost layer's foot and the ring, mm, which the cup closes.
 const LAND_MM: f64 = 0.6;
@@ -265,7 +265,7 @@ const LAND_MM: f64 = 0.6;
 const RING_MM: f64 = 1.0;
 
 /// Distance from the outermost layer's foot to the outside of the ring channel, mm.
-pub const REACH_MM: f64 = LAND_MM + RING_MM;
+pub const RUNNER_REACH_MM: f64 = LAND_MM + RING_MM;
 
 /// Minimum silicone between a vent, a gate, a key or the seat and its neighbour, mm.
 pub const SILICONE_WALL_MM: f64 = 0.5;
@@ -276,17 +276,17 @@ pub fn syringe_seat(p: &HalfEllipsoid) -> LuerSeat {
 }
 
 /// Angle of the seat around the axis, rad. It lies between two keys.
-fn seat_rad(p: &HalfEllipsoid) -> f64 {
+fn seat_angle_rad(p: &HalfEllipsoid) -> f64 {
     PI / f64::from(p.tooling.keys)
 }
 
 /// Half the angle, rad, that a gate covers at the inner radius of the thin layers' feet.
-pub fn half_gate_rad(layout: &Layout) -> f64 {
-    (GATE_MM / 2.0 / layout.foot_of(layout.inner_offset_mm)).min(1.0).asin()
+pub fn half_gate_rad(layout: &HalfEllipsoidLayout) -> f64 {
+    (GATE_MM / 2.0 / layout.foot_radius_mm(layout.inner_offset_mm)).min(1.0).asin()
 }
 
 /// Angles of the gates' middles, rad: half a step off the vents of the inner elastomer.
-pub fn gates_rad(p: &HalfEllipsoid) -> impl Iterator<Item = f64> {
+pub fn gate_angles_rad(p: &HalfEllipsoid) -> impl Iterator<Item = f64> {
     let count = p.tooling.vents;
     (0..count).map(move |i| TAU * (f64::from(i) + 0.5) / f64::from(count))
 }
@@ -296,12 +296,12 @@ fn polar(radius: f64, rad: f64) -> [f64; 2] {
 }
 
 /// Returns gates, ring, and the channel from the ring to the seat, from above the flange's face down to their floor.
-fn channels(p: &HalfEllipsoid, layout: &Layout) -> Solid {
-    let gate = layout.foot_of(layout.inner_offset_mm);
-    let inner = layout.foot_of(layout.black_offset_mm) + LAND_MM;
+fn runner_solid(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Solid {
+    let gate = layout.foot_radius_mm(layout.inner_offset_mm);
+    let inner = layout.foot_radius_mm(layout.black_offset_mm) + LAND_MM;
     let (outer, half) = (inner + RING_MM, half_gate_rad(layout));
-    let mut teeth = Path::from(polar(gate, -half + first_runner(p)));
-    for middle in gates_rad(p) {
+    let mut teeth = Path::from(polar(gate, -half + first_gate_rad(p)));
+    for middle in gate_angles_rad(p) {
         let next = middle + TAU / f64::from(p.tooling.vents) - half;
         teeth = teeth
             .arc(polar(gate, middle + half), [0.0; 2], true)
@@ -309,7 +309,7 @@ fn channels(p: &HalfEllipsoid, layout: &Layout) -> Solid {
             .arc(polar(inner, next), [0.0; 2], true)
             .line(polar(gate, next));
     }
-    let (to, end) = (seat_rad(p), key_circle_mm(layout));
+    let (to, end) = (seat_angle_rad(p), key_circle_mm(layout));
     let side = (GATE_MM / 2.0 / outer).min(1.0).asin();
     let outline = Path::from(polar(outer, to + side))
         .arc(polar(outer, to + PI), [0.0; 2], true)
@@ -317,30 +317,30 @@ fn channels(p: &HalfEllipsoid, layout: &Layout) -> Solid {
         .line(polar(end, to - side))
         .arc(polar(end, to + side), [0.0; 2], true)
         .close();
-    Solid::prism(Profile::new(outline).with_hole(teeth.close()), [-RUNNER_MM, CUT_OVERLAP_MM])
+    Solid::prism(Profile::new(outline).with_hole(teeth.close()), [-RUNNER_DEPTH_MM, CUT_OVERLAP_MM])
         .named("runner")
 }
 
-fn first_runner(p: &HalfEllipsoid) -> f64 {
+fn first_gate_rad(p: &HalfEllipsoid) -> f64 {
     PI / f64::from(p.tooling.vents)
 }
 
 /// Returns the runner and the seat, which are cut from the core's flange and added to its negative. The seat extends
 /// `beyond_mm` beyond the far side.
-pub fn runner_tools(p: &HalfEllipsoid, layout: &Layout, beyond_mm: f64) -> Vec<Solid> {
-    let [x, y] = polar(key_circle_mm(layout), seat_rad(p));
+pub fn runner_tools(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, beyond_mm: f64) -> Vec<Solid> {
+    let [x, y] = polar(key_circle_mm(layout), seat_angle_rad(p));
     let mouth = Pose::translation(x, y, layout.core_flange_z_mm);
-    vec![channels(p, layout), syringe_seat(p).tool(&mouth, beyond_mm)]
+    vec![runner_solid(p, layout), syringe_seat(p).tool(&mouth, beyond_mm)]
 }
 
 /// Returns the space that the syringe takes in its seat, in the core's frame.
-pub fn syringe(p: &HalfEllipsoid, layout: &Layout) -> Reach {
-    let at = polar(key_circle_mm(layout), seat_rad(p));
+pub fn syringe(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> ToolAccess {
+    let at = polar(key_circle_mm(layout), seat_angle_rad(p));
     tools::syringe(hanging(at, layout.core_flange_z_mm), syringe_seat(p).stands_out_mm())
 }
 
 /// Centre and radius, mm, of a disc that contains the opening of one gate in a foot between two radii.
-pub fn open_disc(rad: f64, layout: &Layout, [inner, outer]: [f64; 2]) -> (Point3<f64>, f64) {
+pub fn gate_opening_disc(rad: f64, layout: &HalfEllipsoidLayout, [inner, outer]: [f64; 2]) -> (Point3<f64>, f64) {
     let middle = (inner + outer) / 2.0;
     let [x, y] = polar(middle, rad);
     let half = half_gate_rad(layout);
@@ -355,14 +355,14 @@ pub fn open_disc(rad: f64, layout: &Layout, [inner, outer]: [f64; 2]) -> (Point3
 
 /// Distribution of the markers over rings around the tip.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spread {
+pub struct MarkerSpread {
     /// Distance from ring to ring along the surface, mm.
     pub spacing: f64,
     /// Places of the markers on the inner elastomer's outside.
     pub pattern: Pattern,
 }
 
-impl Spread {
+impl MarkerSpread {
     /// Numbers of markers on the rings, as text for users.
     pub fn counts(&self) -> String {
         match &self.pattern {
@@ -383,11 +383,11 @@ impl Spread {
 ///
 /// # Errors
 /// Fails for a surface without meridian, or without any markers.
-pub fn marker_spread(layout: &Layout, count: u32) -> Result<Spread, InvalidPattern> {
+pub fn marker_spread(layout: &HalfEllipsoidLayout, count: u32) -> Result<MarkerSpread, InvalidPattern> {
     let surface = layout.ellipsoid.parallel(layout.inner_offset_mm);
     let length = layout.ellipsoid.meridian_length(layout.inner_offset_mm);
     let others = count.checked_sub(1).ok_or(InvalidPattern::Empty)?;
-    let mut best: Option<(f64, Spread)> = None;
+    let mut best: Option<(f64, MarkerSpread)> = None;
     // If each marker stands for the same square, rings are as far apart as a square is wide. The best number of rings
     // is close to that.
     let square = layout.ellipsoid.area_estimate(layout.inner_offset_mm) / f64::from(count);
@@ -408,17 +408,17 @@ pub fn marker_spread(layout: &Layout, count: u32) -> Result<Spread, InvalidPatte
         let uneven = (along / spacing).ln().abs();
         if best.as_ref().is_none_or(|(least, _)| uneven < *least) {
             let mut counts = vec![1];
-            counts.extend(shares(&circles, others));
+            counts.extend(apportion(&circles, others));
             let pattern =
                 Pattern::SurfaceRings { surface: surface.clone(), spacing_mm: spacing, counts };
-            best = Some((uneven, Spread { spacing, pattern }));
+            best = Some((uneven, MarkerSpread { spacing, pattern }));
         }
     }
     best.map(|(_, spread)| spread).ok_or(InvalidPattern::Empty)
 }
 
 /// Splits `total` into integers in proportion to `weights` (largest remainders first).
-fn shares(weights: &[f64], total: u32) -> Vec<u32> {
+fn apportion(weights: &[f64], total: u32) -> Vec<u32> {
     let sum: f64 = weights.iter().sum();
     let exact: Vec<f64> = weights.iter().map(|w| w / sum * f64::from(total)).collect();
     let mut counts: Vec<u32> = exact.iter().map(|e| e.floor() as u32).collect();
@@ -433,7 +433,7 @@ fn shares(weights: &[f64], total: u32) -> Vec<u32> {
 
 /// Poses of the markers on the inner elastomer's outside, z axis outwards along the normal. Empty without markers, or
 /// for a surface that `check` refuses.
-pub fn marker_poses(p: &HalfEllipsoid, layout: &Layout) -> Vec<Pose> {
+pub fn marker_poses(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Vec<Pose> {
     if p.markers.pattern == RoundPattern::List {
         return p.markers.listed().poses(&layout.ellipsoid.parallel(layout.inner_offset_mm));
     }
@@ -446,22 +446,22 @@ pub fn marker_depth(markers: &Markers) -> f64 {
 }
 
 /// Centre of each slot's round end, mm.
-pub fn marker_end_centres(p: &HalfEllipsoid, layout: &Layout) -> Vec<Point3<f64>> {
+pub fn marker_end_centres(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Vec<Point3<f64>> {
     let end = Point3::new(0.0, 0.0, -p.markers.straight_depth.mm());
     marker_poses(p, layout).iter().map(|pose| pose.point(end)).collect()
 }
 
 /// Markers that the camera tracks: the ends of the slots.
-pub fn markers(p: &HalfEllipsoid, layout: &Layout) -> Vec<Mark> {
+pub fn tracked_markers(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Vec<Marker> {
     let slots = &p.markers;
-    Mark::below("marker", &marker_poses(p, layout), marker_depth(slots), slots.radius.mm(), |_| {
-        Carrier::Gel
+    Marker::place_below_poses("marker", &marker_poses(p, layout), marker_depth(slots), slots.radius.mm(), |_| {
+        MarkerCarrier::Gel
     })
 }
 
 /// Returns the solid within the inner elastomer's outside without the slots. The inner elastomer and its negative are
 /// cut from it; it is cut from the outer elastomer and the silicone mold.
-pub fn slotted(p: &HalfEllipsoid, layout: &Layout) -> Solid {
+pub fn slotted_solid(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Solid {
     let (radius, straight) = (p.markers.radius.mm(), p.markers.straight_depth.mm());
     // The surface curves away from the slot's mouth, so the overlap lies outside.
     let slot = Solid::revolution(

@@ -2,14 +2,14 @@
 
 use fabkit_geometry::{Angle, Length};
 
-use crate::assembling::AssemblyName;
-use crate::blocks::marks::{Listed, RoundPattern};
+use crate::chain_builder::AssemblyName;
+use crate::blocks::listed_markers::{ListedMarkers, RoundPattern};
 use crate::blocks::mounting::Mount;
-use crate::blocks::optics::{LensLaw, Module, Optics, Pictures};
+use crate::blocks::optics::{ProjectionLaw, Module, Optics, ImageFormat};
 pub use crate::blocks::{CAMERA, LED_WIRE};
 use crate::materials::Castable;
 use crate::parameters::Inline;
-use crate::processes::Making;
+use crate::processes::ProcessAssignments;
 use crate::{choices, sections};
 
 choices! {
@@ -162,11 +162,11 @@ sections! {
         /// Distance of the entrance pupil behind the lens's front.
         pupil_behind_front: Length = 0.0..=5.0,
         /// Images of the camera.
-        pictures: Inline<Pictures>,
+        pictures: Inline<ImageFormat>,
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=180.0,
         /// Projection of the lens: relation between the angle to its axis and the distance from the image's centre.
-        projection: LensLaw,
+        projection: ProjectionLaw,
         /// Optical properties of the lens.
         optics: Inline<Optics>,
     }
@@ -260,7 +260,7 @@ sections! {
         /// Printed negatives and the silicone molds cast from them.
         tooling: Tooling,
         /// Processes by which the parts are made.
-        making: Making,
+        making: ProcessAssignments,
     }
 }
 
@@ -277,8 +277,8 @@ impl Markers {
     /// millimetre is hardly a micrometre of height. The angle is the same for all parallel surfaces. So a marker lies
     /// below the point of the finished sensor that has this normal, whatever the layers measure, and below the pin of
     /// a pin dome with the same angles.
-    pub fn listed(&self) -> Listed<'_, Angle> {
-        Listed::new("marker", ("markers.polar", &self.polar), ("markers.azimuth", &self.azimuth))
+    pub fn listed(&self) -> ListedMarkers<'_, Angle> {
+        ListedMarkers::new("marker", ("markers.polar", &self.polar), ("markers.azimuth", &self.azimuth))
     }
 }
 

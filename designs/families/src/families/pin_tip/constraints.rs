@@ -6,30 +6,30 @@ use fabkit_geometry::{Angle, Process};
 
 use super::housing::pin_root_mm;
 use super::parameters::{BODY, PinTip};
-use super::{Joints, Layout, electronics, half_diagonal_mm, lens_play_mm};
+use super::{Joints, PinTipLayout, electronics, half_diagonal_mm, lens_play_mm};
 use crate::blocks::circuit::CHIP_0402;
-use crate::blocks::marks::{RoundPattern, farthest_deg};
+use crate::blocks::listed_markers::{RoundPattern, max_angle_deg};
 use crate::blocks::{APART_MM, PRINTED_WALL_MM, led_ring};
 use crate::fits::Fit;
-use crate::parameters::{Report, limits};
+use crate::parameters::{RuleReport, limits};
 
 /// Minimum gap between neighbouring dots, mm: support material must come out of it, and the camera must resolve it.
 const DOTS_APART_MM: f64 = 0.3;
 
 /// Reports every combination of parameters that cannot be built.
-pub(super) fn check(p: &PinTip, report: &mut Report) {
-    let layout = Layout::new(p);
-    pins(p, &layout, report);
-    tip(p, &layout, report);
+pub(super) fn check(p: &PinTip, report: &mut RuleReport) {
+    let layout = PinTipLayout::new(p);
+    check_pins(p, &layout, report);
+    check_tip(p, &layout, report);
     p.bayonet.check(&layout.tip_joint, report);
-    illumination(p, &layout, report);
-    view(p, &layout, report);
-    housing(p, &layout, report);
-    mount(p, &layout, report);
+    check_illumination(p, &layout, report);
+    check_view(p, &layout, report);
+    check_housing(p, &layout, report);
+    check_mount(p, &layout, report);
     electronics::check_controller(p, &layout, report);
 }
 
-fn pins(p: &PinTip, layout: &Layout, report: &mut Report) {
+fn check_pins(p: &PinTip, layout: &PinTipLayout, report: &mut RuleReport) {
     let half = layout.pin_diameter_mm / 2.0;
     // The rim of a pin's root is the point of the pin nearest to the skin's outside.
     let room =
@@ -45,7 +45,7 @@ fn pins(p: &PinTip, layout: &Layout, report: &mut Report) {
         }
     };
     if is_listed {
-        listed(p, layout, reach, report);
+        check_listed_pins(p, layout, reach, report);
     } else {
         limits! { report, p:
             pins.reach <= reach, "a pin that stands lower misses the skin";
@@ -61,17 +61,17 @@ fn pins(p: &PinTip, layout: &Layout, report: &mut Report) {
 
 /// Checks listed pins: on the skin, which ends `reach_mm` from the apex along its inside, visible, and apart from
 /// each other.
-fn listed(p: &PinTip, layout: &Layout, reach_mm: f64, report: &mut Report) {
+fn check_listed_pins(p: &PinTip, layout: &PinTipLayout, reach_mm: f64, report: &mut RuleReport) {
     let listed = p.pins.listed();
     listed.check_lengths(report);
     let arc_mm = |polar: Angle| polar.rad() * layout.skin_radius_mm;
-    let tangent = Layout::usable_tangent(p);
+    let tangent = PinTipLayout::usable_tangent(p);
     let is_seen = |polar: Angle| {
-        let [rim, rim_z] = layout.dot_rim(p, arc_mm(polar));
+        let [rim, rim_z] = layout.dot_outer_point(p, arc_mm(polar));
         rim <= layout.ray_radius(tangent, rim_z) + 1e-9
     };
     let on_skin = (reach_mm / layout.skin_radius_mm).to_degrees();
-    let seen = farthest_deg(is_seen);
+    let seen = max_angle_deg(is_seen);
     let told = match seen < on_skin {
         true => (
             "the pixels must see all of its dot through lens and gel, within `camera.margin`",
@@ -90,11 +90,11 @@ fn listed(p: &PinTip, layout: &Layout, reach_mm: f64, report: &mut Report) {
 
 /// Smallest distance between two pins at the skin's inside, mm. Circles are spaced along the surface, pins of one
 /// circle by their chord.
-fn closest_pins_mm(p: &PinTip, layout: &Layout) -> f64 {
+fn closest_pins_mm(p: &PinTip, layout: &PinTipLayout) -> f64 {
     let spacing = layout.pin_spacing_mm;
     // Chord between two circles. Pins on neighbouring circles are never nearer than that.
     let across = 2.0 * layout.skin_radius_mm * (spacing / (2.0 * layout.skin_radius_mm)).sin();
-    (1..=layout.pin_rings(p))
+    (1..=layout.pin_ring_count(p))
         .map(|k| {
             let radius = layout.skin_radius_mm
                 * (f64::from(k) * spacing / layout.skin_radius_mm).sin().abs();
@@ -105,7 +105,7 @@ fn closest_pins_mm(p: &PinTip, layout: &Layout) -> f64 {
         .fold(across, f64::min)
 }
 
-fn tip(p: &PinTip, layout: &Layout, report: &mut Report) {
+fn check_tip(p: &PinTip, layout: &PinTipLayout, report: &mut RuleReport) {
     let groove_ceiling = layout.ring_bottom_z_mm + layout.tip_joint.groove_top;
     limits! { report, p:
         skin.upstand <= p.skin.thickness.mm() - 0.3, "the skin's skirt around it needs 0.3 mm";
@@ -114,17 +114,17 @@ fn tip(p: &PinTip, layout: &Layout, report: &mut Report) {
         lens.hole_radius <= layout.ledge_radius_mm - p.lens.hole_diameter.mm() / 2.0 - APART_MM,
             "the holes must open into the gel, not onto the ledge";
         lens.hole_radius >=
-            layout.sight_radius(p, layout.lens_bottom_z_mm) + p.lens.hole_diameter.mm() / 2.0,
+            layout.view_cone_radius(p, layout.lens_bottom_z_mm) + p.lens.hole_diameter.mm() / 2.0,
             "the holes must stay out of the camera's sight of the dots";
         lens.ledge >= lens_play_mm(p) + 0.4,
             "the glue needs 0.4 mm of the lens's rim";
-        tip.diameter >= 2.0 * (layout.sight_radius(p, layout.lens_top_z_mm) - layout.ledge_radius_mm
+        tip.diameter >= 2.0 * (layout.view_cone_radius(p, layout.lens_top_z_mm) - layout.ledge_radius_mm
             + layout.outer_radius_mm),
             "the ledge must stay out of the camera's sight of the dots";
     }
 }
 
-fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
+fn check_illumination(p: &PinTip, layout: &PinTipLayout, report: &mut RuleReport) {
     p.leds.electric.check("leds.forward_volts", [1, p.leds.count], CHIP_0402, report);
     led_ring!(p.leds).check(
         p.led_board.bore_radius,
@@ -144,9 +144,9 @@ fn illumination(p: &PinTip, layout: &Layout, report: &mut Report) {
 }
 
 /// Checks that the camera sees all dots, and that nothing stands in its view.
-fn view(p: &PinTip, layout: &Layout, report: &mut Report) {
-    let (tangent, usable) = (Layout::half_view_tangent(p), Layout::usable_tangent(p));
-    let [rim, rim_z] = layout.outermost_dot(p);
+fn check_view(p: &PinTip, layout: &PinTipLayout, report: &mut RuleReport) {
+    let (tangent, usable) = (PinTipLayout::half_view_tangent(p), PinTipLayout::usable_tangent(p));
+    let [rim, rim_z] = layout.outermost_dot_point(p);
     // Listed pins have been checked one by one.
     if p.pins.pattern == RoundPattern::Rings {
         limits! { report, p:
@@ -160,12 +160,12 @@ fn view(p: &PinTip, layout: &Layout, report: &mut Report) {
         camera.lens_view >= 2.0 * (tangent * SQRT_2).atan().to_degrees(),
             "the lens must light the chip's corners";
         led_board.bore_radius >=
-            layout.sight_radius(p, layout.board_top_z_mm + p.leds.height.mm()) + APART_MM,
+            layout.view_cone_radius(p, layout.board_top_z_mm + p.leds.height.mm()) + APART_MM,
             "board and LEDs must stay out of the camera's sight of the dots";
     }
 }
 
-fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
+fn check_housing(p: &PinTip, layout: &PinTipLayout, report: &mut RuleReport) {
     let (camera, slide) = (&p.camera, p.making.gap_mm(BODY, Process::Fdm, Fit::Slide));
     let screws = Joints::new(p, layout).camera;
     let (pilot, head_mm) = (screws.holes(), screws.screw.head_diameter_mm());
@@ -215,14 +215,14 @@ fn housing(p: &PinTip, layout: &Layout, report: &mut Report) {
         body.cable_slot_width <= layout.mount_joint.bore_radius,
             "the slot must leave the housing's wall standing";
     }
-    edges(p, layout, report);
+    check_edges(p, layout, report);
 }
 
 /// Half the angle, rad, by which the wall turns where the 45 degree cone ends.
-const HALF_TURN_RAD: f64 = FRAC_PI_8;
+const HALF_CONE_TURN_RAD: f64 = FRAC_PI_8;
 
 /// Limits the rounding of the housing's edges.
-fn edges(p: &PinTip, layout: &Layout, report: &mut Report) {
+fn check_edges(p: &PinTip, layout: &PinTipLayout, report: &mut RuleReport) {
     if p.body.edge_fillet.mm() == 0.0 {
         return; // Sharp edges need no room. The housing may then be as narrow as its shaft.
     }
@@ -235,14 +235,14 @@ fn edges(p: &PinTip, layout: &Layout, report: &mut Report) {
         body.edge_fillet <= p.bayonet.wall.mm() - PRINTED_WALL_MM / 2.0,
             "the wall outside of the bayonet's entries needs what a rounded edge leaves of its end";
         body.edge_fillet <= p.mount.spigot_height.mm(), "the edge must end below the cable's slot";
-        body.edge_fillet <= (cone / HALF_TURN_RAD.tan()).max(0.0),
+        body.edge_fillet <= (cone / HALF_CONE_TURN_RAD.tan()).max(0.0),
             "the upper edge must end on the cone";
-        body.edge_fillet <= (wall / (1.0 + HALF_TURN_RAD.tan())).max(0.0),
+        body.edge_fillet <= (wall / (1.0 + HALF_CONE_TURN_RAD.tan())).max(0.0),
             "both edges share the housing's wall";
     }
 }
 
-fn mount(p: &PinTip, layout: &Layout, report: &mut Report) {
+fn check_mount(p: &PinTip, layout: &PinTipLayout, report: &mut RuleReport) {
     let inside = layout.mount_joint.spigot_radius - p.mount.spigot_wall.mm();
     limits! { report, p:
         mount.spigot_height >= layout.mount_joint.lug_top + 0.5, "the spigot must carry its lugs";

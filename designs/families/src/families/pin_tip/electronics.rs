@@ -3,21 +3,21 @@
 use std::f64::consts::FRAC_PI_2;
 
 use fabkit_geometry::{
-    Angle, BoardPlace, BoardSide, Body, CUT_OVERLAP_MM, Circuit, Color, Order, Path, Point3, Pose,
+    Angle, BoardPlacement, BoardSide, Body, CUT_OVERLAP_MM, Circuit, Color, Order, Path, Point3, Pose,
     Process, Solid,
 };
 
 use super::housing::led_poses;
 use super::parameters::*;
-use super::{Joints, Layout};
-use crate::assembling::{SENSOR, STEEL, in_sensor};
-use crate::blocks::cable::{Cable, GIVES_MM};
+use super::{Joints, PinTipLayout};
+use crate::chain_builder::{SENSOR, STEEL, in_sensor};
+use crate::blocks::cable::{Cable, GIVE_WAY_MM};
 use crate::blocks::circuit::{
-    Builder, CHIP_0402, LedPackage, TO_SUPPLY, Wire, all_around, along_y, camera_to_host,
+    CircuitBuilder, CHIP_0402, LedPackage, TO_SUPPLY, BoardWire, ring_region, along_y, camera_to_host,
 };
 use crate::blocks::{INTO_MM, LED, MASK_GREEN, RUBBER, WHITE, board_camera, led_ring, turn};
 use crate::fits::{Fit, gap_mm};
-use crate::parameters::{Report, limits};
+use crate::parameters::{RuleReport, limits};
 
 // ------ Components ------
 //
@@ -29,14 +29,14 @@ const BOARD_BLUE: Color = [40, 70, 130];
 const PLUG_MARGIN_MM: f64 = 2.0;
 
 /// Returns all bought components.
-pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
+pub fn components(p: &PinTip, layout: &PinTipLayout) -> Vec<Body> {
     let (c, joints) = (&p.camera, Joints::new(p, layout));
     let seat = layout.seal_seat(p);
     let below = |lift_mm: f64| move |pose: &Pose| SENSOR.at(*pose).lifted(lift_mm);
     let seal_z = (layout.lens_bottom_z_mm + layout.seal_z_mm) / 2.0;
     let height = layout.lens_bottom_z_mm - layout.seal_z_mm;
     let seal = seat.ring().between_planes(layout.neck_radius_mm, height);
-    let ring_text = format!("{}, silicone, black", seat.ordered());
+    let ring_text = format!("{}, silicone, black", seat.order_text());
     let camera_text = format!(
         "{}, {} x {} px, statistics at {} Hz or images at {} Hz, M12 lens of {} mm ({} on a large \
          chip)",
@@ -53,18 +53,18 @@ pub fn components(p: &PinTip, layout: &Layout) -> Vec<Body> {
             led_ring!(p.leds).body(led_poses(p, layout).iter().map(below(-7.0))),
             O_RING
                 .bought(ring_text, seal.at_z(seal_z), [in_sensor().lifted(2.0)])
-                .ordered(seat.ring().order())
+                .with_order(seat.ring().order())
                 .colored(RUBBER)
-                .giving(seat.ring().gives_mm()),
+                .with_assembly_compliance(seat.ring().max_stretch_mm()),
             CAMERA
                 .bought(camera_text, camera(p, layout), [in_sensor().lifted(-74.0)])
-                .ordered(Order::of(
+                .with_order(Order::new(
                     &c.module.model,
                     format!("with lens of {} mm", c.focal_length.mm()),
                 ))
                 .placed([FOCUSING.in_place()])
-                .reached(
-                    board_camera!(p.camera).lens(layout.camera_board_top_z_mm).turned_from_sides(),
+                .with_tool_access(
+                    board_camera!(p.camera).lens(layout.camera_board_top_z_mm).side_access(),
                 )
                 .colored(BOARD_BLUE),
             camera_cable(p, layout),
@@ -82,8 +82,8 @@ const PLUG_MM: f64 = 5.0;
 const CABLE_MM: f64 = 4.0;
 
 /// Number of wires to order, and length of each, mm.
-const WIRES: f64 = 8.0;
-const WIRE_MM: f64 = 200.0;
+const WIRE_COUNT: f64 = 8.0;
+const WIRE_LENGTH_MM: f64 = 200.0;
 
 /// Play of the cable in its slot, mm.
 const CABLE_PLAY_MM: f64 = 0.4;
@@ -96,7 +96,7 @@ const CABLE_BEYOND_MM: [f64; 2] = [14.0, 20.0];
 
 /// Returns the wires from the plug below the camera board, out of the slot and around the housing. They are threaded
 /// before they are soldered, so they have no plug at their far end.
-fn camera_cable(p: &PinTip, layout: &Layout) -> Body {
+fn camera_cable(p: &PinTip, layout: &PinTipLayout) -> Body {
     let room = p.body.wiring_room.mm();
     let diameter =
         CABLE_MM.min(p.body.cable_slot_width.mm() - CABLE_PLAY_MM).min(room / 2.0 - CABLE_PLAY_MM);
@@ -114,22 +114,22 @@ fn camera_cable(p: &PinTip, layout: &Layout) -> Body {
     let cable = Cable { diameter_mm: diameter, bend_mm: BEND_MM, corners: corners.to_vec() };
     let text = format!("eight stranded wires in a sleeve of {diameter:.1} mm, 200 mm long");
     let place = SENSOR.at(Pose::rotation_z(p.body.cable_angle)).lifted(-74.0);
-    let order = Order::of("stranded wire", "0.14 mm2, eight colours").cut_to(WIRES * WIRE_MM);
+    let order = Order::new("stranded wire", "0.14 mm2, eight colours").cut_to(WIRE_COUNT * WIRE_LENGTH_MM);
     CAMERA_CABLE
         .bought(text, cable.solid(), [place])
-        .ordered(order)
+        .with_order(order)
         .colored(RUBBER)
-        .giving(GIVES_MM)
+        .with_assembly_compliance(GIVE_WAY_MM)
 }
 
 /// Width of the plug across the board, mm.
 fn plug_width_mm(p: &PinTip) -> f64 {
-    let screw = Joints::SCREW;
+    let screw = Joints::CAMERA_SCREW;
     p.camera.screw_spacing_y.mm() - screw.head_diameter_mm() - PLUG_MARGIN_MM
 }
 
 /// Returns the camera: a board with four holes, lens holder and barrel above, plug below.
-fn camera(p: &PinTip, layout: &Layout) -> Solid {
+fn camera(p: &PinTip, layout: &PinTipLayout) -> Solid {
     let (c, room) = (&p.camera, p.body.wiring_room.mm());
     let screws = Joints::new(p, layout).camera;
     let gap = gap_mm(Process::Pcb, Fit::Snug);
@@ -151,34 +151,34 @@ const PAD_LENGTH_MM: f64 = 1.4;
 /// Largest size of a wire's pad across the ring, mm. The pad stays clear of the board's inner edge and of the ledge.
 const PAD_WIDTH_MM: f64 = 0.8;
 /// Clearance between a pad and the board's edge or the ledge, mm.
-const BESIDE_MM: f64 = 0.21;
+const PAD_CLEARANCE_MM: f64 = 0.21;
 
 /// Builds the circuit: LEDs between supply and ground, each with its resistor, and wires on the lower side.
-pub fn circuit(p: &PinTip, layout: &Layout) -> Circuit {
-    let mut board = Builder::on(LED_BOARD, &p.leds.electric);
+pub fn circuit(p: &PinTip, layout: &PinTipLayout) -> Circuit {
+    let mut board = CircuitBuilder::new_on_board(LED_BOARD, &p.leds.electric);
     let package = LedPackage::Chip([p.leds.length.mm(), p.leds.width.mm()]);
-    board.each_with_resistor(
+    board.add_leds_with_resistors(
         &p.leds.electric,
         (&p.leds.model, package, LED),
         along_y(&led_poses(p, layout)),
         CHIP_0402,
         "leds.current_ma, or leds.resistor_ohms where that is not 0",
     );
-    let inner = p.led_board.bore_radius.mm() + BESIDE_MM;
-    let ledge = layout.shaft_bore_radius_mm.min(layout.board_radius_mm - BESIDE_MM);
+    let inner = p.led_board.bore_radius.mm() + PAD_CLEARANCE_MM;
+    let ledge = layout.shaft_bore_radius_mm.min(layout.board_radius_mm - PAD_CLEARANCE_MM);
     let width = (ledge - inner).min(PAD_WIDTH_MM);
     let radius = inner + width / 2.0;
     for (step, wire) in [0.5, -0.5].into_iter().zip(TO_SUPPLY) {
         // Between two LEDs, one wire on each side of the LED at angle 0.
         let angle = turn(0, p.leds.count, step).rad();
-        let place = BoardPlace {
+        let place = BoardPlacement {
             at_mm: [radius * angle.cos(), radius * angle.sin()],
             turn_rad: angle + FRAC_PI_2,
             side: BoardSide::Bottom,
         };
-        board.wire(wire.0, Wire::undrawn(place, [PAD_LENGTH_MM, width], wire));
+        board.wire(wire.0, BoardWire::without_body(place, [PAD_LENGTH_MM, width], wire));
     }
-    let ledge = all_around([layout.shaft_bore_radius_mm, layout.board_radius_mm + 1.0]);
+    let ledge = ring_region([layout.shaft_bore_radius_mm, layout.board_radius_mm + 1.0]);
     board.keep_out(BoardSide::Bottom, ledge, "the ledge of the body");
     board.test_points();
     board.connection(camera_to_host(
@@ -188,7 +188,7 @@ pub fn circuit(p: &PinTip, layout: &Layout) -> Circuit {
         "SPI and supply, eight wires",
     ));
     board.note("solder the wires to the lower side and lead them down the shaft");
-    board.done()
+    board.build()
 }
 
 // ------ Controller ------
@@ -198,7 +198,7 @@ pub fn circuit(p: &PinTip, layout: &Layout) -> Circuit {
 // Everything is built with the outward radius along +x, then turned into place.
 
 /// Distance from the ties inwards at which the saddle glued to the housing ends, mm.
-const SADDLE_INSIDE_MM: f64 = 2.0;
+const SADDLE_TIE_GAP_MM: f64 = 2.0;
 
 /// Minimum half width of the saddle, and minimum height of the wall that it is glued to, mm.
 const LEAST_SADDLE_MM: [f64; 2] = [4.0, 12.0];
@@ -208,7 +208,7 @@ const LEAST_SADDLE_MM: [f64; 2] = [4.0, 12.0];
 const GLUE_MM: f64 = 0.1;
 
 /// Distance from the housing to the holder's back beside the saddle, mm. The ties pass through it.
-const BACK_MM: f64 = 1.0;
+const TIE_GAP_MM: f64 = 1.0;
 
 /// Thickness of the holder's back and walls, mm.
 const SADDLE_WALL_MM: f64 = 2.0;
@@ -223,17 +223,17 @@ const LEDGE_MM: f64 = 2.0;
 const PLAY_MM: f64 = 0.15;
 
 /// Distance from the housing's lower end to the holder's lower end, mm.
-const ABOVE_END_MM: f64 = 1.0;
+const HOLDER_RAISE_MM: f64 = 1.0;
 
 /// Length by which an open tie yields to what it goes around, mm.
-const OPEN_MM: f64 = 20.0;
+const TIE_GIVES_MM: f64 = 20.0;
 
 /// Width and thickness of a cable tie, and distance of its centre from the board's end, mm. The tie passes beside the
 /// socket.
 const TIE_MM: [f64; 3] = [2.5, 1.1, 9.5];
 
 /// Height of the board above its holder's front, mm. The plug's socket lies on the board.
-const PROUD_MM: f64 = 0.4;
+const BOARD_RAISE_MM: f64 = 0.4;
 
 /// Width, length and height of the plug's socket (mini-B), and its overhang beyond the board's end, mm.
 const SOCKET_MM: [f64; 4] = [7.7, 9.2, 3.9, 1.2];
@@ -242,58 +242,58 @@ const SOCKET_MM: [f64; 4] = [7.7, 9.2, 3.9, 1.2];
 const CHIPS_MM: [f64; 2] = [11.0, 1.6];
 
 /// Radial distances and heights of the controller's holder and board, mm.
-struct Seat {
-    housing: f64,
+struct ControllerGeometry {
+    housing_radius: f64,
     /// Radius of the holder's back beside the saddle.
-    back: f64,
+    back_radius: f64,
     /// Radii of the board's back, which lies on the ledges, and of its front.
-    board: [f64; 2],
+    board_radii: [f64; 2],
     heights: [f64; 2],
     /// Half the board's length.
-    half: f64,
+    half_length: f64,
 }
 
-impl Seat {
-    fn new(p: &PinTip, layout: &Layout) -> Self {
-        let housing = layout.mount_joint.outer_radius;
-        let back = housing + BACK_MM;
-        let ledge = back + SADDLE_WALL_MM + SOLDER_MM;
-        let bottom = layout.body_bottom_z_mm + p.body.edge_fillet.mm() + ABOVE_END_MM;
+impl ControllerGeometry {
+    fn new(p: &PinTip, layout: &PinTipLayout) -> Self {
+        let housing_radius = layout.mount_joint.outer_radius;
+        let back_radius = housing_radius + TIE_GAP_MM;
+        let ledge = back_radius + SADDLE_WALL_MM + SOLDER_MM;
+        let bottom = layout.body_bottom_z_mm + p.body.edge_fillet.mm() + HOLDER_RAISE_MM;
         let top = bottom + SADDLE_WALL_MM + p.controller.width.mm() + 2.0 * PLAY_MM;
         Self {
-            housing,
-            back,
-            board: [ledge, ledge + p.controller.thickness.mm()],
+            housing_radius,
+            back_radius,
+            board_radii: [ledge, ledge + p.controller.thickness.mm()],
             heights: [bottom, top],
-            half: p.controller.length.mm() / 2.0,
+            half_length: p.controller.length.mm() / 2.0,
         }
     }
 
     /// Distance of a tie from the board's middle.
-    fn aside(&self) -> f64 {
-        self.half - TIE_MM[2]
+    fn tie_offset(&self) -> f64 {
+        self.half_length - TIE_MM[2]
     }
 
     /// Half the width of the saddle.
-    fn saddle(&self) -> f64 {
-        self.aside() - SADDLE_INSIDE_MM
+    fn saddle_half_width(&self) -> f64 {
+        self.tie_offset() - SADDLE_TIE_GAP_MM
     }
 
     /// Returns the holder: one block that prints along the axis without overhangs.
     fn holder(&self) -> Solid {
         let [bottom, top] = self.heights;
-        let ([ledge, board], wide) = (self.board, self.saddle());
-        let front = board - PROUD_MM;
-        let inside = self.half + PLAY_MM;
+        let ([ledge, board], wide) = (self.board_radii, self.saddle_half_width());
+        let front = board - BOARD_RAISE_MM;
+        let inside = self.half_length + PLAY_MM;
         let end = inside + SADDLE_WALL_MM;
-        let saddle = ((self.housing + GLUE_MM).powi(2) - wide.powi(2)).sqrt();
+        let saddle = ((self.housing_radius + GLUE_MM).powi(2) - wide.powi(2)).sqrt();
         let outline = Path::from([saddle, -wide])
-            .line([self.back, -wide])
-            .line([self.back, -end])
+            .line([self.back_radius, -wide])
+            .line([self.back_radius, -end])
             .line([front, -end])
             .line([front, end])
-            .line([self.back, end])
-            .line([self.back, wide])
+            .line([self.back_radius, end])
+            .line([self.back_radius, wide])
             .line([saddle, wide])
             .arc([saddle, -wide], [0.0, 0.0], false)
             .close();
@@ -303,7 +303,7 @@ impl Seat {
             Solid::cuboid_between([from, -half, floor], [to, half, above])
         };
         let bed = room(ledge, inside, front + CUT_OVERLAP_MM).named("board");
-        let behind = room(ledge - SOLDER_MM, self.half - LEDGE_MM, ledge + CUT_OVERLAP_MM);
+        let behind = room(ledge - SOLDER_MM, self.half_length - LEDGE_MM, ledge + CUT_OVERLAP_MM);
         Solid::extrusion(outline, top - bottom)
             .at_z(bottom)
             .minus_all([bed, behind.named("solder room")])
@@ -311,12 +311,12 @@ impl Seat {
 
     /// Returns the board with its chips and the socket of its plug.
     fn board(&self, p: &PinTip) -> Solid {
-        let [back, front] = self.board;
+        let [back, front] = self.board_radii;
         let low = self.heights[0] + SADDLE_WALL_MM + PLAY_MM;
         let [middle, high] = [low + p.controller.width.mm() / 2.0, low + p.controller.width.mm()];
-        let plate = Solid::cuboid_between([back, -self.half, low], [front, self.half, high]);
+        let plate = Solid::cuboid_between([back, -self.half_length, low], [front, self.half_length, high]);
         let [width, length, height, out] = SOCKET_MM;
-        let end = self.half + out;
+        let end = self.half_length + out;
         let on_board = |y: [f64; 2], half: f64, height: f64| {
             Solid::cuboid_between(
                 [front - INTO_MM, y[0], middle - half],
@@ -325,7 +325,7 @@ impl Seat {
         };
         let socket = on_board([end - length, end], width / 2.0, height).named("socket");
         let [across, height] = CHIPS_MM;
-        let chips = self.saddle();
+        let chips = self.saddle_half_width();
         let chips = on_board([-chips, chips], across / 2.0, height).named("chips");
         Solid::union([plate, socket, chips])
     }
@@ -333,7 +333,7 @@ impl Seat {
     /// Returns a tie around board and holder, at y = 0.
     fn tie(&self) -> Solid {
         let [width, thick, _] = TIE_MM;
-        let ([low, high], [back, front]) = (self.heights, [self.back, self.board[1]]);
+        let ([low, high], [back, front]) = (self.heights, [self.back_radius, self.board_radii[1]]);
         let half = width / 2.0;
         let outside = Solid::cuboid_between(
             [back - thick, -half, low - thick],
@@ -345,7 +345,7 @@ impl Seat {
 }
 
 /// Pose of the controller around the axis: a quarter turn after the cable's slot, from which its wires come.
-fn controller_turn(p: &PinTip) -> Pose {
+fn controller_pose(p: &PinTip) -> Pose {
     let rad = p.body.cable_angle.rad() + FRAC_PI_2;
     Pose::rotation_z(Angle::from_rad(rad).expect("a sum of finite angles"))
 }
@@ -356,14 +356,14 @@ pub fn has_controller(p: &PinTip) -> bool {
 }
 
 /// Returns holder, board and ties; empty if there is no controller on the housing.
-pub fn controller_bodies(p: &PinTip, layout: &Layout) -> Vec<Body> {
+pub fn controller_bodies(p: &PinTip, layout: &PinTipLayout) -> Vec<Body> {
     if !has_controller(p) {
         return Vec::new();
     }
-    let (seat, turn) = (Seat::new(p, layout), controller_turn(p));
+    let (seat, turn) = (ControllerGeometry::new(p, layout), controller_pose(p));
     let holder = CONTROLLER_HOLDER
         .made(Process::Fdm, seat.holder())
-        .from(&p.body.material)
+        .with_material(&p.body.material)
         .placed([SENSOR.at(turn).lifted(-46.0)])
         .colored(WHITE)
         .note("print it standing on its floor, as it stands in use, without support")
@@ -378,30 +378,30 @@ pub fn controller_bodies(p: &PinTip, layout: &Layout) -> Vec<Body> {
     );
     let board = CONTROLLER
         .bought(text, seat.board(p), [SENSOR.at(turn).lifted(-46.0)])
-        .ordered(Order::of(&c.model, ""))
+        .with_order(Order::new(&c.model, ""))
         .colored(MASK_GREEN);
     let width = TIE_MM[0];
-    let ties = [-seat.aside(), seat.aside()]
+    let ties = [-seat.tie_offset(), seat.tie_offset()]
         .map(|y| SENSOR.at(turn.then_in(Pose::translation(0.0, y, 0.0))).lifted(-46.0));
     let tie = CABLE_TIE
         .bought(format!("cable tie, {width} mm wide, 100 mm long"), seat.tie(), ties)
-        .ordered(Order::of("cable tie", format!("{width} mm wide, 100 mm long")))
+        .with_order(Order::new("cable tie", format!("{width} mm wide, 100 mm long")))
         .colored(STEEL)
-        .giving(OPEN_MM)
-        .fastening()
+        .with_assembly_compliance(TIE_GIVES_MM)
+        .as_fastener()
         .with_handles(1);
     vec![holder, board, tie]
 }
 
 /// Reports a board for which its holder or the housing has no room.
-pub fn check_controller(p: &PinTip, layout: &Layout, report: &mut Report) {
+pub fn check_controller(p: &PinTip, layout: &PinTipLayout, report: &mut RuleReport) {
     if !has_controller(p) {
         return;
     }
     let wall = layout.cone_bottom_z_mm - layout.body_bottom_z_mm - 2.0 * p.body.edge_fillet.mm();
     let [half, height] = LEAST_SADDLE_MM;
     limits! { report, p:
-        controller.length >= 2.0 * (half + SADDLE_INSIDE_MM + TIE_MM[2]),
+        controller.length >= 2.0 * (half + SADDLE_TIE_GAP_MM + TIE_MM[2]),
             "its ties lie between the saddle and the plug's socket";
         body.wiring_room >= p.body.wiring_room.mm() + height - wall,
             "the controller's holder needs 12 mm of the housing's round wall; `controller.seat` may be none";

@@ -1,16 +1,16 @@
 //! Body and mount, the printed tip, and the gauge in which its lens is focused.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, Carrier, Color, Landmark, Mark, Path, Point3, Pose, Process, Profile,
+    Body, CUT_OVERLAP_MM, MarkerCarrier, Color, Landmark, Marker, Path, Point3, Pose, Process, Profile,
     Shells, Solid, Vector3,
 };
 
 use super::parameters::*;
-use super::{Joints, Layout};
-use crate::assembling::{Name, flipped, in_sensor};
-use crate::blocks::cable_way::{Side, wall_way};
-use crate::blocks::{GLASS, MASK_GREEN, TOOL_GREY, copies, edge, holes, led_ring, marks, ring};
-use crate::materials::glazing;
+use super::{Joints, PinTipLayout};
+use crate::chain_builder::{Name, flipped, in_sensor};
+use crate::blocks::cable_openings::{HousingSide, wall_opening};
+use crate::blocks::{GLASS, MASK_GREEN, TOOL_GREY, copies, edge, holes, led_ring, listed_markers, ring};
+use crate::materials::window_transparency;
 
 // ------ Body ------
 //
@@ -20,12 +20,12 @@ const ABS_GREY: Color = [104, 110, 120];
 const MOUNT_GREY: Color = [150, 156, 164];
 
 /// Poses of the LEDs on their board: z axis up, x axis outwards.
-pub fn led_poses(p: &PinTip, layout: &Layout) -> Vec<Pose> {
+pub fn led_poses(p: &PinTip, layout: &PinTipLayout) -> Vec<Pose> {
     led_ring!(p.leds).poses(layout.board_top_z_mm, 0.0)
 }
 
 /// Returns the body: spigot, shaft, cone and housing in one print.
-pub fn body(p: &PinTip, layout: &Layout) -> Body {
+pub fn body(p: &PinTip, layout: &PinTipLayout) -> Body {
     let (tip, mount) = (&layout.tip_joint, &layout.mount_joint);
     let bottom = layout.body_bottom_z_mm;
     let fillet = p.body.edge_fillet.mm();
@@ -66,11 +66,11 @@ pub fn body(p: &PinTip, layout: &Layout) -> Body {
     });
     let lugs = tip.male().at_z(layout.ring_bottom_z_mm);
     BODY.made(Process::Fdm, outside.plus(lugs).minus(cavity.minus_all(posts)))
-        .from(&p.body.material)
+        .with_material(&p.body.material)
         .placed([in_sensor().lifted(-30.0)])
         .colored(ABS_GREY)
         // With the spigot down, cone, posts and both bayonets print without support.
-        .lying(flipped())
+        .with_bed_orientation(flipped())
         .note("print with the spigot down, without support")
         .with_supports(false)
         .note(
@@ -81,13 +81,13 @@ pub fn body(p: &PinTip, layout: &Layout) -> Body {
         .note("paint the shaft's inside matt black if the filament is bright")
         // Two handles: the bore for the light, and the slot for the cable.
         .with_handles(2)
-        .cut(screws.held())
+        .cut(screws.thread_cut())
         .cut(holes(mount.female_tools(bottom)))
         .cut(holes([cable_slot(p, layout)]))
 }
 
 /// Returns the slot for the cable, between camera board and mount.
-fn cable_slot(p: &PinTip, layout: &Layout) -> Solid {
+fn cable_slot(p: &PinTip, layout: &PinTipLayout) -> Solid {
     let (bore, outer) = (layout.mount_joint.bore_radius, layout.mount_joint.outer_radius);
     let width = p.body.cable_slot_width.mm();
     let height = p.body.wiring_room.mm() / 2.0;
@@ -95,12 +95,12 @@ fn cable_slot(p: &PinTip, layout: &Layout) -> Solid {
     let inner = bore - width / 2.0;
     let bottom = layout.camera_board_bottom_z_mm - p.body.wiring_room.mm() / 2.0 - height / 2.0;
     let reach = [inner, outer + CUT_OVERLAP_MM];
-    let slot = wall_way(Side::Right, width, reach, [bottom, bottom + height]).named("cable slot");
+    let slot = wall_opening(HousingSide::Right, width, reach, [bottom, bottom + height]).named("cable slot");
     if p.body.cable_angle.rad() == 0.0 { slot } else { slot.turned_z(p.body.cable_angle) }
 }
 
 /// Returns the annular LED board.
-pub fn led_board(p: &PinTip, layout: &Layout) -> Body {
+pub fn led_board(p: &PinTip, layout: &PinTipLayout) -> Body {
     let outline = Profile::new(Path::circle([0.0, 0.0], layout.board_radius_mm))
         .with_hole(Path::circle([0.0, 0.0], p.led_board.bore_radius.mm()));
     LED_BOARD
@@ -108,9 +108,9 @@ pub fn led_board(p: &PinTip, layout: &Layout) -> Body {
             Process::Pcb,
             Solid::extrusion(outline, p.led_board.thickness.mm()).at_z(layout.board_bottom_z_mm),
         )
-        .from(&p.led_board.material)
+        .with_material(&p.led_board.material)
         .placed([in_sensor().lifted(-12.0)])
-        .marked(marks("led", &led_poses(p, layout)))
+        .with_landmarks(landmarks_at("led", &led_poses(p, layout)))
         .colored(MASK_GREEN)
         .note("solder the wires to the lower side, inside the ledge, and lead them down the shaft")
         .note("press it in from above until it meets the ledge")
@@ -118,7 +118,7 @@ pub fn led_board(p: &PinTip, layout: &Layout) -> Body {
 }
 
 /// Returns the flange onto which the body locks.
-pub fn mount(p: &PinTip, layout: &Layout) -> Body {
+pub fn mount(p: &PinTip, layout: &PinTipLayout) -> Body {
     let joint = &layout.mount_joint;
     let inner = joint.spigot_radius - p.mount.spigot_wall.mm();
     let top = layout.body_bottom_z_mm + p.mount.spigot_height.mm();
@@ -134,11 +134,11 @@ pub fn mount(p: &PinTip, layout: &Layout) -> Body {
     ]));
     ROBOT_MOUNT
         .made(Process::Fdm, outside.plus(joint.male().at_z(layout.body_bottom_z_mm)))
-        .from(&p.body.material)
+        .with_material(&p.body.material)
         .placed([in_sensor().lifted(-112.0)])
         .colored(MOUNT_GREY)
         .note("print on its plate; the lugs stand out far enough to print freely")
-        .cut(Joints::new(p, layout).robot.passed())
+        .cut(Joints::new(p, layout).robot.clearance_cut())
 }
 
 // ------ Tip ------
@@ -161,22 +161,22 @@ pub fn pin_root_mm(p: &PinTip) -> f64 {
 }
 
 /// Poses of the pins. `check` has already refused layouts without any.
-fn pins(p: &PinTip, layout: &Layout) -> Vec<Pose> {
+fn pin_poses(p: &PinTip, layout: &PinTipLayout) -> Vec<Pose> {
     layout.pin_poses(p).unwrap_or_default()
 }
 
 /// Returns a cylinder of a pin's diameter at each pin, between two heights above the skin's inside (positive into the
 /// tip).
-fn columns(p: &PinTip, layout: &Layout, word: &str, from_mm: f64, to_mm: f64) -> Vec<Solid> {
+fn pin_cylinders(p: &PinTip, layout: &PinTipLayout, word: &str, from_mm: f64, to_mm: f64) -> Vec<Solid> {
     let column = Solid::cylinder(layout.pin_diameter_mm / 2.0, to_mm - from_mm).at_z(-to_mm);
-    copies(word, &pins(p, layout), &column)
+    copies(word, &pin_poses(p, layout), &column)
 }
 
 /// Returns skin with pins, dots, and ring.
-pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
+pub fn printed_tip(p: &PinTip, layout: &PinTipLayout) -> [Body; 3] {
     let part = |name: Name, solid: Solid, lift_mm: f64| {
         name.made(Process::PolyJet, solid)
-            .from(&p.tip.rigid_material)
+            .with_material(&p.tip.rigid_material)
             .placed([in_sensor().lifted(lift_mm), FILLING.at(flipped()).lifted(-lift_mm)])
             .colored(VERO_WHITE)
             .note(
@@ -186,18 +186,18 @@ pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
             .note("wash the support out from below with water, between the pins last and gently")
     };
     let (from, to) = (p.pins.length.mm(), p.pins.length.mm() + p.pins.dot_thickness.mm());
-    let dots = Solid::union(columns(p, layout, "dot", from, to));
+    let dots = Solid::union(pin_cylinders(p, layout, "dot", from, to));
     [
         part(SKIN, skin(p, layout), 84.0)
-            .from(p.tip.soft_material.clone())
-            .giving_way()
+            .with_material(p.tip.soft_material.clone())
+            .as_deformable()
             .colored(SKIN_BLACK),
         part(DOTS, dots, 62.0)
-            .marked(dot_landmarks(p, layout))
+            .with_landmarks(dot_landmarks(p, layout))
             // Each dot is a separate piece without a hole.
-            .in_shells(Shells::pieces(dot_landmarks(p, layout).len())),
+            .with_shells(Shells::pieces(dot_landmarks(p, layout).len())),
         part(RING, printed_ring(layout), 24.0)
-            .marked(vec![Landmark {
+            .with_landmarks(vec![Landmark {
                 name: "mouth".into(),
                 point: Point3::new(0.0, 0.0, layout.ring_bottom_z_mm),
                 axis: -Vector3::z(),
@@ -206,7 +206,7 @@ pub fn printed(p: &PinTip, layout: &Layout) -> [Body; 3] {
     ]
 }
 
-fn skin(p: &PinTip, layout: &Layout) -> Solid {
+fn skin(p: &PinTip, layout: &PinTipLayout) -> Solid {
     let (inner, outer, upstand) =
         (layout.skin_radius_mm, layout.outer_radius_mm, layout.upstand_radius_mm);
     let bowl = Path::from([inner, 0.0])
@@ -217,11 +217,11 @@ fn skin(p: &PinTip, layout: &Layout) -> Solid {
         .line([upstand, layout.skirt_z_mm])
         .line([upstand, 0.0])
         .close();
-    let pins = columns(p, layout, "pin", -pin_root_mm(p), p.pins.length.mm());
+    let pins = pin_cylinders(p, layout, "pin", -pin_root_mm(p), p.pins.length.mm());
     Solid::union(std::iter::once(Solid::revolution(bowl).named("skin")).chain(pins))
 }
 
-fn printed_ring(layout: &Layout) -> Solid {
+fn printed_ring(layout: &PinTipLayout) -> Solid {
     let bore = layout.tip_joint.bore_radius;
     let outline = Path::polygon(&[
         [layout.skin_radius_mm, 0.0],
@@ -238,20 +238,20 @@ fn printed_ring(layout: &Layout) -> Solid {
 }
 
 /// Markers that the camera tracks: the dots on the ends of the pins.
-pub fn dot_marks(p: &PinTip, layout: &Layout) -> Vec<Mark> {
+pub fn dot_marks(p: &PinTip, layout: &PinTipLayout) -> Vec<Marker> {
     let depth = p.pins.length.mm() + p.pins.dot_thickness.mm();
-    let pin = |pose: &Pose| Carrier::Pin { root: pose.point(Point3::origin()) };
-    Mark::below("dot", &pins(p, layout), depth, layout.pin_diameter_mm / 2.0, pin)
+    let pin = |pose: &Pose| MarkerCarrier::Pin { root: pose.point(Point3::origin()) };
+    Marker::place_below_poses("dot", &pin_poses(p, layout), depth, layout.pin_diameter_mm / 2.0, pin)
 }
 
 /// Landmarks at the centres of the dots' outer faces, along the directions of their pins.
-fn dot_landmarks(p: &PinTip, layout: &Layout) -> Vec<Landmark> {
-    let landmark = |mark: Mark| Landmark { name: mark.name, point: mark.point, axis: mark.axis };
+fn dot_landmarks(p: &PinTip, layout: &PinTipLayout) -> Vec<Landmark> {
+    let landmark = |mark: Marker| Landmark { name: mark.name, point: mark.point, axis: mark.axis };
     dot_marks(p, layout).into_iter().map(landmark).collect()
 }
 
 /// Returns the gel between skin and lens, around pins and dots.
-pub fn gel(p: &PinTip, layout: &Layout) -> Body {
+pub fn gel(p: &PinTip, layout: &PinTipLayout) -> Body {
     let inner = layout.skin_radius_mm;
     let core = Path::from([0.0, layout.lens_top_z_mm])
         .line([layout.ledge_radius_mm, layout.lens_top_z_mm])
@@ -260,8 +260,8 @@ pub fn gel(p: &PinTip, layout: &Layout) -> Body {
         .arc([0.0, inner], [0.0, 0.0], true)
         .close();
     let end = p.pins.length.mm() + p.pins.dot_thickness.mm();
-    GEL.cast(Solid::revolution(core).minus_all(columns(p, layout, "pin", -pin_root_mm(p), end)))
-        .from(&p.fill.material)
+    GEL.cast(Solid::revolution(core).minus_all(pin_cylinders(p, layout, "pin", -pin_root_mm(p), end)))
+        .with_material(&p.fill.material)
         .placed([in_sensor().lifted(44.0), FILLING.at(flipped()).lifted(-44.0)])
         .colored(GEL_BLUE)
         .opaque(0.35)
@@ -275,7 +275,7 @@ pub fn lens_holes(p: &PinTip) -> [[f64; 2]; 2] {
 }
 
 /// Returns the lens, a flat window that closes the tip.
-pub fn lens(p: &PinTip, layout: &Layout) -> Body {
+pub fn lens(p: &PinTip, layout: &PinTipLayout) -> Body {
     let hole = p.lens.hole_diameter.mm() / 2.0;
     let outline = lens_holes(p)
         .into_iter()
@@ -284,8 +284,8 @@ pub fn lens(p: &PinTip, layout: &Layout) -> Body {
         });
     let solid = Solid::extrusion(outline, p.lens.thickness.mm()).at_z(layout.lens_bottom_z_mm);
     LENS.made(Process::Laser, solid)
-        .from(&p.lens.material)
-        .in_light(glazing(&p.lens.material))
+        .with_material(&p.lens.material)
+        .with_clarity(window_transparency(&p.lens.material))
         .placed([in_sensor().lifted(8.0), FILLING.at(flipped()).lifted(-8.0)])
         .colored(GLASS)
         .note("cut with the film on; peel it off before gluing")
@@ -300,7 +300,7 @@ pub fn lens(p: &PinTip, layout: &Layout) -> Body {
 const GAUGE_WALL_MM: f64 = 2.0;
 
 /// Clearance beside lens holder and barrel, mm.
-const GAUGE_BESIDE_MM: f64 = 0.6;
+const GAUGE_CLEARANCE_MM: f64 = 0.6;
 
 /// Reach of the finger windows beyond the lens's front, mm: the width of a fingertip.
 const FINGERS_MM: f64 = 16.0;
@@ -309,7 +309,7 @@ const FINGERS_MM: f64 = 16.0;
 const WINDOW_SHARE: f64 = 0.9;
 
 /// Number of the target's holes around the one in the middle.
-const TARGETS: u32 = 6;
+const TARGET_COUNT: u32 = 6;
 
 /// Radius of the circle of target holes, mm: the middle of the image, where the pins are pressed first.
 const TARGET_CIRCLE_MM: f64 = 4.0;
@@ -318,18 +318,18 @@ const TARGET_CIRCLE_MM: f64 = 4.0;
 fn radii_mm(p: &PinTip) -> [f64; 2] {
     let camera = &p.camera;
     let corner = camera.holder_size.mm() * std::f64::consts::FRAC_1_SQRT_2;
-    let least = corner.max(camera.barrel_diameter.mm() / 2.0) + GAUGE_BESIDE_MM + GAUGE_WALL_MM;
-    let board = camera.board_size.mm().min(camera.board_size_y.mm()) / 2.0 - GAUGE_BESIDE_MM;
+    let least = corner.max(camera.barrel_diameter.mm() / 2.0) + GAUGE_CLEARANCE_MM + GAUGE_WALL_MM;
+    let board = camera.board_size.mm().min(camera.board_size_y.mm()) / 2.0 - GAUGE_CLEARANCE_MM;
     let outer = least.max(board);
     [outer, outer - GAUGE_WALL_MM]
 }
 
 /// Returns the gauge: a tube on four legs with a target on top, whose holes are seen against the light. The target is
 /// as far away in air as the dots appear through lens and gel.
-pub fn gauge(p: &PinTip, layout: &Layout) -> Body {
+pub fn gauge(p: &PinTip, layout: &PinTipLayout) -> Body {
     let [outer, inner] = radii_mm(p);
     let bottom = layout.camera_board_top_z_mm;
-    let target = layout.lens_front_z_mm + layout.focus_mm(p);
+    let target = layout.lens_front_z_mm + layout.focus_distance_mm(p);
     let bell = Solid::revolution(Path::polygon(&[
         [inner, bottom],
         [outer, bottom],
@@ -350,14 +350,14 @@ pub fn gauge(p: &PinTip, layout: &Layout) -> Body {
         layout.pin_diameter_mm / 2.0,
         [target - CUT_OVERLAP_MM, target + GAUGE_WALL_MM + CUT_OVERLAP_MM],
     );
-    let around = ring(TARGETS, 0.0, Pose::translation(TARGET_CIRCLE_MM, 0.0, 0.0));
+    let around = ring(TARGET_COUNT, 0.0, Pose::translation(TARGET_CIRCLE_MM, 0.0, 0.0));
     let places = [&[Pose::identity()], &around[..]].concat();
     FOCUS_GAUGE
         .made(Process::Fdm, bell.minus_all(windows).minus_all(copies("target", &places, &hole)))
-        .from(&p.body.material)
+        .with_material(&p.body.material)
         .placed([FOCUSING.in_place().lifted(30.0)])
         .colored(TOOL_GREY)
-        .lying(flipped())
+        .with_bed_orientation(flipped())
         .note("print on the target, legs up, without support")
         .with_supports(false)
         .with_handles(places.len() as i32)

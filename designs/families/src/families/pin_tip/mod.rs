@@ -11,21 +11,21 @@ mod parameters;
 use std::f64::consts::SQRT_2;
 
 use fabkit_geometry::{
-    Angle, Detachable, DomeSurface, Grip, InvalidPattern, Length, Path, Pattern, Point3, Pose,
+    Angle, Detachable, DomeSurface, FixtureGrip, InvalidPattern, Length, Path, Pattern, Point3, Pose,
     PrintGroup, Process, Sensor,
 };
 
-use crate::assembling::names;
+use crate::chain_builder::names;
 use crate::blocks::bayonet::{self, HOOK_PLAY_MM};
-use crate::blocks::lighting::places;
-use crate::blocks::marks::{RoundPattern, nearest_mm};
+use crate::blocks::lighting::marker_lighting;
+use crate::blocks::listed_markers::{RoundPattern, nearest_mm};
 use crate::blocks::mounting::Flange;
-use crate::blocks::optics::LensLaw;
-use crate::blocks::{self, Joint, LED, ORingSeat, corners, hanging, mm, press_fit, sphere};
+use crate::blocks::optics::ProjectionLaw;
+use crate::blocks::{self, ScrewJoint, LED, ORingSeat, corners, hanging, mm, press_fit, sphere};
 use crate::fits::Fit;
 use crate::hardware::{Head, Screw, SocketScrew};
-use crate::parameters::Report;
-use crate::{Built, Family, Header, layout};
+use crate::parameters::RuleReport;
+use crate::{FamilyOutput, Family, Header, layout};
 use parameters::{BODY, LED_BOARD, PinLayout, PinTip, RING, TIP};
 
 /// Pin-tip family, whose built-in example is the TacTip.
@@ -40,20 +40,20 @@ impl Family for PinTipFamily {
     const DEFAULTS: &'static [(&'static str, &'static str)] =
         &[("pin-tip.yaml (defaults)", include_str!("defaults.yaml"))];
 
-    fn check(parameters: &PinTip, report: &mut Report) {
+    fn check(parameters: &PinTip, report: &mut RuleReport) {
         constraints::check(parameters, report);
     }
 
-    fn build(parameters: &PinTip, header: &Header, _report: &mut Report) -> Option<Built> {
-        let sensor = sensor(parameters, header);
+    fn build(parameters: &PinTip, header: &Header, _report: &mut RuleReport) -> Option<FamilyOutput> {
+        let sensor = build_sensor(parameters, header);
         // The sensor has a flange of its own, so it needs no face for an adapter.
-        Some(Built { sensor, derived: derived(parameters), face: None })
+        Some(FamilyOutput { sensor, derived: derived_dimensions(parameters), face: None })
     }
 }
 
 /// Builds the sensor: all bodies, the circuit, press fits, assembly steps and the camera.
-fn sensor(p: &PinTip, header: &Header) -> Sensor {
-    let layout = Layout::new(p);
+fn build_sensor(p: &PinTip, header: &Header) -> Sensor {
+    let layout = PinTipLayout::new(p);
     let made = [
         housing::lens,
         housing::led_board,
@@ -62,7 +62,7 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
         housing::gauge,
         housing::gel,
     ];
-    let bodies = housing::printed(p, &layout)
+    let bodies = housing::printed_tip(p, &layout)
         .into_iter()
         .chain(made.map(|make| make(p, &layout)))
         .chain(electronics::components(p, &layout))
@@ -71,29 +71,29 @@ fn sensor(p: &PinTip, header: &Header) -> Sensor {
     let board = press_fit(LED_BOARD, BODY, board, "the board is pressed in");
     let screws = Joints::new(p, &layout).camera.press_fit(BODY);
     // The camera looks at the tip, along +z.
-    let view = (Layout::diagonal_view(p), LensLaw::Equidistant);
+    let view = (PinTipLayout::diagonal_view(p), ProjectionLaw::Equidistant);
     let camera = p.camera.optics.camera_at(layout.pupil_z_mm, [p.camera.pixels; 2], view);
     Sensor {
         marks: housing::dot_marks(p, &layout),
-        lightings: vec![places(parameters::DOTS, LED)],
+        lightings: vec![marker_lighting(parameters::DOTS, LED)],
         // The ADNS-3080's data sheet: pixel data have six bits.
-        grey_bits: 6,
+        intensity_bits: 6,
         contrasts: vec![[parameters::DOTS, parameters::SKIN].map(String::from)],
         chain: chain::chain(p, &layout),
         circuits: vec![electronics::circuit(p, &layout)],
         print_groups: vec![PrintGroup { name: "tip".into(), parts: names(&TIP) }],
         press_fits: [board].into_iter().chain(screws).collect(),
-        touch: Some(touch(&layout).into()),
-        detachable: Some(detachable(&layout)),
+        touch: Some(touch_surface(&layout).into()),
+        detachable: Some(tip_detachment(&layout)),
         mount: Some(Pose::translation(0.0, 0.0, layout.plate_bottom_z_mm)),
-        sight: names(&[parameters::DOTS]),
+        visible_bodies: names(&[parameters::DOTS]),
         ..blocks::sensor(header, camera, bodies)
     }
 }
 
 /// Describes how the tip comes off its bayonet. Fixtures need this, because the housing behind the tip is twice as
 /// wide.
-fn detachable(layout: &Layout) -> Detachable {
+fn tip_detachment(layout: &PinTipLayout) -> Detachable {
     let tip = [&TIP[..], &[parameters::LENS, parameters::GEL]].concat();
     Detachable {
         bodies: names(&tip),
@@ -103,18 +103,18 @@ fn detachable(layout: &Layout) -> Detachable {
 }
 
 /// Indentation in use, mm. Lens and ring are stiff enough for it.
-const PRESS_MM: f64 = 5.0;
+const INDENTATION_MM: f64 = 5.0;
 
 /// Returns the touched surface, and the part that fixtures grip: the tip's rigid ring, which is wider than the shaft
 /// below it.
-fn touch(layout: &Layout) -> DomeSurface {
+fn touch_surface(layout: &PinTipLayout) -> DomeSurface {
     let radius_mm = layout.outer_radius_mm;
     DomeSurface {
         dome: sphere(radius_mm),
         centre_z_mm: 0.0,
         foot_z_mm: layout.skirt_z_mm,
-        soft_mm: PRESS_MM,
-        grip: Grip {
+        max_indentation_mm: INDENTATION_MM,
+        grip: FixtureGrip {
             outline: Path::circle([0.0, 0.0], radius_mm),
             top_z_mm: layout.skirt_z_mm,
             bottom_z_mm: layout.ring_bottom_z_mm,
@@ -127,11 +127,11 @@ fn touch(layout: &Layout) -> DomeSurface {
 }
 
 /// Lists the derived dimensions that `fabkit show` prints.
-fn derived(p: &PinTip) -> Vec<(String, String)> {
-    let layout = Layout::new(p);
+fn derived_dimensions(p: &PinTip) -> Vec<(String, String)> {
+    let layout = PinTipLayout::new(p);
     let pins = layout.pin_poses(p).map_or(0, |poses| poses.len());
-    let [rim, rim_z] = layout.outermost_dot(p);
-    let seen = 2.0 * layout.ray_radius(Layout::half_view_tangent(p), rim_z);
+    let [rim, rim_z] = layout.outermost_dot_point(p);
+    let seen = 2.0 * layout.ray_radius(PinTipLayout::half_view_tangent(p), rim_z);
     let mut figures =
         vec![("pins".into(), pins.to_string()), mm("pin diameter", layout.pin_diameter_mm)];
     figures.extend(match p.pins.pattern {
@@ -144,8 +144,8 @@ fn derived(p: &PinTip) -> Vec<(String, String)> {
         mm("diameter of the circle around all dots", 2.0 * rim),
         mm("width that the camera sees at the outermost dots", seen),
         mm("margin around the dots at that distance", seen / 2.0 - rim),
-        mm("target in the focusing gauge beyond the lens's front", layout.focus_mm(p)),
-        ("angle that the camera sees".into(), format!("{:.2} deg", Layout::view(p).deg())),
+        mm("target in the focusing gauge beyond the lens's front", layout.focus_distance_mm(p)),
+        ("angle that the camera sees".into(), format!("{:.2} deg", PinTipLayout::view(p).deg())),
         mm("bayonet bore radius, tip", layout.tip_joint.bore_radius),
         mm("bayonet bore radius, mount", layout.mount_joint.bore_radius),
         mm("housing diameter", 2.0 * layout.mount_joint.outer_radius),
@@ -163,11 +163,11 @@ fn derived(p: &PinTip) -> Vec<(String, String)> {
 
 /// Height of the O-ring's neck above its seat, in cord diameters. The neck holds the ring while the tip is off, and
 /// stays clear of the lens.
-const NECK_SHARE: f64 = 0.5;
+const NECK_HEIGHT_CORDS: f64 = 0.5;
 
 /// Width of the O-ring's groove, in cord diameters: a squeezed cord grows wider. The stretched ring stays on its
 /// neck.
-pub const CORD_ROOM: f64 = 1.2;
+pub const GROOVE_WIDTH_CORDS: f64 = 1.2;
 
 /// Share of the gel's depth below the hemisphere along which its wall slopes towards the lens.
 const SLOPE_SHARE: f64 = 0.8;
@@ -198,7 +198,7 @@ layout! {
     ///
     /// The origin is the hemisphere's centre. Below it the ring holds the lens and locks onto the body's spigot. LED
     /// board, shaft, camera and robot mount follow downwards.
-    pub struct Layout from p: &PinTip {
+    pub struct PinTipLayout from p: &PinTip {
         /// Outer radius of skin and ring.
         outer_radius_mm = p.tip.diameter.mm() / 2.0;
         /// Inner radius of the skin, where the pins stand.
@@ -222,9 +222,9 @@ layout! {
 
         // Grooves are in one part, lugs on the other, and each is made by its own process: the larger gap applies.
         let both = [(RING, Process::PolyJet), (BODY, Process::Fdm)];
-        let play = p.making.widest_mm(both, Fit::Slide);
+        let play = p.making.widest_gap_mm(both, Fit::Slide);
         /// Bayonet between ring and body.
-        tip_joint: bayonet::Joint = bayonet::Joint::within(&p.bayonet, play, outer_radius_mm);
+        tip_joint: bayonet::BayonetJoint = bayonet::BayonetJoint::within(&p.bayonet, play, outer_radius_mm);
         /// Radius of the opening that the lens closes.
         ledge_radius_mm = tip_joint.bore_radius - p.lens.ledge.mm();
         /// Outer radius of the lens.
@@ -239,11 +239,11 @@ layout! {
         ring_bottom_z_mm = lens_bottom_z_mm - seat_to_groove - tip_joint.groove_top;
         let cord = p.seal.cord.mm();
         /// Outer radius of the neck that holds the O-ring.
-        neck_radius_mm = tip_joint.bore_radius - CORD_ROOM * cord;
+        neck_radius_mm = tip_joint.bore_radius - GROOVE_WIDTH_CORDS * cord;
         /// Height of the O-ring's seat on the body.
         seal_z_mm = lens_bottom_z_mm - cord * (1.0 - p.seal.squeeze);
         /// Upper end of the body.
-        neck_top_z_mm = seal_z_mm + NECK_SHARE * cord;
+        neck_top_z_mm = seal_z_mm + NECK_HEIGHT_CORDS * cord;
         /// Height of the shoulder on which the ring would meet the body.
         shoulder_z_mm = ring_bottom_z_mm - HOOK_PLAY_MM;
 
@@ -271,7 +271,7 @@ layout! {
             [Fit::Slide, Fit::Free].map(|fit| p.making.gap_mm(BODY, Process::Fdm, fit));
         let mount_bore = half_diagonal + free;
         /// Bayonet between housing and robot mount.
-        mount_joint: bayonet::Joint = bayonet::Joint::in_bore(&p.bayonet, slide, mount_bore);
+        mount_joint: bayonet::BayonetJoint = bayonet::BayonetJoint::in_bore(&p.bayonet, slide, mount_bore);
         /// Height at which the cone ends on the outside.
         cone_bottom_z_mm =
             shaft_bottom_z_mm - CONE_RISE_PER_RUN * (mount_joint.outer_radius - shaft_radius_mm);
@@ -297,7 +297,7 @@ layout! {
     }
 }
 
-impl Layout {
+impl PinTipLayout {
     /// Returns the seat over which the O-ring is stretched.
     pub fn seal_seat(&self, p: &PinTip) -> ORingSeat {
         ORingSeat { cord: p.seal.cord, radius_mm: self.neck_radius_mm }
@@ -314,7 +314,7 @@ impl Layout {
     /// # Errors
     /// Fails if circles lie beyond the skin, or if there are too many pins.
     pub fn pin_poses(&self, p: &PinTip) -> Result<Vec<Pose>, InvalidPattern> {
-        let (surface, rings) = (sphere(self.skin_radius_mm), self.pin_rings(p));
+        let (surface, rings) = (sphere(self.skin_radius_mm), self.pin_ring_count(p));
         if p.pins.pattern == RoundPattern::List {
             return Ok(p.pins.listed().poses(&surface));
         }
@@ -322,7 +322,7 @@ impl Layout {
     }
 
     /// Number of circles of pins around the one at the apex.
-    pub fn pin_rings(&self, p: &PinTip) -> u32 {
+    pub fn pin_ring_count(&self, p: &PinTip) -> u32 {
         // Limits of both parameters keep the quotient below 200.
         (p.pins.reach.mm() / self.pin_spacing_mm + 1e-9).floor() as u32
     }
@@ -340,7 +340,7 @@ impl Layout {
 
     /// Distance from the axis and height, mm, of the outermost point of a dot on a circle that lies
     /// `arc_mm` from the apex along the skin's inside.
-    pub fn dot_rim(&self, p: &PinTip, arc_mm: f64) -> [f64; 2] {
+    pub fn dot_outer_point(&self, p: &PinTip, arc_mm: f64) -> [f64; 2] {
         let (sin, cos) = (arc_mm / self.skin_radius_mm).sin_cos();
         let (radius, half) = (self.dot_sphere_radius(p), self.pin_diameter_mm / 2.0);
         [radius * sin + half * cos, radius * cos - half * sin]
@@ -359,8 +359,8 @@ impl Layout {
     /// Distance, mm, in air from the lens's front at which a target is as sharp as the dots are behind lens and gel.
     /// For rays near the axis, the apparent depth of a medium is its thickness divided by its index. It is taken
     /// midway between the dots at the apex and the outermost ones.
-    pub fn focus_mm(&self, p: &PinTip) -> f64 {
-        let [_, lowest] = self.outermost_dot(p);
+    pub fn focus_distance_mm(&self, p: &PinTip) -> f64 {
+        let [_, lowest] = self.outermost_dot_point(p);
         let dots = 0.5 * (self.dot_sphere_radius(p) + lowest);
         self.lens_bottom_z_mm - self.lens_front_z_mm
             + p.lens.thickness.mm() / ACRYLIC_INDEX
@@ -383,11 +383,11 @@ impl Layout {
     }
 
     /// Distance from the axis and height, mm, of the outermost point of the outermost dots.
-    pub fn outermost_dot(&self, p: &PinTip) -> [f64; 2] {
-        self.dot_rim(
+    pub fn outermost_dot_point(&self, p: &PinTip) -> [f64; 2] {
+        self.dot_outer_point(
             p,
             match p.pins.pattern {
-                RoundPattern::Rings => f64::from(self.pin_rings(p)) * self.pin_spacing_mm,
+                RoundPattern::Rings => f64::from(self.pin_ring_count(p)) * self.pin_spacing_mm,
                 RoundPattern::List => p.pins.listed().outermost_rad() * self.skin_radius_mm,
             },
         )
@@ -408,8 +408,8 @@ impl Layout {
     }
 
     /// Radius at height `z`, mm, of the cone of rays from the pupil to the outermost dots.
-    pub fn sight_radius(&self, p: &PinTip, z: f64) -> f64 {
-        let [rim, rim_z] = self.outermost_dot(p);
+    pub fn view_cone_radius(&self, p: &PinTip, z: f64) -> f64 {
+        let [rim, rim_z] = self.outermost_dot_point(p);
         // Bisection on an increasing function. Refracted rays start steeper than straight ones, but never twice as
         // steep.
         let (mut low, mut high) = (0.0, 2.0 * rim / (rim_z - self.pupil_z_mm));
@@ -436,24 +436,24 @@ const PILOT_SPARE_MM: f64 = 1.5;
 /// All joints, in the sensor frame.
 pub struct Joints {
     /// Screws through the corners of the camera board, from below, into the body's posts.
-    pub camera: Joint,
+    pub camera: ScrewJoint,
     /// Bolts through the mount's plate into the robot's flange.
     pub robot: Flange,
 }
 
 impl Joints {
     /// Screw that holds the camera board.
-    pub const SCREW: Screw = Screw { thread_mm: 3.0, length_mm: 6.0, head: Head::Pan };
+    pub const CAMERA_SCREW: Screw = Screw { thread_mm: 3.0, length_mm: 6.0, head: Head::Pan };
 
     /// Places the joints. The result is meaningful only for parameters that satisfy the family's constraints.
-    pub fn new(p: &PinTip, layout: &Layout) -> Self {
+    pub fn new(p: &PinTip, layout: &PinTipLayout) -> Self {
         let half = [p.camera.screw_spacing, p.camera.screw_spacing_y].map(|edge| edge.mm() / 2.0);
-        let screw = Self::SCREW;
+        let screw = Self::CAMERA_SCREW;
         let poses = corners(half).map(|at| hanging(at, layout.camera_board_bottom_z_mm));
         let thickness = p.camera.board_thickness.mm();
         let in_post = screw.length_mm - thickness + PILOT_SPARE_MM;
         Self {
-            camera: Joint::self_tapping("camera screw", screw, poses.to_vec(), thickness + in_post),
+            camera: ScrewJoint::self_tapping("camera screw", screw, poses.to_vec(), thickness + in_post),
             robot: Flange {
                 bolt: SocketScrew::M5,
                 bolts: p.mount.bolts,

@@ -2,15 +2,15 @@
 
 use fabkit_geometry::{Angle, Length};
 
-use crate::assembling::{AssemblyName, Name};
+use crate::chain_builder::{AssemblyName, Name};
 use crate::blocks::bayonet::Bayonet;
 use crate::blocks::circuit::Electric;
-use crate::blocks::marks::{Listed, RoundPattern};
+use crate::blocks::listed_markers::{ListedMarkers, RoundPattern};
 use crate::blocks::optics::{Module, Optics};
 pub use crate::blocks::{CAMERA, CAMERA_CABLE};
 use crate::materials::Castable;
 use crate::parameters::Inline;
-use crate::processes::Making;
+use crate::processes::ProcessAssignments;
 use crate::{choices, sections};
 
 choices! {
@@ -270,14 +270,14 @@ sections! {
         /// Flange between robot and body.
         mount: Mount,
         /// Processes by which the parts are made.
-        making: Making,
+        making: ProcessAssignments,
     }
 }
 
 impl Pins {
     /// Returns the listed pins.
-    pub fn listed(&self) -> Listed<'_, Angle> {
-        Listed::new("pin", ("pins.polar", &self.polar), ("pins.azimuth", &self.azimuth))
+    pub fn listed(&self) -> ListedMarkers<'_, Angle> {
+        ListedMarkers::new("pin", ("pins.polar", &self.polar), ("pins.azimuth", &self.azimuth))
     }
 }
 

@@ -2,20 +2,20 @@
 
 use std::f64::consts::SQRT_2;
 
-use fabkit_geometry::{CompiledSolid, Kind, Process, Sensor};
+use fabkit_geometry::{CompiledSolid, BodyKind, Process, Sensor};
 
 use super::electronics::{self, led_top_mm};
 use super::housing::{clamp_inner_mm, needle_hole_mm, seal_end_x};
 use super::layers::{Channel, Side, left_channels, spoke_radii_mm};
 use super::parameters::*;
 use super::{
-    CAMERA, CORNER, Layout, bolt_hole_mm, camera_board_top_mm, display_edges_mm, display_field_mm,
-    marker_edges_mm, marker_field_mm,
+    CAMERA_FASTENERS, CORNER_FASTENERS, SheetMoldLayout, bolt_hole_mm, camera_board_top_mm, display_field_half_mm, display_field_radius_mm,
+    marker_field_half_mm, marker_field_radius_mm,
 };
-use crate::blocks::marks::FlatPattern;
+use crate::blocks::listed_markers::FlatPattern;
 use crate::fits::Fit;
 use crate::hardware::HexSpacer;
-use crate::parameters::{Report, limits};
+use crate::parameters::{RuleReport, limits};
 
 /// Minimum width of a web that a laser leaves in wood or acrylic, mm.
 const CUT_WEB_MM: f64 = 1.0;
@@ -30,22 +30,22 @@ const GLUE_MM: f64 = 0.15;
 const GRIP_MM: f64 = 4.0;
 
 /// Usable share of the image's half angle: the rim of an image is dark and soft.
-const USED_VIEW: f64 = 0.95;
+const USABLE_ANGLE_SHARE: f64 = 0.95;
 
 /// Minimum gap between parts that must not touch, mm.
 const APART_MM: f64 = 0.3;
 
 /// Reports every combination of parameters that cannot be built.
-pub(super) fn check(p: &SheetMold, report: &mut Report) {
-    let layout = Layout::new(p);
-    channels(p, report);
-    markers(p, report);
-    plates(p, &layout, report);
-    housing(p, &layout, report);
-    screws(p, report);
-    tubes(p, report);
-    display(p, &layout, report);
-    cameras(p, &layout, report);
+pub(super) fn check(p: &SheetMold, report: &mut RuleReport) {
+    let layout = SheetMoldLayout::new(p);
+    check_channels(p, report);
+    check_markers(p, report);
+    check_plates(p, &layout, report);
+    check_housing(p, &layout, report);
+    check_screws(p, report);
+    check_tubes(p, report);
+    check_display(p, &layout, report);
+    check_cameras(p, &layout, report);
     electronics::check_cables(p, &layout, report);
 }
 
@@ -54,7 +54,7 @@ pub(super) fn thinnest_wall_mm(p: &SheetMold) -> f64 {
     let left = left_channels(p);
     let all: Vec<Channel> = Side::BOTH
         .into_iter()
-        .flat_map(|side| left.iter().map(move |channel| channel.entering(side)))
+        .flat_map(|side| left.iter().map(move |channel| channel.from_side(side)))
         .collect();
     let pairs = all
         .iter()
@@ -63,7 +63,7 @@ pub(super) fn thinnest_wall_mm(p: &SheetMold) -> f64 {
     pairs.fold(f64::INFINITY, f64::min)
 }
 
-fn channels(p: &SheetMold, report: &mut Report) {
+fn check_channels(p: &SheetMold, report: &mut RuleReport) {
     let wall = p.channels.wall.mm();
     let is_grid = p.channels.arrangement == Arrangement::Grid;
     if is_grid {
@@ -145,10 +145,10 @@ fn channels(p: &SheetMold, report: &mut Report) {
     );
 }
 
-fn markers(p: &SheetMold, report: &mut Report) {
+fn check_markers(p: &SheetMold, report: &mut RuleReport) {
     let is_listed = p.markers.pattern == FlatPattern::List;
     if is_listed {
-        listed(p, report);
+        check_listed_markers(p, report);
     } else {
         limits! { report, p:
             markers.diameter <= p.markers.pitch.mm() - CUT_WEB_MM,
@@ -168,7 +168,7 @@ fn markers(p: &SheetMold, report: &mut Report) {
 }
 
 /// Checks listed markers: in the window, and apart from each other.
-fn listed(p: &SheetMold, report: &mut Report) {
+fn check_listed_markers(p: &SheetMold, report: &mut RuleReport) {
     let listed = p.markers.listed();
     listed.check_lengths(report);
     let most = (p.housing.window.mm() - p.markers.diameter.mm()) / 2.0 - CUT_WEB_MM;
@@ -184,7 +184,7 @@ fn listed(p: &SheetMold, report: &mut Report) {
 //
 // Plates, box and screws.
 
-pub(super) fn plates(p: &SheetMold, layout: &Layout, report: &mut Report) {
+pub(super) fn check_plates(p: &SheetMold, layout: &SheetMoldLayout, report: &mut RuleReport) {
     let plates = [
         MOLD_FLOOR,
         CHANNEL_COMB,
@@ -196,7 +196,7 @@ pub(super) fn plates(p: &SheetMold, layout: &Layout, report: &mut Report) {
     ];
     let hole = plates.map(|plate| bolt_hole_mm(p, plate)).into_iter().fold(0.0, f64::max);
     let slotted = [BOX_CEILING, BOX_FLOOR].map(|plate| (plate, Process::Laser));
-    let slide = p.making.widest_mm(slotted, Fit::Slide);
+    let slide = p.making.widest_gap_mm(slotted, Fit::Slide);
     limits! { report, p:
         marker_layer.side >= 2.0 * (clamp_inner_mm(p) + GRIP_MM),
             "the bars beside the channel layer must hold 4 mm of the marker layer";
@@ -215,7 +215,7 @@ pub(super) fn plates(p: &SheetMold, layout: &Layout, report: &mut Report) {
     }
 }
 
-pub(super) fn housing(p: &SheetMold, layout: &Layout, report: &mut Report) {
+pub(super) fn check_housing(p: &SheetMold, layout: &SheetMoldLayout, report: &mut RuleReport) {
     let spacer = HexSpacer::M3.corner_radius_mm();
     let (fingers, bar_hole) = (f64::from(p.housing.fingers), bolt_hole_mm(p, CLAMP_BAR));
     limits! { report, p:
@@ -240,16 +240,16 @@ pub(super) fn housing(p: &SheetMold, layout: &Layout, report: &mut Report) {
 }
 
 /// Checks that the M3 x 12 screws reach their nuts and spacers, and do not hit the end of a thread.
-pub(super) fn screws(p: &SheetMold, report: &mut Report) {
-    let (screw, nut) = CORNER;
+pub(super) fn check_screws(p: &SheetMold, report: &mut RuleReport) {
+    let (screw, nut) = CORNER_FASTENERS;
     let length = screw.length_mm;
     let thread = HexSpacer::M3.thread_depth_mm;
     let grip = 2.0;
     let above_floor = length - p.molds.floor.mm() - nut.height_mm;
-    let m2 = CAMERA.0.length_mm
+    let m2 = CAMERA_FASTENERS.0.length_mm
         - p.housing.sheet.mm()
         - p.camera.board_thickness.mm()
-        - CAMERA.1.height_mm;
+        - CAMERA_FASTENERS.1.height_mm;
     limits! { report, p:
         molds.floor <= length - nut.height_mm - p.channels.height.mm() - p.channel_layer.roof.mm(),
             "an M3x12 screw must reach through the stack and its nut";
@@ -267,11 +267,11 @@ pub(super) fn screws(p: &SheetMold, report: &mut Report) {
 }
 
 /// Checks that every sheet fits the stock, in either orientation.
-pub fn check_sheets(p: &SheetMold, sensor: &Sensor, report: &mut Report) {
+pub fn check_sheets(p: &SheetMold, sensor: &Sensor, report: &mut RuleReport) {
     // Length and width of each sheet, the longer one first.
     let sizes: Vec<(&str, [f64; 2])> = sensor
         .parts()
-        .filter(|part| part.kind == Kind::Made(Process::Laser))
+        .filter(|part| part.kind == BodyKind::Made(Process::Laser))
         // Sheets that are printed instead only have to fit on a printer's bed.
         .filter(|part| p.making.process(&part.name, Process::Laser) == Process::Laser)
         .filter_map(|part| {
@@ -300,9 +300,9 @@ pub fn check_sheets(p: &SheetMold, sensor: &Sensor, report: &mut Report) {
 // Tubes, display and the two cameras.
 
 /// Usable share of the image's half sides. The rest covers tolerances of lens and chip.
-const USED_SIDES: f64 = 0.96;
+const USABLE_SIDE_SHARE: f64 = 0.96;
 
-pub(super) fn tubes(p: &SheetMold, report: &mut Report) {
+pub(super) fn check_tubes(p: &SheetMold, report: &mut RuleReport) {
     limits! { report, p:
         tubes.outer_diameter <= p.channels.width.mm().min(p.channels.height.mm()) - 2.0 * GLUE_MM,
             "a tube is glued into its channel with 0.15 mm of glue around it";
@@ -318,7 +318,7 @@ pub(super) fn tubes(p: &SheetMold, report: &mut Report) {
     }
 }
 
-pub(super) fn display(p: &SheetMold, layout: &Layout, report: &mut Report) {
+pub(super) fn check_display(p: &SheetMold, layout: &SheetMoldLayout, report: &mut RuleReport) {
     let beside_spacers =
         layout.display_size_mm[1].min(layout.display_size_mm[0]) - 4.0 * p.display.border.mm();
     limits! { report, p:
@@ -340,24 +340,24 @@ pub(super) fn display(p: &SheetMold, layout: &Layout, report: &mut Report) {
             "the board hangs between the spacers above the display";
         camera.board_size_y <= beside_spacers,
             "the board hangs between the spacers above the display";
-        camera.hole_spacing <= p.camera.board_size.mm() - CAMERA.0.head_diameter_mm(),
+        camera.hole_spacing <= p.camera.board_size.mm() - CAMERA_FASTENERS.0.head_diameter_mm(),
             "the nuts bear on the board";
-        camera.hole_spacing_y <= p.camera.board_size_y.mm() - CAMERA.0.head_diameter_mm(),
+        camera.hole_spacing_y <= p.camera.board_size_y.mm() - CAMERA_FASTENERS.0.head_diameter_mm(),
             "the nuts bear on the board";
     }
 }
 
-pub(super) fn cameras(p: &SheetMold, layout: &Layout, report: &mut Report) {
-    let half_angle = USED_VIEW * p.camera.field_of_view.rad() / 2.0;
+pub(super) fn check_cameras(p: &SheetMold, layout: &SheetMoldLayout, report: &mut RuleReport) {
+    let half_angle = USABLE_ANGLE_SHARE * p.camera.field_of_view.rad() / 2.0;
     let pupil =
         camera_board_top_mm(p) + p.camera.lens_height.mm() - p.camera.pupil_behind_front.mm();
     let below_markers = p.housing.sheet.mm() - p.markers.height.mm();
     let beside_spacers =
         SQRT_2 * (SQRT_2 * layout.bolt_mm - HexSpacer::M3.corner_radius_mm() - APART_MM);
     // Distances at which the corners and the sides of the field lie within the image.
-    let away_mm = |field: f64, edges| (field / half_angle.tan()).max(across_picture_mm(p, edges));
-    let markers_mm = away_mm(marker_field_mm(p), marker_edges_mm(p));
-    let channels_mm = away_mm(display_field_mm(p), display_edges_mm(p));
+    let away_mm = |field: f64, edges| (field / half_angle.tan()).max(min_image_distance_mm(p, edges));
+    let markers_mm = away_mm(marker_field_radius_mm(p), marker_field_half_mm(p));
+    let channels_mm = away_mm(display_field_radius_mm(p), display_field_half_mm(p));
     // Nuts that clear the holder along one axis clear it altogether.
     let spacing = p.camera.hole_spacing.mm().max(p.camera.hole_spacing_y.mm());
     limits! { report, p:
@@ -370,7 +370,7 @@ pub(super) fn cameras(p: &SheetMold, layout: &Layout, report: &mut Report) {
         camera.holder_height <= p.camera.lens_height.mm() - 0.5,
             "the barrel stands out of its holder";
         camera.holder_size <=
-            spacing - SQRT_2 * CAMERA.1.across_flats_mm / f64::sqrt(3.0),
+            spacing - SQRT_2 * CAMERA_FASTENERS.1.across_flats_mm / f64::sqrt(3.0),
             "the nuts lie beside the lens holder";
         camera.barrel_diameter <= p.camera.holder_size.mm(), "the barrel stands on its holder";
     }
@@ -378,10 +378,10 @@ pub(super) fn cameras(p: &SheetMold, layout: &Layout, report: &mut Report) {
 
 /// Minimum distance of a camera from a field with these half edges, mm, so that the field lies within the image's
 /// width and height. The lens is taken as equidistant, with the angle of view over the diagonal, as the maker states it.
-fn across_picture_mm(p: &SheetMold, half_mm: [f64; 2]) -> f64 {
+fn min_image_distance_mm(p: &SheetMold, half_mm: [f64; 2]) -> f64 {
     let mut pixels = [p.camera.width_px, p.camera.height_px].map(f64::from);
     pixels.sort_by(|a, b| b.total_cmp(a));
-    let half_view = USED_SIDES * p.camera.field_of_view.rad() / 2.0;
+    let half_view = USABLE_SIDE_SHARE * p.camera.field_of_view.rad() / 2.0;
     let angles = pixels.map(|side| half_view * side / pixels[0].hypot(pixels[1]));
     (half_mm[0] / angles[0].tan()).max(half_mm[1] / angles[1].tan())
 }

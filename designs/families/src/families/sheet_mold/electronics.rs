@@ -7,17 +7,17 @@ use fabkit_geometry::{
 use super::housing::{BAR_EXPLODE_MM, sensor_from_wall};
 use super::layers::{Side, display_channel_y, display_inlet, tube_poses};
 use super::parameters::*;
-use super::{CORNER, Joints, Layout, camera_board_top_mm};
-use crate::assembling::{Name, SENSOR, flipped};
-use crate::blocks::cable::{Cable, GIVES_MM};
-use crate::blocks::cable_way::Side as CableSide;
-use crate::blocks::circuit::{Builder, camera_to_host};
+use super::{CORNER_FASTENERS, Joints, SheetMoldLayout, camera_board_top_mm};
+use crate::chain_builder::{Name, SENSOR, flipped};
+use crate::blocks::cable::{Cable, GIVE_WAY_MM};
+use crate::blocks::cable_openings::HousingSide as CableSide;
+use crate::blocks::circuit::{CircuitBuilder, camera_to_host};
 use crate::blocks::{
     APART_MM, BRASS, CAMERA_GREEN, INTO_MM, LED_YELLOW, RUBBER, board_camera, merged, upright,
 };
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::HexSpacer;
-use crate::parameters::{Report, limits};
+use crate::parameters::{RuleReport, limits};
 
 // ------ Components ------
 //
@@ -30,10 +30,10 @@ const TUBE_STUB_MM: f64 = 20.0;
 const LED_HEIGHT_MM: f64 = 14.0;
 
 /// Returns screws and nuts: those of the cameras, then those of the corners.
-fn fasteners(p: &SheetMold, layout: &Layout, cameras: &[Placement; 2]) -> Vec<Body> {
+fn fasteners(p: &SheetMold, layout: &SheetMoldLayout, cameras: &[Placement; 2]) -> Vec<Body> {
     let joints = Joints::new(p, layout);
     let on_cameras = cameras.iter().flat_map(|camera| {
-        let drawn_out = |out_mm: f64| move |pose: &Pose| on(camera, *pose, out_mm);
+        let drawn_out = |out_mm: f64| move |pose: &Pose| on_camera_plate(camera, *pose, out_mm);
         joints.camera.bought(drawn_out(-40.0), drawn_out(8.0))
     });
     let is_upright = |pose: &Pose| pose.vector(Vector3::z()).z > 0.0;
@@ -56,7 +56,7 @@ fn fasteners(p: &SheetMold, layout: &Layout, cameras: &[Placement; 2]) -> Vec<Bo
     });
     let mut all = merged(on_cameras.chain(in_use.concat()).chain(in_molds));
     // The molds borrow the sensor's screws, because both are not needed at the same time.
-    if let Some(screw) = all.iter_mut().find(|body| body.summary == CORNER.0.ordered()) {
+    if let Some(screw) = all.iter_mut().find(|body| body.summary == CORNER_FASTENERS.0.order_text()) {
         screw.quantity = needed as u32;
         screw.summary += "; the molds borrow them";
     }
@@ -64,14 +64,14 @@ fn fasteners(p: &SheetMold, layout: &Layout, cameras: &[Placement; 2]) -> Vec<Bo
 }
 
 /// Returns a placement at a pose in a camera's frame, moved along its line of sight in the exploded view.
-fn on(camera: &Placement, pose: Pose, out_mm: f64) -> Placement {
+fn on_camera_plate(camera: &Placement, pose: Pose, out_mm: f64) -> Placement {
     let plate = camera.assembly_from_body;
     let out = plate.vector(Vector3::new(0.0, 0.0, out_mm));
     Placement { assembly_from_body: plate.then_in(pose), ..camera.clone() }.moved_apart(out)
 }
 
 /// Returns all bought components.
-pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
+pub fn components(p: &SheetMold, layout: &SheetMoldLayout) -> Vec<Body> {
     let on_display = |pose: Pose| SENSOR.at(layout.sensor_from_display.then_in(pose));
     let above_display = Pose::translation(0.0, 0.0, layout.stand_z_mm).then_in(flipped());
     let cameras =
@@ -83,11 +83,11 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         upright([at.x, at.y], 0.0)
     });
     let spacers =
-        cameras.iter().flat_map(|camera| on_plate.clone().map(|pose| on(camera, pose, -8.0)));
+        cameras.iter().flat_map(|camera| on_plate.clone().map(|pose| on_camera_plate(camera, pose, -8.0)));
     let spacer = |name: Name, length: f64, placements: Vec<Placement>| {
         let text = format!("hexagonal spacer M3, female both ends, {length} mm");
         name.bought(text, HexSpacer::M3.solid(length), placements)
-            .ordered(HexSpacer::M3.order(length))
+            .with_order(HexSpacer::M3.order(length))
             .colored(BRASS)
             .threaded()
     };
@@ -111,8 +111,8 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let mut all = vec![
         CAMERA
             .bought(camera_specification(p), camera(p, layout), cameras.clone())
-            .ordered(Order::of(&p.camera.model, ""))
-            .reached(board_camera!(p.camera).lens(camera_board_top_mm(p)).turned_from_front())
+            .with_order(Order::new(&p.camera.model, ""))
+            .with_tool_access(board_camera!(p.camera).lens(camera_board_top_mm(p)).front_access())
             .colored(CAMERA_GREEN),
         CAMERA_SPACER
             .bought(
@@ -120,7 +120,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
                 tube(1.1, 2.0, p.camera.spacer.mm()),
                 spacers,
             )
-            .ordered(Order::of(
+            .with_order(Order::new(
                 "round spacer",
                 format!("2.2 x 4 mm, {} mm long", p.camera.spacer.mm()),
             )),
@@ -144,9 +144,9 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             ),
             tube_ends.chain(display_tubes),
         )
-        .times(inlets.len() as u32)
-        .ordered(
-            Order::of(
+        .with_quantity(inlets.len() as u32)
+        .with_order(
+            Order::new(
                 "silicone tube",
                 format!(
                     "{} x {} mm (inside x outside)",
@@ -158,7 +158,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         )
         .colored([228, 222, 210])
         .opaque(0.7)
-        .sticking(),
+        .as_attached(),
         NEEDLE.bought(
             format!(
                 "steel tube (blunt dispensing needle), {} mm outside, {} mm inside, cut to {} mm",
@@ -173,7 +173,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             ),
             inlets.iter().map(|&c| on_display(upright(c, needle_z)).lifted(78.0)),
         )
-        .ordered(Order::of(
+        .with_order(Order::new(
             "blunt dispensing needle",
             format!(
                 "{} mm outside, {} mm inside",
@@ -181,7 +181,7 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
                 p.tubes.needle_inner_diameter.mm()
             ),
         ))
-        .sticking(),
+        .as_attached(),
         LED_STRIP
             .bought(
                 format!(
@@ -190,25 +190,25 @@ pub fn components(p: &SheetMold, layout: &Layout) -> Vec<Body> {
                     p.housing.led_strip_width.mm()
                 ),
                 led_strip(p),
-                (0..4).map(|i| SENSOR.drawn_out(&sensor_from_wall(layout, i).then_in(flipped()), -18.0)),
+                (0..4).map(|i| SENSOR.at_exploded(&sensor_from_wall(layout, i).then_in(flipped()), -18.0)),
             )
-            .ordered(
-                Order::of(
+            .with_order(
+                Order::new(
                     "LED strip, white, self-adhesive, 5 V",
                     format!("{} mm wide", p.housing.led_strip_width.mm()),
                 )
                 .cut_to(p.housing.led_strip_length.mm()),
             )
             .colored(LED_YELLOW)
-            .shining()
-            .sticking(),
+            .as_light_source()
+            .as_attached(),
     ]);
-    focused_apart(&mut all, &holes.names());
+    add_focusing_placements(&mut all, &holes.names());
     all
 }
 
 /// Adds a placement of the box's camera, and of what holds it, on the box's floor alone.
-fn focused_apart(all: &mut [Body], held_by: &[String]) {
+fn add_focusing_placements(all: &mut [Body], held_by: &[String]) {
     let is_of_camera = |body: &Body| {
         [CAMERA, CAMERA_SPACER].iter().any(|name| name.name == body.name)
             || held_by.contains(&body.name)
@@ -266,7 +266,7 @@ pub fn plug_reach_mm(p: &SheetMold) -> [f64; 2] {
 
 /// Returns the camera: a board with four holes, lens holder, barrel, and the plug behind. Its origin lies on the
 /// plate that carries it, a spacer's length below the board.
-fn camera(p: &SheetMold, layout: &Layout) -> Solid {
+fn camera(p: &SheetMold, layout: &SheetMoldLayout) -> Solid {
     let (bottom, top) = (p.camera.spacer.mm(), camera_board_top_mm(p));
     let screws = Joints::new(p, layout).camera;
     let gap = gap_mm(Process::Pcb, Fit::Snug);
@@ -285,12 +285,12 @@ fn camera(p: &SheetMold, layout: &Layout) -> Solid {
 // Wiring of the box's LED strips, and of both cameras.
 
 /// Number of LED strips, one at each wall.
-const STRIPS: u32 = 4;
+const STRIP_COUNT: u32 = 4;
 
 /// Builds the circuit: supply and ground of each strip, and the cameras' cables.
-pub fn circuit(p: &SheetMold, layout: &Layout) -> Circuit {
-    let mut wired = Builder::wired("led-strips", 5.0);
-    wired.strips(STRIPS, "strip", "5 V of the supply");
+pub fn circuit(p: &SheetMold, layout: &SheetMoldLayout) -> Circuit {
+    let mut wired = CircuitBuilder::new_wired("led-strips", 5.0);
+    wired.strips(STRIP_COUNT, "strip", "5 V of the supply");
     let [below, above] = cable_lengths_mm(p, layout);
     wired.connection(camera_to_host("camera in the box", Some(BOX_CABLE), Some(below), "USB"));
     wired.connection(camera_to_host(
@@ -301,7 +301,7 @@ pub fn circuit(p: &SheetMold, layout: &Layout) -> Circuit {
     ));
     wired.note("no board is etched: buy strips that bring their resistors for 5 V");
     wired.note("what the strips take together is on their data sheet; all four are parallel");
-    wired.done()
+    wired.build()
 }
 
 // ------ Cables ------
@@ -319,10 +319,10 @@ const CABLE_MM: f64 = 4.0;
 const BEND_MM: f64 = 8.0;
 
 /// Distance from a board's edge to the centre line of a cable that runs around it, mm.
-const BESIDE_MM: f64 = 8.0;
+const CABLE_BOARD_DISTANCE_MM: f64 = 8.0;
 
 /// Drawn length of a cable beyond the part that it leaves, mm.
-const BEYOND_MM: f64 = 20.0;
+const DRAWN_CABLE_MM: f64 = 20.0;
 
 /// Returns a cable through points in the plane of the camera's plate, mm.
 fn cable(p: &SheetMold, through: &[[f64; 2]]) -> Cable {
@@ -337,10 +337,10 @@ fn cable(p: &SheetMold, through: &[[f64; 2]]) -> Cable {
 
 /// Returns the cable in the box, from the plug to its opening. It runs around the board unless the opening is on the
 /// plug's side.
-fn in_box(p: &SheetMold, layout: &Layout) -> Cable {
+fn box_cable(p: &SheetMold, layout: &SheetMoldLayout) -> Cable {
     let start = [plug_reach_mm(p)[1], 0.0];
-    let [x, y] = [p.camera.board_size, p.camera.board_size_y].map(|e| e.mm() / 2.0 + BESIDE_MM);
-    let out = layout.wall_outer_mm + BEYOND_MM;
+    let [x, y] = [p.camera.board_size, p.camera.board_size_y].map(|e| e.mm() / 2.0 + CABLE_BOARD_DISTANCE_MM);
+    let out = layout.wall_outer_mm + DRAWN_CABLE_MM;
     match p.housing.cable_side {
         CableSide::Right => cable(p, &[start, [out, 0.0]]),
         CableSide::Left => cable(p, &[start, [x, 0.0], [x, y], [-x, y], [-x, 0.0], [-out, 0.0]]),
@@ -350,33 +350,33 @@ fn in_box(p: &SheetMold, layout: &Layout) -> Cable {
 }
 
 /// Drawn lengths of both cables, mm, that of the box first.
-pub fn cable_lengths_mm(p: &SheetMold, layout: &Layout) -> [f64; 2] {
-    both(p, layout).map(|cable| cable.length_mm())
+pub fn cable_lengths_mm(p: &SheetMold, layout: &SheetMoldLayout) -> [f64; 2] {
+    camera_cables(p, layout).map(|cable| cable.length_mm())
 }
 
 /// Returns the cable of the camera in the box, and that of the camera above the display.
-fn both(p: &SheetMold, layout: &Layout) -> [Cable; 2] {
-    let end = layout.display_size_mm[0] / 2.0 + BEYOND_MM;
-    [in_box(p, layout), cable(p, &[[plug_reach_mm(p)[1], 0.0], [end, 0.0]])]
+fn camera_cables(p: &SheetMold, layout: &SheetMoldLayout) -> [Cable; 2] {
+    let end = layout.display_size_mm[0] / 2.0 + DRAWN_CABLE_MM;
+    [box_cable(p, layout), cable(p, &[[plug_reach_mm(p)[1], 0.0], [end, 0.0]])]
 }
 
 /// Returns both cables, each in the frame of its camera's plate.
-pub fn cables(p: &SheetMold, layout: &Layout, cameras: &[Placement; 2]) -> [Body; 2] {
-    let [below, above] = both(p, layout).map(|cable| cable.solid());
+pub fn cables(p: &SheetMold, layout: &SheetMoldLayout, cameras: &[Placement; 2]) -> [Body; 2] {
+    let [below, above] = camera_cables(p, layout).map(|cable| cable.solid());
     let [box_camera, stand_camera] = cameras.clone();
     [
         BOX_CABLE.bought("USB cable of the camera in the box", below, [box_camera]),
         STAND_CABLE.bought("USB cable of the camera above the display", above, [stand_camera]),
     ]
     .map(|body| {
-        body.ordered(Order::of("USB cable of the camera", "")).colored(RUBBER).giving(GIVES_MM)
+        body.with_order(Order::new("USB cable of the camera", "")).colored(RUBBER).with_assembly_compliance(GIVE_WAY_MM)
     })
 }
 
 /// Reports a cable that has no room around its camera's board.
-pub fn check_cables(p: &SheetMold, layout: &Layout, report: &mut Report) {
-    let cable = in_box(p, layout);
-    let room = layout.wall_inner_mm - cable.diameter_mm / 2.0 - BESIDE_MM - APART_MM;
+pub fn check_cables(p: &SheetMold, layout: &SheetMoldLayout, report: &mut RuleReport) {
+    let cable = box_cable(p, layout);
+    let room = layout.wall_inner_mm - cable.diameter_mm / 2.0 - CABLE_BOARD_DISTANCE_MM - APART_MM;
     if p.housing.cable_side != CableSide::Right {
         limits! { report, p:
             camera.board_size <= 2.0 * room, "the cable goes around the board, inside the walls";

@@ -3,20 +3,20 @@
 use std::f64::consts::FRAC_PI_2;
 
 use fabkit_geometry::{
-    Angle, Body, Carrier, Color, Column, Landmark, Lighting, Mark, NominalCamera, Path, Placement,
-    Point3, Pose, Process, Profile, Shows, Solid, Vector3,
+    Angle, Body, MarkerCarrier, Color, LiquidColumn, Landmark, Lighting, Marker, NominalCamera, Path, Placement,
+    Point3, Pose, Process, Profile, VisibleEffect, Solid, Vector3,
 };
 
-use super::layers::{comb_opening, display_channel_y, display_inlet, left_channels, rest_x};
+use super::layers::{comb_opening, display_channel_y, display_inlet, left_channels, resting_end_x};
 use super::parameters::*;
-use super::{Joints, Layout, bolt_hole_mm, marker_centres};
-use crate::assembling::{Name, SENSOR, flipped, shrinkage};
-use crate::blocks::adapter::{Exit, MountFace};
+use super::{Joints, SheetMoldLayout, bolt_hole_mm, marker_centres};
+use crate::chain_builder::{Name, SENSOR, flipped, shrinkage};
+use crate::blocks::adapter::{CableOutlet, MountFace};
 use crate::blocks::{BLACK, MOLD_BLUE, Rect};
 use crate::fits::Fit;
 use crate::hardware::HexSpacer;
 use crate::hardware::tools::pry;
-use crate::materials::glazing;
+use crate::materials::window_transparency;
 
 // ------ Housing ------
 //
@@ -25,7 +25,7 @@ use crate::materials::glazing;
 // print. Edges are square, as a laser leaves them.
 
 /// Distance by which tabs end below the surface of the plate that they reach into, so that nothing rocks on them, mm.
-const TAB_SHORT_MM: f64 = 0.3;
+const TAB_RECESS_MM: f64 = 0.3;
 
 /// Displacement of the walls in the exploded view, mm.
 const WALL_EXPLODE_MM: f64 = 34.0;
@@ -34,10 +34,10 @@ const WALL_EXPLODE_MM: f64 = 34.0;
 pub const BAR_EXPLODE_MM: Vector3<f64> = Vector3::new(0.0, 26.0, 76.0);
 
 /// Number of walls of the box.
-const WALLS: u32 = 4;
+const WALL_COUNT: u32 = 4;
 
 /// Returns plates, walls and clamping bars.
-pub fn box_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
+pub fn box_sheets(p: &SheetMold, layout: &SheetMoldLayout) -> Vec<Body> {
     let cut = |name, profile, thickness_mm: f64| {
         sheet(name, profile, thickness_mm, &p.housing.material).colored(BLACK)
     };
@@ -54,12 +54,12 @@ pub fn box_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     vec![
         cut(BOX_CEILING, slotted(BOX_CEILING).with_hole(window), thickness)
             .placed([SENSOR.at_z(layout.ceiling_z_mm)]),
-        cut(BOX_FLOOR, Joints::new(p, layout).camera.pierced(slotted(BOX_FLOOR)), thickness)
+        cut(BOX_FLOOR, Joints::new(p, layout).camera.pierce_profile(slotted(BOX_FLOOR)), thickness)
             .placed([SENSOR, BOX_FOCUSING].map(|at| at.at_z(layout.bottom_z_mm).lifted(-34.0))),
         cut(CABLE_WALL, Profile::new(wall(p, layout, true)), thickness)
             .placed([wall_placement(layout, cable)]),
         cut(BOX_WALL, Profile::new(wall(p, layout, false)), thickness)
-            .placed((1..WALLS).map(|i| wall_placement(layout, (cable + i) % WALLS)))
+            .placed((1..WALL_COUNT).map(|i| wall_placement(layout, (cable + i) % WALL_COUNT)))
             .one_per_place(),
         cut(CLAMP_BAR, clamp_bar(p, layout), p.housing.clamp.mm())
             .placed([0, 2].map(bar))
@@ -75,7 +75,7 @@ fn quarter(i: u32) -> Pose {
 
 /// Pose of the wall's frame (x along the wall, y up, z outwards) for wall `i`, which stands on the floor. Wall 0 is
 /// at +x.
-pub fn sensor_from_wall(layout: &Layout, i: u32) -> Pose {
+pub fn sensor_from_wall(layout: &SheetMoldLayout, i: u32) -> Pose {
     let right_angle = Angle::from_rad(FRAC_PI_2).expect("finite");
     let upright = Pose::rotation_z(right_angle).then_in(Pose::rotation_x(right_angle));
     quarter(i)
@@ -83,24 +83,24 @@ pub fn sensor_from_wall(layout: &Layout, i: u32) -> Pose {
         .then_in(upright)
 }
 
-fn wall_placement(layout: &Layout, i: u32) -> Placement {
-    SENSOR.drawn_out(&sensor_from_wall(layout, i), WALL_EXPLODE_MM)
+fn wall_placement(layout: &SheetMoldLayout, i: u32) -> Placement {
+    SENSOR.at_exploded(&sensor_from_wall(layout, i), WALL_EXPLODE_MM)
 }
 
 /// Positions of a wall's two tabs along the wall, mm.
-fn tab_centres(layout: &Layout) -> [f64; 2] {
+fn tab_centres(layout: &SheetMoldLayout) -> [f64; 2] {
     [-layout.wall_inner_mm / 2.0, layout.wall_inner_mm / 2.0]
 }
 
 /// Outline of a wall. Its right edge has fingers where its left edge has gaps, so that four equal walls close the
 /// box.
-fn wall(p: &SheetMold, layout: &Layout, has_cable: bool) -> Path {
+fn wall(p: &SheetMold, layout: &SheetMoldLayout, has_cable: bool) -> Path {
     // Fingers of either wall mesh with those of the other, so the larger gap applies.
     let meshing = [CABLE_WALL, BOX_WALL].map(|wall| (wall, Process::Laser));
-    let (height, play) = (p.housing.height.mm(), p.making.widest_mm(meshing, Fit::Snug));
+    let (height, play) = (p.housing.height.mm(), p.making.widest_gap_mm(meshing, Fit::Snug));
     let (finger, gap) = (layout.wall_outer_mm, layout.wall_inner_mm - play);
     let tab = p.housing.tab.mm() / 2.0;
-    let reach = p.housing.sheet.mm() - TAB_SHORT_MM;
+    let reach = p.housing.sheet.mm() - TAB_RECESS_MM;
 
     // Corners, from bottom to top, of an edge whose fingers are the intervals of this parity.
     let edge = |parity: u32| -> Vec<[f64; 2]> {
@@ -133,11 +133,11 @@ fn wall(p: &SheetMold, layout: &Layout, has_cable: bool) -> Path {
     Path::polygon(&points)
 }
 
-fn with_tab_slots(profile: Profile, p: &SheetMold, layout: &Layout, plate: Name) -> Profile {
+fn with_tab_slots(profile: Profile, p: &SheetMold, layout: &SheetMoldLayout, plate: Name) -> Profile {
     let play = 2.0 * p.making.gap_mm(plate, Process::Laser, Fit::Slide);
     let (along, across) = (p.housing.tab.mm() + play, p.housing.sheet.mm() + play);
     let middle = (layout.wall_inner_mm + layout.wall_outer_mm) / 2.0;
-    (0..WALLS).fold(profile, |profile, i| {
+    (0..WALL_COUNT).fold(profile, |profile, i| {
         tab_centres(layout).into_iter().fold(profile, |profile, offset| {
             let (centre, size) = match i {
                 0 => ([middle, offset], [across, along]),
@@ -151,7 +151,7 @@ fn with_tab_slots(profile: Profile, p: &SheetMold, layout: &Layout, plate: Name)
 }
 
 /// Profile of the clamping bar at +y. The other bar is the same, rotated.
-fn clamp_bar(p: &SheetMold, layout: &Layout) -> Profile {
+fn clamp_bar(p: &SheetMold, layout: &SheetMoldLayout) -> Profile {
     let half = p.plate.side.mm() / 2.0;
     let inner = clamp_inner_mm(p);
     let r = half - layout.bolt_mm;
@@ -173,7 +173,7 @@ pub fn clamp_inner_mm(p: &SheetMold) -> f64 {
 
 /// Returns the face by which the box is mounted: the corner screws in its floor, which then pass through a plate
 /// below it too.
-pub fn face(p: &SheetMold, layout: &Layout) -> MountFace {
+pub fn mount_face(p: &SheetMold, layout: &SheetMoldLayout) -> MountFace {
     let joints = Joints::new(p, layout);
     let is_below = |pose: &Pose| pose.vector(Vector3::z()).z < 0.0;
     let mut mounting = joints.housing.clone();
@@ -185,10 +185,10 @@ pub fn face(p: &SheetMold, layout: &Layout) -> MountFace {
     MountFace {
         holder: BOX_FLOOR,
         mounting,
-        borrowed_mm: Some([sheet, sheet + HexSpacer::M3.thread_depth_mm]),
+        replaced_screw_mm: Some([sheet, sheet + HexSpacer::M3.thread_depth_mm]),
         bottom_z_mm: layout.bottom_z_mm,
         outline: Rect { half: [half; 2], corner: half - layout.bolt_mm },
-        exits: vec![Exit::Aside {
+        exits: vec![CableOutlet::Sideways {
             angle: p.housing.cable_side.angle(),
             width_mm: p.housing.cable_width.mm(),
             above_mm: sheet,
@@ -211,9 +211,9 @@ pub fn face(p: &SheetMold, layout: &Layout) -> MountFace {
 pub fn sheet(name: Name, profile: Profile, thickness_mm: f64, material: &str) -> Body {
     let handles = profile.holes.len() as i32;
     name.made(Process::Laser, Solid::extrusion(profile, thickness_mm))
-        .from(material)
+        .with_material(material)
         .with_handles(handles)
-        .in_light(glazing(material))
+        .with_clarity(window_transparency(material))
 }
 
 /// Outline that all square plates share.
@@ -222,7 +222,7 @@ pub fn square(p: &SheetMold) -> Path {
 }
 
 /// The same outline with a notch for a screwdriver in the middle of each of the sides at -y and +y.
-pub fn square_with_notches(p: &SheetMold) -> Path {
+pub fn notched_plate_outline(p: &SheetMold) -> Path {
     let (half, r) = (p.plate.side.mm() / 2.0, corner_mm(p));
     let (w, depth) = (p.plate.pry_width.mm() / 2.0, p.plate.pry_depth.mm());
     let floor = half - depth;
@@ -246,12 +246,12 @@ pub fn square_with_notches(p: &SheetMold) -> Path {
 }
 
 /// Adds the screwdriver poses that part a notched sheet from its neighbours.
-pub fn pried(p: &SheetMold, sheet: Body, thickness_mm: f64) -> Body {
+pub fn with_pry_tools(p: &SheetMold, sheet: Body, thickness_mm: f64) -> Body {
     let turns =
         [-90.0, 90.0].map(|deg| Angle::from_deg(deg).expect("a quarter of a turn is finite"));
     let mouth = Pose::translation(p.plate.side.mm() / 2.0, 0.0, thickness_mm / 2.0);
     turns.into_iter().fold(sheet, |sheet, turn| {
-        sheet.reached(pry(Pose::rotation_z(turn).then_in(mouth), p.plate.pry_depth.mm()))
+        sheet.with_tool_access(pry(Pose::rotation_z(turn).then_in(mouth), p.plate.pry_depth.mm()))
     })
 }
 
@@ -261,7 +261,7 @@ fn corner_mm(p: &SheetMold) -> f64 {
 }
 
 /// Adds the four bolt holes of a square plate.
-pub fn with_bolts(profile: Profile, p: &SheetMold, layout: &Layout, plate: Name) -> Profile {
+pub fn with_bolts(profile: Profile, p: &SheetMold, layout: &SheetMoldLayout, plate: Name) -> Profile {
     with_holes(profile, &layout.bolts(), bolt_hole_mm(p, plate))
 }
 
@@ -294,10 +294,10 @@ const VENT_MM: f64 = 0.6;
 const SEAL_HALF_MM: f64 = 3.0;
 
 /// Overhang of that strip beyond the outermost vents, mm.
-const SEAL_BEYOND_MM: f64 = 2.0;
+const SEAL_OVERHANG_MM: f64 = 2.0;
 
 /// Radius of the vents, mm. Each opens over its own channel alone.
-fn vent_mm(p: &SheetMold) -> f64 {
+fn vent_radius_mm(p: &SheetMold) -> f64 {
     (p.display.channel_width.mm() / 2.0 - 0.1).min(VENT_MM)
 }
 
@@ -315,34 +315,34 @@ pub fn seal_end_x(p: &SheetMold) -> f64 {
 
 /// Volume of air enclosed ahead of one column of liquid at rest, mm3: in its channel, and in the vent below the
 /// strip.
-pub fn shut_in_air_mm3(p: &SheetMold) -> f64 {
-    let ([inlet, _], rest) = (display_inlet(p, 0.0), rest_x(p));
+pub fn enclosed_air_mm3(p: &SheetMold) -> f64 {
+    let ([inlet, _], rest) = (display_inlet(p, 0.0), resting_end_x(p));
     let radius = p.display.channel_width.mm() / 2.0;
     let ahead = Path::from([rest, radius])
         .line([-inlet, radius])
         .arc([-inlet, -radius], [-inlet, 0.0], true)
         .line([rest, -radius])
         .close();
-    let vent = Path::circle([0.0; 2], vent_mm(p));
+    let vent = Path::circle([0.0; 2], vent_radius_mm(p));
     p.display.sheet.mm() * (ahead.signed_area_mm2().abs() + vent.signed_area_mm2())
 }
 
 /// Profile of the strip that is cemented over the vents, with its centre on the axis.
 fn seal(p: &SheetMold) -> Profile {
     let last = display_channel_y(p).into_iter().fold(0.0, f64::max);
-    let half = last + vent_mm(p) + SEAL_BEYOND_MM;
+    let half = last + vent_radius_mm(p) + SEAL_OVERHANG_MM;
     Profile::new(Path::rectangle([0.0; 2], [2.0 * SEAL_HALF_MM, 2.0 * half], 0.0))
 }
 
 /// Returns the columns of liquid as the second camera sees them.
-pub fn lighting(p: &SheetMold, layout: &Layout) -> Lighting {
-    let column = |y: f64| Column {
+pub fn display_lighting(p: &SheetMold, layout: &SheetMoldLayout) -> Lighting {
+    let column = |y: f64| LiquidColumn {
         end: layout.sensor_from_display.point(Point3::new(
-            rest_x(p),
+            resting_end_x(p),
             y,
             2.0 * p.display.sheet.mm(),
         )),
-        way: layout.sensor_from_display.vector(-Vector3::x()),
+        direction: layout.sensor_from_display.vector(-Vector3::x()),
         width_mm: p.display.channel_width.mm(),
     };
     let columns = display_channel_y(p).into_iter().map(column).collect();
@@ -353,8 +353,8 @@ pub fn lighting(p: &SheetMold, layout: &Layout) -> Lighting {
     let above = Pose::translation(0.0, 0.0, layout.display_pupil_z_mm).then_in(flipped());
     Lighting {
         name: "display",
-        lamps: Vec::new(),
-        shows: Shows::Columns { liquid: DISPLAY_LIQUID.into(), columns },
+        light_sources: Vec::new(),
+        effect: VisibleEffect::LiquidColumns { liquid: DISPLAY_LIQUID.into(), columns },
         camera: Some(NominalCamera {
             sensor_from_camera: layout.sensor_from_display.then_in(above),
             ..camera
@@ -363,7 +363,7 @@ pub fn lighting(p: &SheetMold, layout: &Layout) -> Lighting {
 }
 
 /// Returns the display's sheets from below, and the plate of its camera.
-pub fn display_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
+pub fn display_sheets(p: &SheetMold, layout: &SheetMoldLayout) -> Vec<Body> {
     let plate = |name| {
         let outline = Path::rectangle([0.0; 2], layout.display_size_mm, CORNER_MM);
         with_holes(Profile::new(outline), &layout.display_bolts(p), bolt_hole_mm(p, name))
@@ -386,14 +386,14 @@ pub fn display_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             .colored(WHITE),
         sheet(DISPLAY_CHANNELS, channels, t, &p.display.clear_material)
             .placed(place(t, 10.0))
-            .marked(rest_landmarks(p))
+            .with_landmarks(rest_landmarks(p))
             .colored(CLEAR),
         sheet(
             DISPLAY_COVER,
             with_holes(
                 with_holes(plate(DISPLAY_COVER), &inlets, needle_hole_mm(p)),
                 &vents,
-                vent_mm(p),
+                vent_radius_mm(p),
             ),
             t,
             &p.display.clear_material,
@@ -405,7 +405,7 @@ pub fn display_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             .colored(CLEAR),
         sheet(
             STAND_PLATE,
-            Joints::new(p, layout).camera.pierced(plate(STAND_PLATE)),
+            Joints::new(p, layout).camera.pierce_profile(plate(STAND_PLATE)),
             p.housing.sheet.mm(),
             &p.housing.material,
         )
@@ -418,7 +418,7 @@ pub fn display_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
 fn rest_landmarks(p: &SheetMold) -> Vec<Landmark> {
     let rest = |(k, y): (usize, f64)| Landmark {
         name: format!("rest {}", k + 1),
-        point: Point3::new(rest_x(p), y, p.display.sheet.mm() / 2.0),
+        point: Point3::new(resting_end_x(p), y, p.display.sheet.mm() / 2.0),
         axis: -Vector3::x(),
     };
     display_channel_y(p).into_iter().enumerate().map(rest).collect()
@@ -430,11 +430,11 @@ fn rest_landmarks(p: &SheetMold) -> Vec<Landmark> {
 // casts.
 
 const PLYWOOD: Color = [214, 180, 130];
-const SEAL: &str =
+const SEAL_NOTE: &str =
     "seal the wood with acrylic lacquer before use: bare wood can keep silicone from curing";
 
 /// Returns all sheets of both stacks.
-pub fn mold_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
+pub fn mold_sheets(p: &SheetMold, layout: &SheetMoldLayout) -> Vec<Body> {
     // All sheets of a stack are scaled alike, and both stacks share their floor, so one shrinkage serves for all.
     let shrinkage = shrinkage(&p.marker_layer.material);
     let floor_mm = p.molds.floor.mm();
@@ -447,7 +447,7 @@ pub fn mold_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             .for_shrinkage(shrinkage)
     };
     let notched = |name, profile, thickness_mm, material: &str| {
-        pried(p, cut(name, profile, thickness_mm, material), thickness_mm)
+        with_pry_tools(p, cut(name, profile, thickness_mm, material), thickness_mm)
     };
     let (acrylic, wood) = (&p.molds.channel_material, &p.molds.marker_material);
     let centres = marker_centres(p);
@@ -457,11 +457,11 @@ pub fn mold_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
                 CHANNEL_MOLD.at_z(layout.bond_z_mm - floor_mm).lifted(-18.0),
                 MARKER_MOLD.at_z(layout.marker_end_z_mm - floor_mm).lifted(-18.0),
             ])
-            .times(2)
-            .note(SEAL),
+            .with_quantity(2)
+            .note(SEAL_NOTE),
         notched(
             CHANNEL_COMB,
-            Profile::new(square_with_notches(p))
+            Profile::new(notched_plate_outline(p))
                 .with_hole(comb_opening(&channels, p.channel_layer.side.mm())),
             p.channels.height.mm(),
             acrylic,
@@ -482,7 +482,7 @@ pub fn mold_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         notched(
             MARKER_PLATE,
             with_holes(
-                Profile::new(square_with_notches(p)),
+                Profile::new(notched_plate_outline(p)),
                 &centres,
                 p.markers.diameter.mm() / 2.0,
             ),
@@ -490,8 +490,8 @@ pub fn mold_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             wood,
         )
         .placed([MARKER_MOLD.at_z(layout.marker_end_z_mm)])
-        .marked(marker_landmarks(&centres))
-        .note(SEAL),
+        .with_landmarks(marker_landmarks(&centres))
+        .note(SEAL_NOTE),
         cut(
             MARKER_FRAME,
             Profile::new(square(p)).with_hole(opening(p.marker_layer.side.mm())),
@@ -499,16 +499,16 @@ pub fn mold_sheets(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             wood,
         )
         .placed([MARKER_MOLD.in_place().lifted(18.0), SENSOR.in_place().lifted(10.0)])
-        .note(SEAL),
+        .note(SEAL_NOTE),
     ]
 }
 
 /// Ends of the markers, paint included, which the camera tracks.
-pub fn marks(p: &SheetMold, layout: &Layout) -> Vec<Mark> {
+pub fn marks(p: &SheetMold, layout: &SheetMoldLayout) -> Vec<Marker> {
     let end_mm = layout.marker_end_z_mm - p.markers.paint.mm();
     let poses = marker_centres(p).into_iter().map(|[x, y]| Pose::translation(x, y, end_mm));
     let radius_mm = p.markers.diameter.mm() / 2.0;
-    Mark::below("marker", &poses.collect::<Vec<_>>(), 0.0, radius_mm, |_| Carrier::Gel)
+    Marker::place_below_poses("marker", &poses.collect::<Vec<_>>(), 0.0, radius_mm, |_| MarkerCarrier::Gel)
 }
 
 /// Landmarks at the ends of the markers, in the frame of the sheet that shapes them.

@@ -1,12 +1,12 @@
 //! The soft interface: its channels and its layers.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, Clarity, Color, Path, Point3, Pose, Segment, Shells, Solid, Vector3,
+    Body, CUT_OVERLAP_MM, OpticalClarity, Color, Path, Point3, Pose, Segment, Shells, Solid, Vector3,
 };
 
 use super::parameters::*;
-use super::{Layout, channel_count, marker_centres};
-use crate::assembling::{AssemblyName, Name, SENSOR};
+use super::{SheetMoldLayout, channel_count, marker_centres};
+use crate::chain_builder::{AssemblyName, Name, SENSOR};
 
 // ------ Channels ------
 //
@@ -44,7 +44,7 @@ impl Side {
     }
 
     /// Maps a point of the left side to the corresponding point of this side.
-    pub fn turn(self, [x, y]: Point) -> Point {
+    pub fn from_left(self, [x, y]: Point) -> Point {
         match self {
             Self::Left => [x, y],
             Self::Right => [-x, -y],
@@ -53,7 +53,7 @@ impl Side {
 
     /// Sign of x on this side.
     pub fn sign(self) -> f64 {
-        self.turn([-1.0, 0.0])[0]
+        self.from_left([-1.0, 0.0])[0]
     }
 
     /// Name of the glue around this side's tubes.
@@ -154,8 +154,8 @@ pub fn spoke_radii_mm(p: &SheetMold, k: u32) -> [f64; 2] {
 
 impl Channel {
     /// Returns the same channel entering from `side`.
-    pub fn entering(&self, side: Side) -> Self {
-        Self { centreline: self.centreline.iter().map(|&p| side.turn(p)).collect(), ..self.clone() }
+    pub fn from_side(&self, side: Side) -> Self {
+        Self { centreline: self.centreline.iter().map(|&p| side.from_left(p)).collect(), ..self.clone() }
     }
 
     /// Outline from the right-hand corner of the entrance around the channel's end to the left-hand corner, both at
@@ -173,13 +173,13 @@ impl Channel {
         let entrance = unit(minus(forth[1], forth[0]));
 
         let path = Path::from(plus(forth[0], right(entrance), h));
-        let path = bends_on_the_right(path, &forth, h).line(plus(foot, right(heading), h)).arc(
+        let path = follow_right_side(path, &forth, h).line(plus(foot, right(heading), h)).arc(
             plus(foot, right(heading), -h),
             end,
             true,
         );
         // The left side on the way in is the right side on the way out.
-        bends_on_the_right(path, &back, h).line(plus(forth[0], right(entrance), -h))
+        follow_right_side(path, &back, h).line(plus(forth[0], right(entrance), -h))
     }
 
     /// Minimum distance between the walls of two channels, mm; negative if they overlap.
@@ -209,7 +209,7 @@ pub fn comb_opening(channels: &[Channel], side_mm: f64) -> Path {
     // going down along the left side.
     for (side, corner) in [(Side::Right, [edge, edge]), (Side::Left, [-edge, -edge])] {
         for channel in channels.iter().rev() {
-            let back = turned(reversed(channel.outline(-edge)), side);
+            let back = turn_to_side(reversed(channel.outline(-edge)), side);
             path = path.line(back.start);
             path.segments.extend(back.segments);
         }
@@ -222,21 +222,21 @@ pub fn comb_opening(channels: &[Channel], side_mm: f64) -> Path {
 }
 
 /// Returns a path of a left channel as one that enters from `side`.
-pub fn turned(path: Path, side: Side) -> Path {
+pub fn turn_to_side(path: Path, side: Side) -> Path {
     let turn = |segment: &Segment| match segment {
-        Segment::Line { to } => Segment::Line { to: side.turn(*to) },
+        Segment::Line { to } => Segment::Line { to: side.from_left(*to) },
         Segment::Arc { to, centre, ccw } => {
-            Segment::Arc { to: side.turn(*to), centre: side.turn(*centre), ccw: *ccw }
+            Segment::Arc { to: side.from_left(*to), centre: side.from_left(*centre), ccw: *ccw }
         }
         // Channels have no elliptic arcs. A half turn would leave their axes as they are.
         Segment::EllipticArc { to, centre, semi_axes_mm, ccw } => Segment::EllipticArc {
-            to: side.turn(*to),
-            centre: side.turn(*centre),
+            to: side.from_left(*to),
+            centre: side.from_left(*centre),
             semi_axes_mm: *semi_axes_mm,
             ccw: *ccw,
         },
     };
-    Path { start: side.turn(path.start), segments: path.segments.iter().map(turn).collect() }
+    Path { start: side.from_left(path.start), segments: path.segments.iter().map(turn).collect() }
 }
 
 /// Area that a closed path of lines and circular arcs encloses, mm2: the polygon through its points, plus the
@@ -274,7 +274,7 @@ fn reversed(path: Path) -> Path {
 
 /// Appends the right-hand side of a way along its bends: an arc where the right side is outside, a sharp corner where
 /// it is inside.
-fn bends_on_the_right(path: Path, way: &[Point], half_width: f64) -> Path {
+fn follow_right_side(path: Path, way: &[Point], half_width: f64) -> Path {
     way.windows(3).fold(path, |path, bend| {
         let [from, at, to] = [bend[0], bend[1], bend[2]];
         let (arriving, leaving) = (unit(minus(at, from)), unit(minus(to, at)));
@@ -337,15 +337,15 @@ fn segment_distance(a: [Point; 2], b: [Point; 2]) -> f64 {
 // Layers that are cast, painted, glued or filled in.
 
 /// Depth to which a marker's cylinder reaches into the layer that it stands on, mm.
-const JOIN_MM: f64 = 0.5;
+const MARKER_ROOT_MM: f64 = 0.5;
 
 const RED: Color = [214, 60, 60];
 
 /// Returns all layers, from the camera to the finger, with the display's liquid last.
-pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
+pub fn layers(p: &SheetMold, layout: &SheetMoldLayout) -> Vec<Body> {
     let channels = left_channels(p);
     let layer = |name: Name, solid, material: &str, color, opacity| {
-        name.cast(solid).from(material).colored(color).opaque(opacity)
+        name.cast(solid).with_material(material).colored(color).opaque(opacity)
     };
     let placed = |layer: Body, lift_mm: f64, molds: &[AssemblyName]| {
         let in_molds = molds.iter().map(|mold| mold.in_place());
@@ -355,7 +355,7 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
     let marker_layer =
         layer(MARKER_LAYER, marker_layer(p, layout), &p.marker_layer.material, [70, 72, 80], 1.0);
     let is_dyed = p.marker_layer.pigment_share > 0.0;
-    let marker_layer = if is_dyed { marker_layer.in_light(Clarity::Opaque) } else { marker_layer };
+    let marker_layer = if is_dyed { marker_layer.with_clarity(OpticalClarity::Opaque) } else { marker_layer };
     let pigment = p.marker_layer.pigment.to_lowercase();
     let says = |word: &str| is_dyed && pigment.contains(word);
     // The darkness of the layer is known only for black and white pigments.
@@ -364,7 +364,7 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         (false, true) => Some(false),
         _ => None,
     };
-    let marker_layer = marker_layer.shaded(is_dark);
+    let marker_layer = marker_layer.with_darkness(is_dark);
     let paint = layer(
         MARKER_PAINT,
         discs(p, layout.marker_end_z_mm - p.markers.paint.mm(), p.markers.paint.mm()),
@@ -372,7 +372,7 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
         [245, 245, 240],
         1.0,
     )
-    .in_shells(Shells::pieces(marker_centres(p).len()));
+    .with_shells(Shells::pieces(marker_centres(p).len()));
     let channel_layer = layer(
         CHANNEL_LAYER,
         channel_layer(p, layout, &channels),
@@ -390,17 +390,17 @@ pub fn layers(p: &SheetMold, layout: &Layout) -> Vec<Body> {
             layer(side.glue(), tube_glue(p, layout, side), &p.tubes.glue, [200, 200, 190], 0.8)
                 // One sleeve around each tube.
                 .with_handles(p.channels.per_side as i32)
-                .in_shells(Shells::pieces(p.channels.per_side as usize));
+                .with_shells(Shells::pieces(p.channels.per_side as usize));
         let liquid =
             layer(side.liquid(), liquid(p, layout, &channels, side), "water, dyed red", RED, 0.9)
-                .in_shells(Shells::pieces(channels.len()));
+                .with_shells(Shells::pieces(channels.len()));
         all.push(placed(glue, 44.0, &[]));
         all.push(placed(liquid, 44.0, &[]));
     }
     let display = layer(DISPLAY_LIQUID, display_liquid(p), "water, dyed red", RED, 0.9);
     let place = SENSOR.at(layout.sensor_from_display).lifted(34.0);
     let shells = Shells::pieces(channel_count(p) as usize);
-    all.push(display.placed([place]).in_shells(shells));
+    all.push(display.placed([place]).with_shells(shells));
     all
 }
 
@@ -414,17 +414,17 @@ fn discs(p: &SheetMold, bottom_z: f64, height_mm: f64) -> Solid {
     }))
 }
 
-fn marker_layer(p: &SheetMold, layout: &Layout) -> Solid {
+fn marker_layer(p: &SheetMold, layout: &SheetMoldLayout) -> Solid {
     let outline = Path::rectangle([0.0; 2], [p.marker_layer.side.mm(); 2], 0.0);
     let plate = Solid::extrusion(outline, p.marker_layer.thickness.mm());
-    let markers = discs(p, layout.marker_end_z_mm, p.markers.height.mm() + JOIN_MM);
+    let markers = discs(p, layout.marker_end_z_mm, p.markers.height.mm() + MARKER_ROOT_MM);
     match markers {
         Solid::Union(markers) => Solid::union([vec![plate], markers].concat()),
         one => plate.plus(one),
     }
 }
 
-fn channel_layer(p: &SheetMold, layout: &Layout, channels: &[Channel]) -> Solid {
+fn channel_layer(p: &SheetMold, layout: &SheetMoldLayout, channels: &[Channel]) -> Solid {
     let side = p.channel_layer.side.mm();
     let outline = Path::rectangle([0.0; 2], [side; 2], 0.0);
     let block =
@@ -432,7 +432,7 @@ fn channel_layer(p: &SheetMold, layout: &Layout, channels: &[Channel]) -> Solid 
     let root_x = -side / 2.0 - CUT_OVERLAP_MM;
     let grooves = Side::BOTH.into_iter().flat_map(|entrance| {
         channels.iter().enumerate().map(move |(k, channel)| {
-            let outline = turned(channel.outline(root_x), entrance).close();
+            let outline = turn_to_side(channel.outline(root_x), entrance).close();
             Solid::extrusion(outline, p.channels.height.mm() + CUT_OVERLAP_MM)
                 .at_z(layout.bond_z_mm - CUT_OVERLAP_MM)
                 .named(format!("channel {} {}", entrance.word(), k + 1))
@@ -442,7 +442,7 @@ fn channel_layer(p: &SheetMold, layout: &Layout, channels: &[Channel]) -> Solid 
 }
 
 /// Returns the liquid of one side, from the tubes' ends inwards.
-fn liquid(p: &SheetMold, layout: &Layout, channels: &[Channel], side: Side) -> Solid {
+fn liquid(p: &SheetMold, layout: &SheetMoldLayout, channels: &[Channel], side: Side) -> Solid {
     Solid::union(
         channel_liquids(p, layout, channels, side)
             .into_iter()
@@ -453,13 +453,13 @@ fn liquid(p: &SheetMold, layout: &Layout, channels: &[Channel], side: Side) -> S
 /// Returns the liquid of each channel of one side, with the channel's name.
 pub fn channel_liquids(
     p: &SheetMold,
-    layout: &Layout,
+    layout: &SheetMoldLayout,
     channels: &[Channel],
     side: Side,
 ) -> Vec<(String, Solid)> {
     let root_x = p.tubes.insertion.mm() - p.channel_layer.side.mm() / 2.0;
     let water = |(k, channel): (usize, &Channel)| {
-        let outline = turned(channel.outline(root_x), side).close();
+        let outline = turn_to_side(channel.outline(root_x), side).close();
         let solid = Solid::extrusion(outline, p.channels.height.mm()).at_z(layout.bond_z_mm);
         (format!("{} {}", side.word(), k + 1), solid)
     };
@@ -479,18 +479,18 @@ pub fn tube_volume_mm3(p: &SheetMold) -> f64 {
 }
 
 /// Poses of the tubes of one side: origin at the end of the tube in its channel, z axis outwards.
-pub fn tube_poses(p: &SheetMold, layout: &Layout, side: Side) -> Vec<Pose> {
+pub fn tube_poses(p: &SheetMold, layout: &SheetMoldLayout, side: Side) -> Vec<Pose> {
     let x = p.tubes.insertion.mm() - p.channel_layer.side.mm() / 2.0;
     let z = layout.bond_z_mm + p.channels.height.mm() / 2.0;
     (0..p.channels.per_side)
         .map(|k| {
-            let [x, y] = side.turn([x, port_y(p, k)]);
+            let [x, y] = side.from_left([x, port_y(p, k)]);
             Pose::z_to(Vector3::new(side.sign(), 0.0, 0.0), Point3::new(x, y, z))
         })
         .collect()
 }
 
-fn tube_glue(p: &SheetMold, layout: &Layout, side: Side) -> Solid {
+fn tube_glue(p: &SheetMold, layout: &SheetMoldLayout, side: Side) -> Solid {
     let (width, height, length) =
         (p.channels.width.mm(), p.channels.height.mm(), p.tubes.insertion.mm());
     let tube = Solid::cylinder(p.tubes.outer_diameter.mm() / 2.0, length + 2.0 * CUT_OVERLAP_MM)
@@ -523,13 +523,13 @@ pub fn display_inlet(p: &SheetMold, y: f64) -> [f64; 2] {
 }
 
 /// Position at which the liquid in the display ends at rest: x in the display's frame, mm.
-pub fn rest_x(p: &SheetMold) -> f64 {
+pub fn resting_end_x(p: &SheetMold) -> f64 {
     p.display.channel_length.mm() / 2.0 - p.display.rest_length.mm()
 }
 
 fn display_liquid(p: &SheetMold) -> Solid {
     let (radius, sheet) = (p.display.channel_width.mm() / 2.0, p.display.sheet.mm());
-    let rest = rest_x(p);
+    let rest = resting_end_x(p);
     Solid::union(display_channel_y(p).into_iter().enumerate().map(|(k, y)| {
         let inlet = display_inlet(p, y);
         let outline = Path::from([rest, y - radius])
@@ -550,7 +550,7 @@ mod tests {
     }
 
     #[test]
-    fn a_straight_channel_has_its_closed_form() {
+    fn area_of_a_straight_channel_is_exact() {
         let area = area_mm2(&channel(&[[-30.0, 4.0], [-2.0, 4.0]], 1.5).outline(-24.0).close());
         let exact = 22.0 * 3.0 + std::f64::consts::PI * 1.5 * 1.5 / 2.0;
         assert!((area - exact).abs() < 1e-12 * exact, "{area} {exact}");
@@ -584,11 +584,11 @@ mod tests {
     }
 
     #[test]
-    fn distances_are_those_of_the_walls() {
+    fn distances_are_between_channel_walls() {
         let a = channel(&[[-30.0, 0.0], [-2.0, 0.0]], 1.5);
         let b = channel(&[[-30.0, 6.5], [-2.0, 6.5]], 3.5);
         assert!((a.distance_to(&b) - 1.5).abs() < 1e-12);
-        assert!((a.distance_to(&a.entering(Side::Right)) - 1.0).abs() < 1e-12);
+        assert!((a.distance_to(&a.from_side(Side::Right)) - 1.0).abs() < 1e-12);
         let across = channel(&[[-10.0, -5.0], [-10.0, 5.0]], 1.5);
         assert!(a.distance_to(&across) < 0.0);
     }

@@ -11,17 +11,17 @@ mod housing;
 mod layers;
 mod parameters;
 
-use fabkit_geometry::{Grip, LiquidChannel, LiquidSkin, Path, PlaneSurface, Pose, Process, Sensor};
+use fabkit_geometry::{FixtureGrip, LiquidChannel, LiquidSkin, Path, PlaneSurface, Pose, Process, Sensor};
 
-use crate::assembling::{Name, names};
-use crate::blocks::lighting::places;
-use crate::blocks::marks::FlatPattern;
-use crate::blocks::{self, Joint, corners, hanging, mm, press_fit, upright};
+use crate::chain_builder::{Name, names};
+use crate::blocks::lighting::marker_lighting;
+use crate::blocks::listed_markers::FlatPattern;
+use crate::blocks::{self, ScrewJoint, corners, hanging, mm, press_fit, upright};
 use crate::fits::Fit;
 use crate::hardware::{HexNut, HexSpacer, Screw};
-use crate::parameters::Report;
-use crate::{Built, Family, Header, layout};
-use housing::shut_in_air_mm3;
+use crate::parameters::RuleReport;
+use crate::{FamilyOutput, Family, Header, layout};
+use housing::enclosed_air_mm3;
 use layers::{Side, channel_liquids, left_channels};
 use parameters::{NEEDLE, SheetMold, TUBE};
 
@@ -36,22 +36,22 @@ impl Family for SheetMoldFamily {
     const DEFAULTS: &'static [(&'static str, &'static str)] =
         &[("sheet-mold.yaml (defaults)", include_str!("defaults.yaml"))];
 
-    fn check(parameters: &SheetMold, report: &mut Report) {
+    fn check(parameters: &SheetMold, report: &mut RuleReport) {
         constraints::check(parameters, report);
     }
 
-    fn build(p: &SheetMold, header: &Header, report: &mut Report) -> Option<Built> {
-        let layout = Layout::new(p);
-        let sensor = sensor(p, &layout, header);
+    fn build(p: &SheetMold, header: &Header, report: &mut RuleReport) -> Option<FamilyOutput> {
+        let layout = SheetMoldLayout::new(p);
+        let sensor = build_sensor(p, &layout, header);
         constraints::check_sheets(p, &sensor, report);
-        let derived = derived(p, &layout);
-        let face = Some(housing::face(p, &layout));
-        report.is_clean().then_some(Built { sensor, derived, face })
+        let derived = derived_dimensions(p, &layout);
+        let face = Some(housing::mount_face(p, &layout));
+        report.is_clean().then_some(FamilyOutput { sensor, derived, face })
     }
 }
 
 /// Builds the sensor: all bodies, the circuit, press fits, casting steps, liquid channels and cameras.
-fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
+fn build_sensor(p: &SheetMold, layout: &SheetMoldLayout, header: &Header) -> Sensor {
     let size = [p.camera.width_px, p.camera.height_px];
     // The camera looks up at the markers.
     let view = (p.camera.field_of_view, p.camera.projection);
@@ -67,21 +67,21 @@ fn sensor(p: &SheetMold, layout: &Layout, header: &Header) -> Sensor {
     Sensor {
         chain: chain::chain(p, layout),
         circuits: vec![electronics::circuit(p, layout)],
-        liquid: Some(skin(p, layout)),
+        liquid: Some(liquid_skin(p, layout)),
         marks: housing::marks(p, layout),
         lightings: vec![
-            places(parameters::MARKER_PAINT, parameters::LED_STRIP),
-            housing::lighting(p, layout),
+            marker_lighting(parameters::MARKER_PAINT, parameters::LED_STRIP),
+            housing::display_lighting(p, layout),
         ],
         contrasts: vec![[parameters::MARKER_PAINT, parameters::MARKER_LAYER].map(String::from)],
         press_fits: vec![press_fit(NEEDLE, TUBE, stretch_mm, reason)],
-        sight: names(&[parameters::MARKER_PAINT]),
+        visible_bodies: names(&[parameters::MARKER_PAINT]),
         ..blocks::sensor(header, camera, bodies)
     }
 }
 
 /// Lists the derived dimensions that `fabkit show` prints.
-fn derived(p: &SheetMold, layout: &Layout) -> Vec<(String, String)> {
+fn derived_dimensions(p: &SheetMold, layout: &SheetMoldLayout) -> Vec<(String, String)> {
     let display_area_mm2 = p.display.channel_width.mm() * p.display.sheet.mm();
     vec![
         mm("thickness of the interface", layout.touch_z_mm),
@@ -115,7 +115,7 @@ layout! {
     ///
     /// z = 0 is the face of the marker layer on which the markers stand. They point down, towards the camera. The
     /// channels lie above.
-    pub struct Layout from p: &SheetMold {
+    pub struct SheetMoldLayout from p: &SheetMold {
         /// Lower ends of the markers.
         marker_end_z_mm = -p.markers.height.mm();
         /// Interface between the two soft layers.
@@ -163,7 +163,7 @@ layout! {
     }
 }
 
-impl Layout {
+impl SheetMoldLayout {
     /// Positions of the bolts in the corners of the square plates, mm.
     pub fn bolts(&self) -> [[f64; 2]; 4] {
         corners([self.bolt_mm, self.bolt_mm])
@@ -192,7 +192,7 @@ pub fn marker_centres(p: &SheetMold) -> Vec<[f64; 2]> {
 }
 
 /// Half the diagonal of the field of markers that the camera below must see, mm.
-pub fn marker_field_mm(p: &SheetMold) -> f64 {
+pub fn marker_field_radius_mm(p: &SheetMold) -> f64 {
     if p.markers.pattern == FlatPattern::List {
         let out = p.markers.listed().points_mm().into_iter().map(|[x, y]| x.hypot(y));
         return out.fold(0.0, f64::max) + p.markers.diameter.mm() / 2.0;
@@ -202,7 +202,7 @@ pub fn marker_field_mm(p: &SheetMold) -> f64 {
 }
 
 /// Half the longer and half the shorter edge of the field of markers, mm.
-pub fn marker_edges_mm(p: &SheetMold) -> [f64; 2] {
+pub fn marker_field_half_mm(p: &SheetMold) -> [f64; 2] {
     let edge = p.markers.diameter.mm() / 2.0;
     if p.markers.pattern == FlatPattern::List {
         let points = p.markers.listed().points_mm().into_iter();
@@ -214,7 +214,7 @@ pub fn marker_edges_mm(p: &SheetMold) -> [f64; 2] {
 }
 
 /// Half the longer and half the shorter edge of the display's field of channels, mm.
-pub fn display_edges_mm(p: &SheetMold) -> [f64; 2] {
+pub fn display_field_half_mm(p: &SheetMold) -> [f64; 2] {
     let along = p.display.channel_length.mm() / 2.0;
     let across = f64::from(channel_count(p) - 1) * p.display.pitch.mm() / 2.0
         + p.display.channel_width.mm() / 2.0;
@@ -222,14 +222,14 @@ pub fn display_edges_mm(p: &SheetMold) -> [f64; 2] {
 }
 
 /// Half the diagonal of the display's field of channels that the camera above must see, mm.
-pub fn display_field_mm(p: &SheetMold) -> f64 {
-    let [long, short] = display_edges_mm(p);
+pub fn display_field_radius_mm(p: &SheetMold) -> f64 {
+    let [long, short] = display_field_half_mm(p);
     long.hypot(short)
 }
 
 /// Radius of a sheet's holes for the M3 bolts that align and hold every stack, mm.
 pub fn bolt_hole_mm(p: &SheetMold, sheet: Name) -> f64 {
-    CORNER.0.thread_mm / 2.0 + p.making.gap_mm(sheet, Process::Laser, Fit::Slide)
+    CORNER_FASTENERS.0.thread_mm / 2.0 + p.making.gap_mm(sheet, Process::Laser, Fit::Slide)
 }
 
 /// Distance from the plate that carries a camera to the far face of its board, mm.
@@ -242,28 +242,28 @@ pub fn camera_board_top_mm(p: &SheetMold) -> f64 {
 // Screws of the sensor and of its molds. Each joint is defined here and nowhere else.
 
 /// Screw and nut in the corners of every stack of sheets. The molds borrow the sensor's screws.
-pub const CORNER: (Screw, HexNut) = (Screw::M3X12, HexNut::M3);
+pub const CORNER_FASTENERS: (Screw, HexNut) = (Screw::M3X12, HexNut::M3);
 
 /// Screw and nut that hold the cameras.
-pub const CAMERA: (Screw, HexNut) = (Screw::M2X12, HexNut::M2);
+pub const CAMERA_FASTENERS: (Screw, HexNut) = (Screw::M2X12, HexNut::M2);
 
 /// All screw joints, in the sensor frame unless stated otherwise.
 pub struct Joints {
     /// Bolts through the mold of the channel layer, and through that of the marker layer.
-    pub stacks: [Joint; 2],
+    pub stacks: [ScrewJoint; 2],
     /// Screws from above and below into the spacers of the box, corner by corner.
-    pub housing: Joint,
+    pub housing: ScrewJoint,
     /// Screws from below and above into the spacers on the display, corner by corner, in its frame.
-    pub display: Joint,
+    pub display: ScrewJoint,
     /// Screws through plate, spacers and camera board, in the camera's frame: origin on the plate that carries it, z
     /// axis along the line of sight.
-    pub camera: Joint,
+    pub camera: ScrewJoint,
 }
 
 impl Joints {
     /// Places the joints. The result is meaningful only for parameters that satisfy the family's constraints.
-    pub fn new(p: &SheetMold, layout: &Layout) -> Self {
-        let (screw, nut) = CORNER;
+    pub fn new(p: &SheetMold, layout: &SheetMoldLayout) -> Self {
+        let (screw, nut) = CORNER_FASTENERS;
         let (sheet, floor) = (p.housing.sheet.mm(), p.molds.floor.mm());
         let all = |at: [[f64; 2]; 4], pose: &dyn Fn([f64; 2]) -> Pose| at.map(pose).to_vec();
         let stack = |bottom_z: f64, top_z: f64| {
@@ -271,7 +271,7 @@ impl Joints {
                 all(layout.bolts(), &|at| hanging(at, bottom_z)),
                 all(layout.bolts(), &|at| upright(at, top_z)),
             ];
-            Joint::nutted("bolt", screw, heads, (nut, nuts))
+            ScrewJoint::in_hex_nuts("bolt", screw, heads, (nut, nuts))
         };
         let clamp_z = layout.bond_z_mm + p.housing.clamp.mm();
         let housing =
@@ -286,13 +286,13 @@ impl Joints {
                 stack(layout.bond_z_mm - floor, layout.touch_z_mm),
                 stack(layout.marker_end_z_mm - floor, layout.bond_z_mm),
             ],
-            housing: Joint::in_threads("corner screw", screw, housing.concat()),
-            display: Joint::in_threads("corner screw", screw, display.concat()),
-            camera: Joint::nutted(
+            housing: ScrewJoint::in_threads("corner screw", screw, housing.concat()),
+            display: ScrewJoint::in_threads("corner screw", screw, display.concat()),
+            camera: ScrewJoint::in_hex_nuts(
                 "camera screw",
-                CAMERA.0,
+                CAMERA_FASTENERS.0,
                 all(holes, &|at| hanging(at, -sheet)),
-                (CAMERA.1, nuts),
+                (CAMERA_FASTENERS.1, nuts),
             ),
         }
     }
@@ -305,7 +305,7 @@ impl Joints {
 /// Returns the deformable interface.
 ///
 /// Channels are numbered as in the display: those of the left side, then those of the right one.
-pub fn skin(p: &SheetMold, layout: &Layout) -> LiquidSkin {
+pub fn liquid_skin(p: &SheetMold, layout: &SheetMoldLayout) -> LiquidSkin {
     let channels = left_channels(p);
     let channel = |(name, liquid)| LiquidChannel {
         name,
@@ -315,15 +315,15 @@ pub fn skin(p: &SheetMold, layout: &Layout) -> LiquidSkin {
         cover_mm: p.channel_layer.roof.mm(),
         column_mm2: p.display.channel_width.mm() * p.display.sheet.mm(),
         column_mm: p.display.rest_length.mm(),
-        air_mm3: shut_in_air_mm3(p),
+        air_mm3: enclosed_air_mm3(p),
     };
     let box_outline = Path::rectangle([0.0; 2], [2.0 * layout.wall_outer_mm; 2], 0.0);
     let touch = PlaneSurface {
         outline: Path::rectangle([0.0; 2], [p.channel_layer.side.mm(); 2], 0.0),
         top_z_mm: layout.touch_z_mm,
         foot_z_mm: layout.bond_z_mm,
-        soft_mm: layout.touch_z_mm,
-        grip: Grip {
+        max_indentation_mm: layout.touch_z_mm,
+        grip: FixtureGrip {
             outline: box_outline,
             top_z_mm: layout.ceiling_z_mm,
             bottom_z_mm: layout.bottom_z_mm,

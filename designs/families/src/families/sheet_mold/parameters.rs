@@ -2,14 +2,14 @@
 
 use fabkit_geometry::{Angle, Length};
 
-use crate::assembling::AssemblyName;
+use crate::chain_builder::AssemblyName;
 pub use crate::blocks::CAMERA;
-use crate::blocks::cable_way::Side;
-use crate::blocks::marks::{FlatPattern, Listed};
-use crate::blocks::optics::{LensLaw, Optics};
+use crate::blocks::cable_openings::HousingSide;
+use crate::blocks::listed_markers::{FlatPattern, ListedMarkers};
+use crate::blocks::optics::{ProjectionLaw, Optics};
 use crate::materials::Castable;
 use crate::parameters::Inline;
-use crate::processes::Making;
+use crate::processes::ProcessAssignments;
 use crate::{choices, sections};
 
 choices! {
@@ -156,7 +156,7 @@ sections! {
         tab: Length = 4.0..=60.0,
         /// Wall with the opening for the cable: `right` at +x, `left` at -x, `front` at -y, `back` at +y, towards the
         /// display.
-        cable_side: Side,
+        cable_side: HousingSide,
         /// Width of the opening for the cable.
         cable_width: Length = 3.0..=40.0,
         /// Height of the opening for the cable.
@@ -211,7 +211,7 @@ sections! {
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=170.0,
         /// Projection of the lens: relation between the angle to its axis and the distance from the image's centre.
-        projection: LensLaw,
+        projection: ProjectionLaw,
         /// Optical properties of the lens.
         optics: Inline<Optics>,
         /// Edge of the camera board along x.
@@ -263,14 +263,14 @@ sections! {
         /// The sensor's two cameras, which are of the same type.
         camera: Camera,
         /// Processes by which the parts are made.
-        making: Making,
+        making: ProcessAssignments,
     }
 }
 
 impl Markers {
     /// Returns the listed markers.
-    pub fn listed(&self) -> Listed<'_, Length> {
-        Listed::new("marker", ("markers.x", &self.x), ("markers.y", &self.y))
+    pub fn listed(&self) -> ListedMarkers<'_, Length> {
+        ListedMarkers::new("marker", ("markers.x", &self.x), ("markers.y", &self.y))
     }
 }
 

@@ -1,7 +1,7 @@
 //! A family small enough to see through, with every kind of parameter.
 
-use fabkit_designs::parameters::{InvalidDesign, Problem, Report};
-use fabkit_designs::{Built, Family, FamilyEntry, Header, Registry, choices, parameters};
+use fabkit_designs::parameters::{InvalidDesign, Problem, RuleReport};
+use fabkit_designs::{FamilyOutput, Family, FamilyEntry, Header, Registry, choices, parameters};
 use fabkit_geometry::{Angle, Length, NominalCamera, Pose, Sensor};
 
 choices! {
@@ -82,7 +82,7 @@ impl Family for Bulb {
     const SUMMARY: &'static str = "A bulb for tests.";
     const EXAMPLE: &'static str = "glow";
 
-    fn check(p: &BulbParameters, report: &mut Report) {
+    fn check(p: &BulbParameters, report: &mut RuleReport) {
         report.at_most(
             "layers.gel.thickness",
             p.layers.gel.thickness,
@@ -97,7 +97,7 @@ impl Family for Bulb {
         );
     }
 
-    fn build(p: &BulbParameters, header: &Header, report: &mut Report) -> Option<Built> {
+    fn build(p: &BulbParameters, header: &Header, report: &mut RuleReport) -> Option<FamilyOutput> {
         if header.name.as_str() == "unbuildable" {
             report.require(false, "name", || "it cannot be built".into(), || "rename it".into());
             return None;
@@ -117,7 +117,7 @@ impl Family for Bulb {
         );
         let height_mm = p.surface.radius.mm() + p.surface.wall_height.mm();
         let derived = vec![("height".into(), format!("{height_mm} mm"))];
-        Some(Built { sensor, derived, face: None })
+        Some(FamilyOutput { sensor, derived, face: None })
     }
 }
 
@@ -155,7 +155,7 @@ surface:
 const LOOP: &str = "format: 1\nextends: loop\nname: loop\n";
 
 pub static REGISTRY: Registry = Registry::new(
-    &[FamilyEntry::of::<Bulb>()],
+    &[FamilyEntry::new::<Bulb>()],
     &[("glow", GLOW), ("glow-wide", WIDE), ("loop", LOOP)],
 );
 

@@ -16,7 +16,7 @@ const INWARDS: [f64; 2] = [0.3, 1.0];
 
 /// Casts, for each pair of primitives that meet, lines through those points beside their common edges where a mesh at
 /// the default tolerance deviates most from the surface.
-pub(super) fn aimed(caster: &mut Caster, mesh: &TriMesh, reach_mm: f64, lines: &mut Vec<Line>) {
+pub(super) fn cast_at_seams(caster: &mut Caster, mesh: &TriMesh, reach_mm: f64, lines: &mut Vec<Line>) {
     let mut triangle_of = BTreeMap::new();
     for (t, &[a, b, c]) in mesh.triangles.iter().enumerate() {
         triangle_of.extend([[a, b], [b, c], [c, a]].map(|edge| (edge, t)));
@@ -30,7 +30,7 @@ pub(super) fn aimed(caster: &mut Caster, mesh: &TriMesh, reach_mm: f64, lines: &
             pairs
                 .entry([here.min(beyond), here.max(beyond)])
                 .or_default()
-                .push(turned(mesh.triangles[t], a));
+                .push(rotate_corners(mesh.triangles[t], a));
         }
     }
     let at = |v: u32| Vector3::from(mesh.vertices[v as usize]);
@@ -51,14 +51,14 @@ pub(super) fn aimed(caster: &mut Caster, mesh: &TriMesh, reach_mm: f64, lines: &
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
         let clear = found.into_iter().map(|(_, line)| line).filter(|line| {
             let direction = Vector3::from(line.direction);
-            caster.is_even(Point3::from(line.origin_mm), direction)
+            caster.has_steady_crossings(Point3::from(line.origin_mm), direction)
         });
         lines.extend(clear.take(LINES_PER_PAIR));
     }
 }
 
 /// Rotates a triangle's corners so that `first` comes first.
-fn turned([a, b, c]: [u32; 3], first: u32) -> [u32; 3] {
+fn rotate_corners([a, b, c]: [u32; 3], first: u32) -> [u32; 3] {
     match first {
         _ if first == b => [b, c, a],
         _ if first == c => [c, a, b],

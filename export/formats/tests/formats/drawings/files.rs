@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use fabkit_export::{Bed, Document, Drawing, ExportError, Operation, Piece, dxf, nest, svg};
+use fabkit_export::{Bed, DocumentInfo, Drawing, ExportError, Operation, Piece, dxf, nest, svg};
 use fabkit_geometry::{Angle, Path, Profile};
 
 use super::readers::{Read, area_mm2, groups, read_dxf, read_svg};
 
-const DOCUMENT: Document = Document { title: "Test: <plate> & \u{b5}", design_hash: "0123abcd" };
+const DOCUMENT: DocumentInfo = DocumentInfo { title: "Test: <plate> & \u{b5}", design_hash: "0123abcd" };
 
 /// Lines, arcs of both directions, an arc of more than half a circle, a slot, whole circles.
 fn plate() -> Profile {
@@ -32,7 +32,7 @@ fn enclosed_mm2(read: &Read) -> f64 {
 
 #[test]
 fn both_files_enclose_the_area_of_the_profile() {
-    let drawing = Drawing::of_piece(&plate());
+    let drawing = Drawing::from_piece(&plate());
     for read in
         [read_dxf(&dxf(DOCUMENT, &drawing).unwrap()), read_svg(&svg(DOCUMENT, &drawing).unwrap())]
     {
@@ -50,7 +50,7 @@ fn both_files_enclose_the_area_of_the_profile() {
 
 #[test]
 fn a_dxf_file_reads_back_bit_for_bit() {
-    let drawing = Drawing::of_piece(&plate());
+    let drawing = Drawing::from_piece(&plate());
     let bytes = dxf(DOCUMENT, &drawing).unwrap();
     assert_eq!(bytes, dxf(DOCUMENT, &drawing).unwrap());
     let (_, _, slot) = &read_dxf(&bytes)[1];
@@ -95,7 +95,7 @@ fn stock_sheets_carry_labels_on_their_own_layer() {
 
 #[test]
 fn an_svg_file_escapes_its_title_and_colours_its_operations() {
-    let text = String::from_utf8(svg(DOCUMENT, &Drawing::of_piece(&plate())).unwrap()).unwrap();
+    let text = String::from_utf8(svg(DOCUMENT, &Drawing::from_piece(&plate())).unwrap()).unwrap();
     assert!(text.contains("<title>Test: &lt;plate&gt; &amp; \u{b5}</title>"));
     assert!(text.contains("width=\"60mm\" height=\"40mm\" viewBox=\"0 0 60 40\""));
     let strokes: Vec<&str> = text.split(" stroke=\"").skip(1).map(|rest| &rest[..7]).collect();

@@ -38,7 +38,7 @@ fn pieces_and_labels_lie_in_the_stock_and_apart() {
     assert!(sheets.len() > 1, "the case is meant to need several sheets");
 
     let mut area_mm2 = 0.0;
-    for NestedSheet { drawing, needs_mm, pieces } in &sheets {
+    for NestedSheet { drawing, used_size_mm: needs_mm, pieces } in &sheets {
         assert_eq!(drawing.size_mm, STOCK.size_mm);
         let boxes = outer_boxes(drawing);
         assert_eq!(boxes.len(), pieces.len());

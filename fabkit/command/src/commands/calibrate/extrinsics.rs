@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
-use fabkit_application::authored::may_replace;
-use fabkit_application::calibrating::extrinsics::{
-    Inputs, landmarks_of, read_camera, read_landmarks, solve,
+use fabkit_application::edited_files::check_replaceable;
+use fabkit_application::calibration_runs::extrinsics::{
+    PoseCalibrationInputs, fixture_landmarks, read_camera, read_landmarks, solve,
 };
-use fabkit_application::calibrating::{captures, pose_file};
+use fabkit_application::calibration_runs::{captures, pose_file};
 use fabkit_application::calibration::landmarks::PinLandmarks;
 use fabkit_application::calibration::report::ExtrinsicsReport;
-use fabkit_application::picture::is_named_as_one as is_picture;
+use fabkit_application::picture::has_image_extension as is_picture;
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 
@@ -17,7 +17,7 @@ use super::Outcome;
 use crate::cli::CalibrateExtrinsics;
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::roles::Roles;
+use crate::roles::FileRoles;
 
 pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Outcome, Failure> {
     roles(args)?.check()?;
@@ -30,7 +30,7 @@ pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Outcome, Failure> {
             None => own_landmarks(args)?,
             fixture => {
                 let target = Target { sensor: &args.sensor, fixture, part: None, preset: None };
-                landmarks_of(&target.design(&args.set)?)?.clone()
+                fixture_landmarks(&target.design(&args.set)?)?.clone()
             }
         },
     };
@@ -41,7 +41,7 @@ pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Outcome, Failure> {
         0.0 => own_landmarks(args).map_or(0.0, |own| own.tip_radius_mm),
         told => told,
     };
-    let inputs = Inputs {
+    let inputs = PoseCalibrationInputs {
         project: &project,
         camera: &camera,
         camera_file: &args.camera.display().to_string(),
@@ -59,17 +59,17 @@ pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Outcome, Failure> {
 fn write(args: &CalibrateExtrinsics, report: &ExtrinsicsReport<'_>) -> Result<(), Failure> {
     // The report is written first, so that an existing pose always has its report.
     let html = args.report.clone().map(|path| (path, report.to_html().into_bytes()));
-    let files: Vec<_> = html.into_iter().chain(pose_file::files(&args.output, report)?).collect();
-    may_replace(&files, args.force)?;
+    let files: Vec<_> = html.into_iter().chain(pose_file::pose_files(&args.output, report)?).collect();
+    check_replaceable(&files, args.force)?;
     interrupt::begin_writing()?;
     let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
-    Ok(write_each(files, &interrupt::requested)?)
+    Ok(write_each(files, &interrupt::is_requested)?)
 }
 
-fn roles(args: &CalibrateExtrinsics) -> Result<Roles, Failure> {
+fn roles(args: &CalibrateExtrinsics) -> Result<FileRoles, Failure> {
     let is_read = |name: &str| is_picture(name) || name.ends_with(".csv");
     let captures = Some(args.captures.as_path());
-    Ok(Roles::default()
+    Ok(FileRoles::default()
         .reads("SENSOR", Target::new(&args.sensor).files())
         .reads("--camera", [&args.camera])
         .reads("--landmarks", &args.landmarks)
@@ -77,19 +77,19 @@ fn roles(args: &CalibrateExtrinsics) -> Result<Roles, Failure> {
         .reads_all("--captures", captures, is_read)
         .writes("--report", &args.report)
         .writes("-o", [&args.output])
-        .writes("-o (the camera of the pose)", [pose_file::camera_of(&args.output)?]))
+        .writes("-o (the camera of the pose)", [pose_file::camera_path(&args.output)?]))
 }
 
 /// Returns the landmarks of the dome or plate that `fabkit export SENSOR/pin-dome` (or `pin-plate`) writes with the
 /// same overrides.
 fn own_landmarks(args: &CalibrateExtrinsics) -> Result<PinLandmarks, Failure> {
     let target = Target { sensor: &args.sensor, fixture: None, part: None, preset: None };
-    Ok(landmarks_of(&target.pins(&args.set)?)?.clone())
+    Ok(fixture_landmarks(&target.pin_fixture(&args.set)?)?.clone())
 }
 
 fn summary(args: &CalibrateExtrinsics, report: &ExtrinsicsReport<'_>) -> String {
-    let chosen = report.calibration.chosen();
-    let plain = report.calibration.plain();
+    let chosen = report.calibration.chosen_trial();
+    let plain = report.calibration.plain_trial();
     let mut text = String::new();
     let _ = writeln!(
         text,

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use fabkit_application::authored::{may_replace, signed};
-use fabkit_application::calibrating::boards;
-use fabkit_application::calibrating::intrinsics::solve;
+use fabkit_application::edited_files::{check_replaceable, sign_text};
+use fabkit_application::calibration_runs::boards;
+use fabkit_application::calibration_runs::intrinsics::solve;
 use fabkit_application::calibration::report::IntrinsicsReport;
 use fabkit_application::camera::files::{self, CameraFormat};
 use fabkit_application::source::Target;
@@ -14,10 +14,10 @@ use super::Outcome;
 use crate::cli::CalibrateIntrinsics;
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::roles::Roles;
+use crate::roles::FileRoles;
 
 pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Outcome, Failure> {
-    Roles::default()
+    FileRoles::default()
         .reads("SENSOR", Target::new(&args.sensor).files())
         .reads("--board", [&args.board])
         .reads("--corners", &args.corners)
@@ -36,7 +36,7 @@ pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Outcome, Failure> {
     let report = IntrinsicsReport {
         sensor: &design.sensor.name,
         board: &board.name,
-        pictures: &views.records,
+        images: &views.records,
         calibration: &calibration,
     };
     write(args, &report)?;
@@ -48,12 +48,12 @@ fn write(args: &CalibrateIntrinsics, report: &IntrinsicsReport<'_>) -> Result<()
         files::write(&report.calibration.estimate, CameraFormat::Fabkit).map_err(Failure::bug)?;
     // The report is written first, so that an existing camera file always has its report.
     let html = args.report.clone().map(|path| (path, report.to_html().into_bytes()));
-    let camera = (args.output.clone(), signed(&camera).into_bytes());
+    let camera = (args.output.clone(), sign_text(&camera).into_bytes());
     let files: Vec<_> = html.into_iter().chain([camera]).collect();
-    may_replace(&files, args.force)?;
+    check_replaceable(&files, args.force)?;
     interrupt::begin_writing()?;
     let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));
-    Ok(write_each(files, &interrupt::requested)?)
+    Ok(write_each(files, &interrupt::is_requested)?)
 }
 
 fn summary(args: &CalibrateIntrinsics, report: &IntrinsicsReport<'_>) -> String {
@@ -63,7 +63,7 @@ fn summary(args: &CalibrateIntrinsics, report: &IntrinsicsReport<'_>) -> String 
         "{}: {} of {} views, {corners} corners\n",
         report.sensor,
         calibration.views.len(),
-        report.pictures.len()
+        report.images.len()
     );
     let mut row = |name: &str, value: String| {
         // Writing to a string cannot fail.

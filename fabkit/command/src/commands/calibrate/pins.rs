@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use fabkit_application::calibrating::pictures;
-use fabkit_application::calibration::pins::{Detection, DetectionOptions, Polarity, Rejection};
+use fabkit_application::calibration_runs::images;
+use fabkit_application::calibration::pin_detection::{Detection, DetectionOptions, Polarity, RejectionReason};
 use serde_json::{Value, json};
 
 use super::Outcome;
@@ -13,7 +13,7 @@ use crate::failure::Failure;
 pub(super) fn run(args: &CalibratePins) -> Result<Outcome, Failure> {
     let polarity = if args.brighter { Polarity::Brighter } else { Polarity::Darker };
     let options = DetectionOptions { polarity, ..DetectionOptions::default() };
-    let detections = pictures::detect_all(&args.reference, &args.images, &options)?;
+    let detections = images::detect_all(&args.reference, &args.images, &options)?;
     let files = args.images.iter().map(|path| path.display().to_string());
     let mut text = String::new();
     let mut images = Vec::new();
@@ -49,10 +49,10 @@ fn image_json(file: &str, detection: &Detection) -> Value {
     });
     let rejected = detection.rejected.iter().map(|(pixel, reason)| {
         let reason = match reason {
-            Rejection::TooSmall => "too small",
-            Rejection::TooLarge => "too large",
-            Rejection::Elongated => "elongated",
-            Rejection::Hidden => "hidden",
+            RejectionReason::TooSmall => "too small",
+            RejectionReason::TooLarge => "too large",
+            RejectionReason::Elongated => "elongated",
+            RejectionReason::Hidden => "hidden",
         };
         json!({ "pixel": [pixel.x, pixel.y], "reason": reason })
     });

@@ -2,22 +2,22 @@
 
 use std::fmt::Write;
 
-use fabkit_application::calibrating::captures::pressed;
-use fabkit_application::calibrating::extrinsics::read_camera;
-use fabkit_application::calibrating::planning::{CapturePlan, Wanted, forecast, plan};
-use fabkit_application::calibration::planning::Expectation;
-use fabkit_application::picture::is_named_as_one as is_picture;
+use fabkit_application::calibration_runs::captures::pressed_pins;
+use fabkit_application::calibration_runs::extrinsics::read_camera;
+use fabkit_application::calibration_runs::planning::{CapturePlan, PlanRequest, build_forecast, plan_captures};
+use fabkit_application::calibration::planning::ExpectedErrors;
+use fabkit_application::picture::has_image_extension as is_picture;
 use fabkit_application::source::{Source, Target};
 
 use super::Outcome;
 use crate::cli::CalibratePlan;
 use crate::failure::Failure;
-use crate::roles::Roles;
-use crate::table::{Align, table, wrapped};
+use crate::roles::FileRoles;
+use crate::table::{Align, table, wrap_text};
 
 pub(super) fn run(args: &CalibratePlan) -> Result<Outcome, Failure> {
     let is_read = |name: &str| is_picture(name) || name.ends_with(".csv");
-    Roles::default()
+    FileRoles::default()
         .reads("SENSOR", Target::new(&args.sensor).files())
         .reads("--camera", &args.camera)
         .reads_all("--done", args.done.as_deref(), is_read)
@@ -25,18 +25,18 @@ pub(super) fn run(args: &CalibratePlan) -> Result<Outcome, Failure> {
     let source = Source::find(&args.sensor)?;
     let project = source.load(&args.set)?;
     let lens = args.camera.as_deref().map(read_camera).transpose()?;
-    let forecast = forecast(&source, &project)?;
+    let forecast = build_forecast(&source, &project)?;
     let done = match &args.done {
-        Some(folder) => pressed(folder, &forecast.landmarks, args.pin.as_deref())?,
+        Some(folder) => pressed_pins(folder, &forecast.landmarks, args.pin.as_deref())?,
         None => Vec::new(),
     };
-    let wanted = Wanted {
+    let wanted = PlanRequest {
         lens: lens.as_ref(),
         done: &done,
         captures: args.captures.map(usize::from),
         pins: args.pins.map(usize::from),
     };
-    let plan = plan(&project, &forecast, &wanted)?;
+    let plan = plan_captures(&project, &forecast, &wanted)?;
     let camera = args.camera.as_ref().map(|path| path.display().to_string());
     let json = plan.to_json(&project.design.sensor.name, camera.as_deref());
     Ok(Outcome { text: words(&plan, done.len()), json, failed: false })
@@ -58,7 +58,7 @@ fn words(plan: &CapturePlan, done: usize) -> String {
         loose.dome_mm[0],
         loose.dome_rad[2].to_degrees(),
     );
-    let _ = writeln!(text, "{}\n", wrapped(&line, 0));
+    let _ = writeln!(text, "{}\n", wrap_text(&line, 0));
     let heading =
         ["captures", "pins in each", "surface, mm", "worst, mm", "camera, mm", "same mark, px"];
     let mut rows = vec![heading.map(String::from).to_vec()];
@@ -98,7 +98,7 @@ fn words(plan: &CapturePlan, done: usize) -> String {
     text
 }
 
-fn cells(expected: Option<&Expectation>) -> Vec<String> {
+fn cells(expected: Option<&ExpectedErrors>) -> Vec<String> {
     match expected {
         Some(e) => vec![
             format!("{:.3}", e.surface_mm),

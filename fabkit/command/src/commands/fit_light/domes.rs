@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use fabkit_application::calibrating::captures;
-use fabkit_application::calibrating::extrinsics::{landmarks_of, read_camera, read_landmarks};
+use fabkit_application::calibration_runs::captures;
+use fabkit_application::calibration_runs::extrinsics::{fixture_landmarks, read_camera, read_landmarks};
 use fabkit_application::designs::Design;
-use fabkit_application::fitting_light::{FittedLight, FittingLight, document};
+use fabkit_application::light_fit::{LightFit, LightFitInput, fit_document};
 use fabkit_application::source::Target;
 use serde_json::json;
 
 use super::super::Outcome;
-use super::{ended, refuse};
+use super::{finish_outcome, refuse_options};
 use crate::cli::FitLight;
 use crate::failure::{ErrorKind, Failure};
 
@@ -20,7 +20,7 @@ pub(super) fn run(args: &FitLight, design: &Design, reference: &Path) -> Result<
         ("--scale", args.scale.is_some(), "write --camera FILE.yaml"),
         ("--ball-diameter", args.ball_diameter.is_some(), "captures of a dome show pins"),
     ];
-    refuse(&of_pads, &format!("belongs to pads; {} is none", design.sensor.name))?;
+    refuse_options(&of_pads, &format!("belongs to pads; {} is none", design.sensor.name))?;
     let Some(camera) = &args.camera else {
         let message = format!("nobody says which camera looks at {}", design.sensor.name);
         return Err(Failure::new(ErrorKind::BadInput, message, "write --camera FILE.yaml"));
@@ -29,7 +29,7 @@ pub(super) fn run(args: &FitLight, design: &Design, reference: &Path) -> Result<
     let own = || -> Result<_, Failure> {
         let target =
             Target { sensor: &args.design.sensor, fixture: None, part: None, preset: None };
-        Ok(landmarks_of(&target.pins(&args.design.set)?)?.clone())
+        Ok(fixture_landmarks(&target.pin_fixture(&args.design.set)?)?.clone())
     };
     let landmarks = match &args.landmarks {
         Some(path) => read_landmarks(path)?,
@@ -47,7 +47,7 @@ pub(super) fn run(args: &FitLight, design: &Design, reference: &Path) -> Result<
     }
     let kind = args.pin.as_deref();
     let captures = captures::read(&args.captures, Some(reference), &landmarks, kind)?;
-    let fitting = FittingLight {
+    let fitting = LightFitInput {
         sensor: &design.sensor,
         camera: &camera,
         landmarks: &landmarks,
@@ -57,13 +57,13 @@ pub(super) fn run(args: &FitLight, design: &Design, reference: &Path) -> Result<
         pin_radius_mm,
     };
     let fitted = fitting.run()?;
-    let mut json = document(&design.sensor, &fitted);
+    let mut json = fit_document(&design.sensor, &fitted);
     json["pin_radius_mm"] = json!(pin_radius_mm);
     let text = summary(&fitted);
-    ended(args, text, json)
+    finish_outcome(args, text, json)
 }
 
-fn summary(fitted: &FittedLight) -> String {
+fn summary(fitted: &LightFit) -> String {
     let [layer, ground, scatter, spread] = fitted.values;
     let [of_layer, of_ground, of_scatter, of_spread] = fitted.sigmas;
     let mut text = format!(

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use fabkit_application::calibrating::captures::pictures_of;
-use fabkit_application::fitting_light::{FittedPads, FittingPads, Outline, pads_document};
+use fabkit_application::calibration_runs::captures::image_paths;
+use fabkit_application::light_fit::{PadFit, PadFitInput, PadMapping, pads_document};
 use serde_json::json;
 
 use super::super::{Outcome, view};
-use super::{ended, refuse};
+use super::{finish_outcome, refuse_options};
 use crate::cli::{CameraArgs, FitLight};
 use crate::failure::{ErrorKind, Failure};
 
@@ -17,17 +17,17 @@ pub(super) fn run(args: &FitLight, reference: &Path) -> Result<Outcome, Failure>
         ("--pin", args.pin.is_some(), "press one ball in each capture"),
         ("--pin-radius", args.pin_radius.is_some(), "write --ball-diameter LENGTH"),
     ];
-    refuse(&of_domes, "belongs to domes; captures of a pad show a ball")?;
+    refuse_options(&of_domes, "belongs to domes; captures of a pad show a ball")?;
     let Some(diameter_mm) = args.ball_diameter else {
         let message = "nobody says how large the ball is";
         return Err(Failure::new(ErrorKind::BadInput, message, "write --ball-diameter LENGTH"));
     };
     let camera = CameraArgs { camera: args.camera.clone(), pose: args.pose.clone() };
-    let (project, viewpoint) = view::seen_from(&args.design, &camera, None)?;
-    let captures: Vec<PathBuf> = pictures_of(&args.captures, reference)?;
-    let fitting = FittingPads {
+    let (project, viewpoint) = view::load_viewpoint(&args.design, &camera, None)?;
+    let captures: Vec<PathBuf> = image_paths(&args.captures, reference)?;
+    let fitting = PadFitInput {
         project: &project,
-        outline: args.scale.map_or(Outline::Camera(&viewpoint), Outline::Straight),
+        outline: args.scale.map_or(PadMapping::Camera(&viewpoint), PadMapping::Rectified),
         reference,
         captures: &captures,
         ball_radius_mm: diameter_mm / 2.0,
@@ -35,10 +35,10 @@ pub(super) fn run(args: &FitLight, reference: &Path) -> Result<Outcome, Failure>
     let fitted = fitting.run()?;
     let mut json = pads_document(&project.design.sensor, &fitted);
     json["ball_diameter_mm"] = json!(diameter_mm);
-    ended(args, summary(&fitted), json)
+    finish_outcome(args, summary(&fitted), json)
 }
 
-fn summary(fitted: &FittedPads) -> String {
+fn summary(fitted: &PadFit) -> String {
     let [layer, ground, scatter] = fitted.values;
     let [of_layer, of_ground, of_scatter] = fitted.sigmas;
     let [first, of_first] = fitted.layer_grey_per_mm;

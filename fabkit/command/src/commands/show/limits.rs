@@ -1,6 +1,6 @@
 //! `fabkit show SENSOR --limits`
 
-use fabkit_application::designs::fixing::{Feasible, Range};
+use fabkit_application::designs::fixing::{FeasibleRange, ValueRange};
 use fabkit_application::documents;
 use fabkit_application::source::Target;
 
@@ -24,7 +24,7 @@ pub(super) fn run(args: &cli::Design, global: &cli::Global) -> Result<Outcome, F
     Ok(Outcome { text: text(&limits, args.fix), json, failed: false })
 }
 
-fn text(limits: &[Feasible], is_followed: bool) -> String {
+fn text(limits: &[FeasibleRange], is_followed: bool) -> String {
     let mut head = vec!["parameter", "value", "from", "to"];
     let mut align = vec![Left, Right, Right, Right];
     if is_followed {
@@ -37,15 +37,15 @@ fn text(limits: &[Feasible], is_followed: bool) -> String {
             "" => value.to_string(),
             unit => format!("{value} {unit}"),
         };
-        let ends = |range: &Range| {
+        let ends = |range: &ValueRange| {
             [(range.low, range.is_end[0]), (range.high, range.is_end[1])].map(|(value, is_end)| {
                 if is_end { format!("{}*", number(value)) } else { number(value) }
             })
         };
         let value = (feasible.value * 1e3).round() / 1e3;
         let mut row = vec![feasible.path.clone(), number(value)];
-        row.extend(ends(&feasible.held));
-        if let Some(followed) = &feasible.followed {
+        row.extend(ends(&feasible.alone));
+        if let Some(followed) = &feasible.following {
             row.extend(ends(followed));
         }
         rows.push(row);

@@ -1,9 +1,9 @@
 //! Materials of a design, for `fabkit show`.
 
-use fabkit_application::designs::materials::{Castable, Origin};
+use fabkit_application::designs::materials::{Castable, MaterialOrigin};
 
 use super::row;
-use crate::table::{Align::Left, fitted};
+use crate::table::{Align::Left, wrapped_table};
 
 /// Formats one line for each cast material; empty if there is none.
 pub(super) fn text(materials: &[Castable]) -> String {
@@ -17,9 +17,9 @@ pub(super) fn text(materials: &[Castable]) -> String {
         let figures = &material.figures;
         let known = |text: Option<String>| text.unwrap_or_else(|| "-".into());
         let from = match &material.origin {
-            Origin::BuiltIn => "built-in".to_owned(),
-            Origin::Own(file) => file.clone(),
-            Origin::Changed(file) => format!("{file}, over built-in"),
+            MaterialOrigin::BuiltIn => "built-in".to_owned(),
+            MaterialOrigin::UserDefined(file) => file.clone(),
+            MaterialOrigin::Changed(file) => format!("{file}, over built-in"),
         };
         rows.push(vec![
             material.name.clone(),
@@ -31,5 +31,5 @@ pub(super) fn text(materials: &[Castable]) -> String {
             from,
         ]);
     }
-    format!("\n{}", fitted(&[Left; 7], &rows))
+    format!("\n{}", wrapped_table(&[Left; 7], &rows))
 }

@@ -1,11 +1,11 @@
 //! Check for constraints that exclude all variants, before anything is built.
 
-use fabkit_text::{Position, Reading};
+use fabkit_text::{Position, NodeReader};
 
 use super::super::{Constraint, Numbers, Plan};
 
 /// Requires that the constraints on parameters leave at least one variant.
-pub(super) fn require_a_variant(reading: &mut Reading, plan: &Plan, places: &[Position]) {
+pub(super) fn require_a_variant(reading: &mut NodeReader, plan: &Plan, places: &[Position]) {
     let early: Vec<(usize, &Constraint)> =
         plan.constraints.iter().enumerate().filter(|(_, c)| plan.is_early(c)).collect();
     if early.is_empty() {
@@ -15,10 +15,10 @@ pub(super) fn require_a_variant(reading: &mut Reading, plan: &Plan, places: &[Po
     let mut kept = vec![0usize; early.len()];
     let mut nearest: Vec<(f64, String)> = vec![(f64::INFINITY, String::new()); early.len()];
     for number in 0..plan.len() {
-        let parameters = plan.numbers(&plan.variant(number));
+        let parameters = plan.constraint_values(&plan.variant(number));
         let mut holds_all = true;
         for (i, (_, constraint)) in early.iter().enumerate() {
-            if constraint.broken(&parameters, &none).is_none() {
+            if constraint.violation(&parameters, &none).is_none() {
                 kept[i] += 1;
                 continue;
             }
@@ -40,13 +40,13 @@ pub(super) fn require_a_variant(reading: &mut Reading, plan: &Plan, places: &[Po
         let (index, constraint) = early[*i];
         let message = format!("`{}` excludes all {all} variants", constraint.text);
         let hint = format!("the nearest to it is {}", nearest[*i].1);
-        reading.problem(places[index], "constraints", &constraint.text, message, hint);
+        reading.report_problem(places[index], "constraints", &constraint.text, message, hint);
     }
     if alone.is_empty() {
         let counts =
             early.iter().zip(&kept).map(|((_, c), kept)| format!("`{}` leaves {kept}", c.text));
         let hint = counts.collect::<Vec<_>>().join(", ");
         let message = format!("the constraints together exclude all {all} variants");
-        reading.problem(places[early[0].0], "constraints", "", message, hint);
+        reading.report_problem(places[early[0].0], "constraints", "", message, hint);
     }
 }

@@ -3,8 +3,8 @@
 use fabkit_calibration::extrinsics::{CalibrationOptions, Drawing, calibrate};
 use fabkit_calibration::model::{Contact, FitParameter, MarkOffsets, Model, Observation};
 use fabkit_camera::{CameraEstimate, Point2, Vector2};
-use fabkit_fixtures::{DrawnBodies, Forecast};
-use fabkit_geometry::sequences::Random;
+use fabkit_fixtures::{DrawnBodies, PoseForecast};
+use fabkit_geometry::sequences::SplitMix64;
 use fabkit_geometry::{Matrix3, Point3, Pose, TouchSurface, Vector3};
 use nalgebra::Rotation3;
 
@@ -46,7 +46,7 @@ impl Wrong {
 
 pub struct Bench<'a> {
     pub touch: &'a TouchSurface,
-    pub forecast: &'a Forecast,
+    pub forecast: &'a PoseForecast,
     pub bodies: DrawnBodies,
     /// By the solver; how each is off in truth is a draw.
     pub marks: MarkOffsets,
@@ -59,13 +59,13 @@ fn contact(place: Point3<f64>, axis: Option<Vector3<f64>>, capture: usize, hole:
 
 impl Bench<'_> {
     /// With what the drawing leaves open as it may be.
-    fn truth(&self, random: &mut Random) -> Model {
+    fn truth(&self, random: &mut SplitMix64) -> Model {
         let open: Vec<FitParameter> = self
             .forecast
             .parameters
             .iter()
             .copied()
-            .filter(|p| FitParameter::DRAWN.contains(p))
+            .filter(|p| FitParameter::DRAWN_INTERFACE.contains(p))
             .collect();
         let steps: Vec<f64> = open
             .iter()
@@ -84,7 +84,7 @@ impl Bench<'_> {
         self.forecast.model.stepped(&open, &steps).unwrap()
     }
 
-    fn captured(&self, captures: &[Vec<usize>], random: &mut Random) -> (Model, Vec<Observation>) {
+    fn captured(&self, captures: &[Vec<usize>], random: &mut SplitMix64) -> (Model, Vec<Observation>) {
         let pins = &self.forecast.landmarks.pins;
         let loose = &self.forecast.looseness;
         let mut truth = self.truth(random);
@@ -96,8 +96,8 @@ impl Bench<'_> {
         let marks: Vec<Vector2<f64>> = places
             .iter()
             .map(|place| {
-                self.marks.of(place).map_or_else(Vector2::zeros, |mark| {
-                    mark.by_px + Vector2::new(normal(mark.sigma_px), normal(mark.sigma_px))
+                self.marks.offset_at(place).map_or_else(Vector2::zeros, |mark| {
+                    mark.offset_px + Vector2::new(normal(mark.sigma_px), normal(mark.sigma_px))
                 })
             })
             .collect();
@@ -113,7 +113,7 @@ impl Bench<'_> {
                 let by = across + axis * (normal(loose.along_mm) + seating_mm);
                 let nominal = contact(places[index], Some(axis), number, pin.hole);
                 // As it is seen behind what bends light again.
-                let seen = truth.seated(&nominal) + by;
+                let seen = truth.displaced_contact(&nominal) + by;
                 let seen = middle + turn * (seen.coords - middle) + shift;
                 let pixel =
                     truth.camera.project(&truth.camera_from_sensor.point(seen.into())).unwrap();
@@ -142,7 +142,7 @@ impl Bench<'_> {
             model.displacements = self.bodies.displacements(&model.camera_from_sensor, &[place]);
             let here = contact(place, None, usize::MAX, 0);
             let missed = pixel - model.project(&here).ok()?;
-            let by = model.by_place(&here).ok()?;
+            let by = model.pixel_by_contact(&here).ok()?;
             let system =
                 Matrix3::from_rows(&[by.row(0).into(), by.row(1).into(), normal.transpose()]);
             place += system.try_inverse()? * Vector3::new(missed.x, missed.y, 0.0);
@@ -151,19 +151,19 @@ impl Bench<'_> {
     }
 
     pub fn trial(&self, captures: &[Vec<usize>], seed: u64) -> Option<Trial> {
-        let mut random = Random::new(seed);
+        let mut random = SplitMix64::new(seed);
         let (truth, observations) = self.captured(captures, &mut random);
         let displacements =
             |pose: &Pose, contacts: &[Point3<f64>]| self.bodies.displacements(pose, contacts);
         let drawn = self.bodies.interface();
         let drawn = drawn.map(|interface| Drawing { interface, displacements: &displacements });
         let options = CalibrationOptions {
-            drawn,
+            drawing: drawn,
             mark_offsets: Some(&self.marks),
             ..CalibrationOptions::default()
         };
         let pose = self.forecast.model.camera_from_sensor;
-        let lens = CameraEstimate::from(self.forecast.model.camera.in_air());
+        let lens = CameraEstimate::from(self.forecast.model.camera.without_interface());
         let found = calibrate(&lens, &observations, &pose, Some(&pose), &options).ok()?;
         let bare = |model: &Model| Model {
             seating_offset_mm: 0.0,
@@ -185,8 +185,8 @@ impl Bench<'_> {
         Some(Trial {
             square_mm2: squares.iter().sum::<f64>() / squares.len() as f64,
             scatter_px: found.scatter.map(|scatter| scatter.rms_px),
-            model: found.chosen().candidate.to_string(),
-            within_tolerances: found.chosen().within_tolerances(),
+            model: found.chosen_trial().candidate.to_string(),
+            within_tolerances: found.chosen_trial().within_tolerances(),
         })
     }
 }

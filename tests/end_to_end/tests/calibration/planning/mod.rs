@@ -8,7 +8,7 @@ mod bench;
 use bench::{Bench, Trial, Wrong};
 use fabkit_application::source::Source;
 use fabkit_calibration::model::{MarkOffset, MarkOffsets};
-use fabkit_calibration::planning::{Plan, Setup};
+use fabkit_calibration::planning::{CapturePlan, PlanInputs};
 use fabkit_camera::{CameraEstimate, Vector2};
 use fabkit_fixtures::{DrawnBodies, Project};
 
@@ -39,7 +39,7 @@ fn plans_promise_what_simulated_calibrations_come_to() {
         let project = project(settings);
         let sensor = &project.design.sensor;
         let forecast = project.pin_forecast().unwrap().unwrap();
-        let lens = CameraEstimate::from(forecast.model.camera.in_air());
+        let lens = CameraEstimate::from(forecast.model.camera.without_interface());
         // Outwards, more for longer pins; known to a twentieth of a pixel and more.
         let marks = forecast.landmarks.pins.iter().map(|pin| {
             let place = pin.contact_in_sensor_mm;
@@ -49,7 +49,7 @@ fn plans_promise_what_simulated_calibrations_come_to() {
             (
                 place,
                 MarkOffset {
-                    by_px,
+                    offset_px: by_px,
                     by_depth: Vector2::zeros(),
                     by_light: [Vector2::zeros(); 2],
                     sigma_px,
@@ -59,10 +59,10 @@ fn plans_promise_what_simulated_calibrations_come_to() {
         let marks = MarkOffsets::new(marks.filter(|_| has_marks));
         let mut model = forecast.model.clone();
         model.mark_offsets = marks.clone();
-        let plan = Plan::new(&Setup { model: &model, ..forecast.setup(&lens) });
-        let captures = forecast.in_turn(30, 5);
-        let expected = plan.expect(&captures).unwrap();
-        let bodies = DrawnBodies::of(sensor, lens.camera()).unwrap();
+        let plan = CapturePlan::new(&PlanInputs { model: &model, ..forecast.setup(&lens) });
+        let captures = forecast.plan_in_turn(30, 5);
+        let expected = plan.predict(&captures).unwrap();
+        let bodies = DrawnBodies::new(sensor, lens.camera()).unwrap();
         let bench = Bench {
             touch: sensor.touch.as_ref().unwrap(),
             forecast: &forecast,
@@ -100,7 +100,7 @@ fn wrong_hypotheses_are_flagged_or_harmless() {
     let project = project(&[]);
     let sensor = &project.design.sensor;
     let forecast = project.pin_forecast().unwrap().unwrap();
-    let captures = forecast.in_turn(30, 5);
+    let captures = forecast.plan_in_turn(30, 5);
     let all = [
         Wrong::Index(-0.08),
         Wrong::Ridge { px: 4.0, at: [420.0, 240.0], wide: 40.0 },
@@ -111,7 +111,7 @@ fn wrong_hypotheses_are_flagged_or_harmless() {
     ];
     let cases = if wanted.is_some() { all.len() } else { 2 };
     for wrong in all.into_iter().take(cases) {
-        let bodies = DrawnBodies::of(sensor, &forecast.model.camera.in_air()).unwrap();
+        let bodies = DrawnBodies::new(sensor, &forecast.model.camera.without_interface()).unwrap();
         let touch = sensor.touch.as_ref().unwrap();
         let marks = MarkOffsets::default();
         let bench = Bench { touch, forecast: &forecast, bodies, marks, wrong };

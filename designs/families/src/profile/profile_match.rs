@@ -1,0 +1,100 @@
+//! Match of a profile with a part: same process and same material as the coupon.
+
+use fabkit_geometry::Process;
+
+use super::ProcessProfile;
+
+/// Match between a profile and a part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProfileMatch {
+    /// Same process and material.
+    Match,
+    /// Same process, but another material, which shrinks differently.
+    OtherMaterial,
+    /// Another process.
+    OtherProcess,
+}
+
+/// Colours that do not change the shrinkage of filament. In resin, a pigment absorbs the light that cures it, so that
+/// holes close differently: there a colour makes another material.
+const FILAMENT_COLORS: [&str; 21] = [
+    "beige",
+    "black",
+    "blue",
+    "brown",
+    "clear",
+    "color",
+    "colour",
+    "gold",
+    "gray",
+    "green",
+    "grey",
+    "natural",
+    "orange",
+    "pink",
+    "purple",
+    "red",
+    "silver",
+    "transparent",
+    "violet",
+    "white",
+    "yellow",
+];
+
+impl ProcessProfile {
+    /// Returns whether the profile applies to a part made by `process` from `material`. Case and punctuation of
+    /// materials do not matter, nor does the colour of filament.
+    pub fn match_part(&self, process: Process, material: &str) -> ProfileMatch {
+        if process != self.process.process() {
+            ProfileMatch::OtherProcess
+        } else if words(process, material) == words(process, &self.material) {
+            ProfileMatch::Match
+        } else {
+            ProfileMatch::OtherMaterial
+        }
+    }
+}
+
+/// Returns the words that identify a material, in lower case. Plus signs and hyphens belong to names: `PLA+`, `PA-CF`.
+fn words(process: Process, material: &str) -> Vec<String> {
+    let is_gap = |c: char| !(c.is_alphanumeric() || matches!(c, '+' | '-'));
+    let lower = material.to_lowercase();
+    let all = || lower.split(is_gap).filter(|word| !word.is_empty()).map(str::to_owned);
+    let is_color = |word: &String| FILAMENT_COLORS.contains(&word.as_str());
+    let named: Vec<String> =
+        all().filter(|word| process != Process::Fdm || !is_color(word)).collect();
+    // A material that is named by its colour alone keeps it.
+    if named.is_empty() { all().collect() } else { named }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn profile(process: &str, material: &str) -> ProcessProfile {
+        let yaml = format!(
+            "format: 1\nname: p\nprocess: {process}\nmaterial: \"{material}\"\n\
+             shrinkage_percent: {{x: 0.5, y: 0.0, z: 0.0}}\n\
+             holes: {{offset: 0 mm, gain: 1, smallest: 2 mm, largest: 12 mm}}\n\
+             pins: {{offset: 0 mm, gain: 1, smallest: 2 mm, largest: 8 mm}}\n\
+             elephant_foot: 0 mm\n"
+        );
+        ProcessProfile::read("p.yaml", &yaml).unwrap()
+    }
+
+    #[test]
+    fn colour_matters_for_resin_but_not_for_filament() {
+        let pla = profile("fdm", "PLA");
+        for same in ["PLA", "black PLA", "pla, Black", "PLA (white)"] {
+            assert_eq!(pla.match_part(Process::Fdm, same), ProfileMatch::Match, "{same}");
+        }
+        for other in ["ABS", "PLA+", "PLA-CF", "silk PLA", "black", ""] {
+            assert_eq!(pla.match_part(Process::Fdm, other), ProfileMatch::OtherMaterial, "{other}");
+        }
+        assert_eq!(pla.match_part(Process::Sla, "PLA"), ProfileMatch::OtherProcess);
+        let resin = profile("sla", "tough resin");
+        assert_eq!(resin.match_part(Process::Sla, "Tough  Resin"), ProfileMatch::Match);
+        assert_eq!(resin.match_part(Process::Sla, "tough resin, blue"), ProfileMatch::OtherMaterial);
+        assert_eq!(profile("fdm", "black").match_part(Process::Fdm, "white"), ProfileMatch::OtherMaterial);
+    }
+}

@@ -1,0 +1,43 @@
+//! Mixes of steps.
+
+use serde::Serialize;
+
+/// Mix of one step.
+#[derive(Clone, Debug, Serialize)]
+pub struct StepMix {
+    /// Number of the step, from 1.
+    pub step: usize,
+    /// Layer that the mix becomes.
+    pub layer: String,
+    /// Volume of the layer, mm3.
+    pub volume_mm3: f64,
+    /// Surplus in the masses, as a fraction of the layer's.
+    pub waste: f64,
+    /// Number of batches: one for each unit, or one for a layer that is cast as a tool.
+    pub batches: u32,
+    /// Masses of one batch, waste included.
+    pub components: Vec<MixComponent>,
+    /// True if it is degassed in a vacuum.
+    pub degas: bool,
+    /// Time for air to leave the mix, h: in the vacuum, otherwise at rest before pouring; 0 for sprays.
+    pub air_h: f64,
+    /// Source of that time: `chosen`.
+    pub air_source: &'static str,
+    /// Duration of the cure, h.
+    pub cure_h: f64,
+    /// Temperature of the cure, degrees Celsius.
+    pub cure_celsius: f64,
+    /// Pot life after mixing, h; `null` if its maker does not state it.
+    pub pot_life_h: Option<f64>,
+    /// Time for which the mix is handled, h: until the end of the work in the step in which it cures.
+    pub in_hand_h: f64,
+}
+
+/// Component of a mix.
+#[derive(Clone, Debug, Serialize)]
+pub struct MixComponent {
+    /// Trade name.
+    pub name: String,
+    /// Mass, g.
+    pub mass_g: f64,
+}

@@ -1,0 +1,121 @@
+//! Machine-readable part of an error: a stable code, and the file, value or name at fault.
+
+use std::io;
+use std::path::Path;
+
+use fabkit_text::{Problem, number_and_unit};
+use serde_json::{Value, json};
+
+use crate::ErrorKind;
+
+/// Subject of an error that is not one of a text's problems.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ErrorSubject {
+    /// Short name of the kind of error, stable across versions.
+    pub code: String,
+    /// File or folder at fault.
+    pub file: Option<String>,
+    /// Wrong input, as written.
+    pub written: Option<String>,
+    /// Allowed words.
+    pub choices: Vec<String>,
+    /// Parameter or option at fault.
+    pub path: Option<String>,
+    /// Value to give instead.
+    pub suggestion: Option<String>,
+}
+
+impl ErrorSubject {
+    /// Creates a subject with nothing but the code.
+    pub fn new(code: &str) -> Self {
+        Self { code: code.into(), ..Self::default() }
+    }
+
+    /// Creates a subject that is a file or a folder.
+    pub fn from_path(code: &str, file: &Path) -> Self {
+        Self { file: Some(file.display().to_string()), ..Self::new(code) }
+    }
+
+    /// Creates a subject from the kind of failure alone.
+    pub fn from_kind(kind: ErrorKind) -> Self {
+        Self::new(kind.code())
+    }
+
+    /// Creates a subject from an error of the operating system about a file; `otherwise` is the code for uncommon
+    /// errors.
+    pub fn from_io(path: &Path, error: &io::Error, otherwise: &str) -> Self {
+        let code = match error.kind() {
+            io::ErrorKind::NotFound => "file_missing",
+            io::ErrorKind::PermissionDenied => "permission_denied",
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "disk_full",
+            _ => otherwise,
+        };
+        Self::from_path(code, path)
+    }
+
+    /// Converts to an entry of `problems` in a `fabkit-error` document.
+    pub fn to_json(&self, message: &str, hint: Option<&str>) -> Value {
+        let written = self.written.as_deref();
+        let (value, unit) = written.map_or((Value::Null, None), split_amount);
+        let suggestion = self.suggestion.as_ref();
+        json!({
+            "code": self.code,
+            "message": message,
+            "hint": hint,
+            "file": self.file,
+            "line": null,
+            "column": null,
+            "path": self.path,
+            "value": value,
+            "unit": unit,
+            "written": written,
+            "limit": limit_json([None, None], &self.choices),
+            "suggestion": suggestion.map(|value| json!({ "path": self.path, "value": value })),
+        })
+    }
+}
+
+/// Converts a problem of a text to an entry of `problems` in a `fabkit-error` document.
+pub fn problem_json(problem: &Problem) -> Value {
+    let some = |text: &str| Some(text.to_owned()).filter(|text| !text.is_empty());
+    let (value, unit) = some(&problem.value).map_or((Value::Null, None), |text| split_amount(&text));
+    let facts = &problem.facts;
+    let suggestion = facts.suggestion.as_ref();
+    json!({
+        "code": facts.code,
+        "message": problem.message,
+        "hint": problem.hint,
+        "file": some(&problem.file),
+        "line": problem.line,
+        "column": problem.column,
+        "path": some(&problem.path),
+        "value": value,
+        "unit": unit,
+        "written": some(&problem.value),
+        "limit": limit_json([facts.at_least.as_deref(), facts.at_most.as_deref()], &facts.choices),
+        "suggestion": suggestion.map(|s| json!({ "path": s.path, "value": s.value })),
+    })
+}
+
+/// Splits a text into number and unit; a text that is not a number is returned as it is.
+pub fn split_amount(text: &str) -> (Value, Option<String>) {
+    match number_and_unit(text) {
+        Some((number, unit)) => {
+            (json!(number), Some(unit.to_owned()).filter(|unit| !unit.is_empty()))
+        }
+        None => (json!(text), None),
+    }
+}
+
+/// Describes the allowed values as JSON: both ends in one unit, or words; null if neither is known.
+pub fn limit_json(ends: [Option<&str>; 2], choices: &[String]) -> Value {
+    let [min, max] = ends.map(|end| end.and_then(number_and_unit));
+    // Null rather than an object without content.
+    if min.is_none() && max.is_none() && choices.is_empty() {
+        return Value::Null;
+    }
+    // Both ends are written in the same unit.
+    let unit = min.or(max).map(|(_, unit)| unit).filter(|unit| !unit.is_empty());
+    let number = |end: Option<(f64, &str)>| end.map(|(number, _)| number);
+    json!({ "min": number(min), "max": number(max), "unit": unit, "choices": choices })
+}

@@ -1,0 +1,168 @@
+//! Material properties of bodies: cure, cure inhibition, hardness, strength, elasticity, adhesion.
+
+use std::fmt;
+
+/// Curing mechanism of a liquid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum CureMechanism {
+    /// Silicone with a platinum catalyst (addition cure).
+    Platinum,
+    /// Silicone with a tin catalyst (condensation cure).
+    Tin,
+    /// One-part silicone, cured by the water in air.
+    Moisture,
+    /// Polyurethane.
+    Polyurethane,
+    /// Epoxy.
+    Epoxy,
+    /// Resin cured by light.
+    Light,
+    /// Liquid that dries, such as paint.
+    Drying,
+}
+
+impl CureMechanism {
+    /// Returns the name of such a liquid for texts.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Platinum => "platinum silicone",
+            Self::Tin => "tin silicone",
+            Self::Moisture => "moisture silicone",
+            Self::Polyurethane => "polyurethane",
+            Self::Epoxy => "epoxy",
+            Self::Light => "light-cured resin",
+            Self::Drying => "what dries",
+        }
+    }
+}
+
+/// Material class, for deciding what sticks to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum MaterialClass {
+    /// Silicone rubber or gel, and silicone paints and glues.
+    Silicone,
+    /// Other rubber.
+    Rubber,
+    /// Liquid that does not cure.
+    Liquid,
+    /// Plastic of printer filament.
+    Plastic,
+    /// Printed, light-cured resin.
+    Resin,
+    /// Acrylic glass.
+    Acrylic,
+    /// Glass.
+    Glass,
+    /// Wood, plywood, paper.
+    Wood,
+    /// Metal.
+    Metal,
+    /// Laminate of glass fibre and epoxy: circuit boards.
+    Laminate,
+}
+
+impl MaterialClass {
+    /// Returns the word used in tables.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Silicone => "silicone",
+            Self::Rubber => "rubber",
+            Self::Liquid => "liquid",
+            Self::Plastic => "plastic",
+            Self::Resin => "resin",
+            Self::Acrylic => "acrylic",
+            Self::Glass => "glass",
+            Self::Wood => "wood",
+            Self::Metal => "metal",
+            Self::Laminate => "laminate",
+        }
+    }
+}
+
+/// Shore hardness. The order is from the softest to the hardest.
+///
+/// The scales overlap (a gel of 00-70 is a rubber of about A 20). Values are ordered by scale first, which separates
+/// soft from hard wherever limits lie in the middle of a scale.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub enum Shore {
+    /// Shore 00, for gels.
+    OO(f64),
+    /// Shore A, for rubbers.
+    A(f64),
+    /// Shore D, for hard plastics.
+    D(f64),
+}
+
+impl fmt::Display for Shore {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OO(value) => write!(f, "Shore 00-{value}"),
+            Self::A(value) => write!(f, "Shore A {value}"),
+            Self::D(value) => write!(f, "Shore D {value}"),
+        }
+    }
+}
+
+/// Material properties of a body. Unknown properties are left out, and no rule requires them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MaterialProperties {
+    /// Material class.
+    pub class: Option<MaterialClass>,
+    /// Curing mechanism, if it is cast.
+    pub cure_mechanism: Option<CureMechanism>,
+    /// Curing mechanisms that it inhibits unless it is sealed.
+    pub inhibited_cures: Vec<CureMechanism>,
+    /// Hardness when cured.
+    pub shore: Option<Shore>,
+    /// Tear strength: stress at which it tears, MPa.
+    pub tear_strength_mpa: Option<f64>,
+    /// Viscosity of the mixture before curing, Pa s.
+    pub viscosity_pa_s: Option<f64>,
+    /// Whether it is dark, where its colour provides contrast.
+    pub is_dark: Option<bool>,
+    /// Refractive index for visible light, against vacuum.
+    pub refractive_index: Option<f64>,
+    /// Softening temperature.
+    pub softening_point: Option<SofteningPoint>,
+    /// Elasticity; `None` for stiff or unknown materials.
+    pub elasticity: Option<Elasticity>,
+}
+
+/// Elastic properties of a rubber or a gel, at small strain.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Elasticity {
+    /// Young's modulus, MPa.
+    pub young_mpa: f64,
+    /// Range of Young's modulus over batches, cures and sources, MPa.
+    pub young_range_mpa: [f64; 2],
+    /// Poisson's ratio, below 0.5.
+    pub poissons_ratio: f64,
+    /// Coulomb friction coefficient against a dry, smooth, hard indenter; `None` if no source states it.
+    pub friction: Option<f64>,
+    /// Source of the values, or their derivation.
+    pub source: String,
+}
+
+/// Temperature at which a stiff material softens under a small load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SofteningPoint {
+    /// Temperature, degrees Celsius.
+    pub celsius: f64,
+    /// Source and test method.
+    pub source: &'static str,
+}
+
+/// Adhesion between two bodies, wherever their faces meet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Adhesion {
+    /// Names of the two bodies.
+    pub bodies: [String; 2],
+    /// Bonding agent or process, for texts: `cast on`, `PR-1200`, `Sil-Poxy`.
+    pub by: String,
+    /// Largest distance between their faces that it bridges, mm.
+    pub reach_mm: f64,
+    /// Minimum shear strength along the face, MPa.
+    pub shear_mpa: f64,
+    /// Minimum tensile strength across the face, MPa.
+    pub pull_mpa: f64,
+}

@@ -1,0 +1,108 @@
+//! Depth maps by casting rays against indenters.
+
+use fabkit_geometry::{Scratch, Vector3};
+use rayon::prelude::*;
+
+use super::map::{DepthMap, NO_LABEL, SURFACE_LABEL};
+use super::indenter::{PlacedIndenter, InsideBounds};
+use super::reference::ReferenceSurface;
+use super::tiles::Tile;
+
+impl ReferenceSurface<'_> {
+    /// Restores a map from stored indentations, mm, and labels, row by row. The map has no normals of its own.
+    /// Indentations below `still_mm` count as zero.
+    pub fn map_from_indentation(&self, indentation_mm: &[f32], label: &[u8], still_mm: f64) -> DepthMap<'_> {
+        let mut map = self.map_without_contact();
+        for (range_mm, by_mm) in map.range_mm.iter_mut().zip(indentation_mm) {
+            let by_mm = f64::from(*by_mm);
+            if by_mm.abs() >= still_mm {
+                *range_mm -= by_mm;
+            }
+        }
+        map.label = label.iter().map(|label| u16::from(*label)).collect();
+        map
+    }
+
+    /// Returns the map without contact.
+    pub fn map_without_contact(&self) -> DepthMap<'_> {
+        let seen = |range: &f64| if range.is_finite() { SURFACE_LABEL } else { NO_LABEL };
+        DepthMap {
+            surface: self,
+            range_mm: self.range_mm.clone(),
+            label: self.range_mm.iter().map(seen).collect(),
+            names: vec!["none".into(), "surface".into()],
+            changed_normals: Vec::new(),
+        }
+    }
+
+    /// Computes the map of indenters pressed in rigidly. Their labels follow [`SURFACE_LABEL`] in list order.
+    ///
+    /// The nearest indenter wins; of two at equal range, the first in the list.
+    pub fn map_with_indenters(&self, pressers: &[PlacedIndenter]) -> DepthMap<'_> {
+        let mut map = self.map_without_contact();
+        map.names.extend(pressers.iter().map(|presser| presser.name.clone()));
+        // Labels count all indenters, including those that lie wholly outside of the surface.
+        let reached = pressers.iter().map(|presser| presser.reach(&self.touch));
+        let reached: Vec<_> = (SURFACE_LABEL + 1..)
+            .zip(pressers)
+            .zip(reached)
+            .filter_map(|((label, presser), reach)| Some((label, presser, reach?)))
+            .collect();
+        let hits: Vec<Vec<IndenterHit>> = self
+            .rays
+            .tiles()
+            .par_iter()
+            .map_init(Scratch::default, |scratch, tile| self.press_tile(tile, &reached, scratch))
+            .collect();
+        map.changed_normals.reserve_exact(hits.iter().map(Vec::len).sum());
+        for IndenterHit { pixel, range_mm, normal, label } in hits.into_iter().flatten() {
+            (map.range_mm[pixel], map.label[pixel]) = (range_mm, label);
+            map.changed_normals.push((pixel as u32, normal));
+        }
+        map
+    }
+
+    /// Casts the rays of a tile against the indenters that it may see.
+    fn press_tile(
+        &self,
+        tile: &Tile,
+        pressers: &[(u16, &PlacedIndenter, InsideBounds)],
+        scratch: &mut Scratch,
+    ) -> Vec<IndenterHit> {
+        let near = pressers.iter().filter(|(_, _, reach)| tile.may_meet(&reach.ball));
+        let near: Vec<_> = near.collect();
+        let mut touched = Vec::new();
+        if near.is_empty() {
+            return touched;
+        }
+        for pixel in tile.pixels(self.rays.width_px()) {
+            let Some(ray) = self.rays.ray(pixel) else { continue };
+            let mut nearest_mm = self.range_mm[pixel];
+            // Pixels that do not see the surface cannot see a press either.
+            if nearest_mm.is_nan() {
+                continue;
+            }
+            let mut first = None;
+            for (label, presser, reach) in &near {
+                if reach.ball.may_meet(&ray)
+                    && let Some((range_mm, normal)) =
+                        presser.entry(&ray, reach, nearest_mm, scratch)
+                {
+                    nearest_mm = range_mm;
+                    // The indenter's outward normal points into the gel; normals of the map point out of it.
+                    first = Some(IndenterHit { pixel, range_mm, normal: -normal, label: *label });
+                }
+            }
+            touched.extend(first);
+        }
+        touched
+    }
+}
+
+/// A pixel that sees an indenter.
+struct IndenterHit {
+    pixel: usize,
+    range_mm: f64,
+    normal: Vector3<f64>,
+    label: u16,
+}

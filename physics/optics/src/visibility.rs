@@ -1,0 +1,82 @@
+//! Reasons why a camera does not see a point.
+
+use fabkit_camera::Point2;
+use fabkit_geometry::Point3;
+
+use crate::stack::OpticalStack;
+use crate::trace::RayEnd;
+use crate::viewer::{ProjectionError, CameraView};
+
+/// Label of points outside the image. See [`Lost::word`].
+pub const OUTSIDE_IMAGE: &str = "beside the picture";
+
+/// Label of points whose light is bent away or totally reflected. See [`Lost::word`].
+pub const REFRACTION: &str = "refraction";
+
+/// Distance from a point at which the end of a ray counts as reaching it, mm.
+const END_TOLERANCE_MM: f64 = 1e-6;
+
+/// Reason why a point is not seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum InvisibleReason {
+    /// A body hides it; index into the names of the stack.
+    Hidden(u8),
+    /// Its light is bent away or totally reflected.
+    Refraction,
+    /// Its light enters the lens, but arrives outside the image.
+    OutsideImage,
+}
+
+impl InvisibleReason {
+    /// Returns the reason that corresponds to the end of a ray.
+    pub fn from_end(end: RayEnd) -> Self {
+        match end {
+            RayEnd::Body(name) => Self::Hidden(name),
+            RayEnd::Surface | RayEnd::TotalReflection(_) | RayEnd::Nothing => Self::Refraction,
+        }
+    }
+
+    /// Returns the name of the hiding body, or [`REFRACTION`], or [`BESIDE_PICTURE`].
+    pub fn label(self, stack: &OpticalStack) -> &str {
+        match self {
+            Self::Hidden(name) => stack.name_of(RayEnd::Body(name)),
+            Self::Refraction => REFRACTION,
+            Self::OutsideImage => OUTSIDE_IMAGE,
+        }
+    }
+}
+
+impl CameraView<'_> {
+    /// Returns the pixel of a visible point, sensor frame, mm.
+    ///
+    /// # Errors
+    /// The reason why it is not seen.
+    pub fn visible_pixel(&mut self, place_in_sensor: &Point3<f64>) -> Result<Point2<f64>, InvisibleReason> {
+        match self.project(place_in_sensor) {
+            Err(ProjectionError::NoLight { .. }) => Err(InvisibleReason::Refraction),
+            Err(ProjectionError::Lens(_)) => Err(InvisibleReason::OutsideImage),
+            Ok(look) if !self.camera().is_in_image(&look.pixel) => Err(InvisibleReason::OutsideImage),
+            Ok(look) => {
+                look.sight.hidden_by(END_TOLERANCE_MM).map_or(Ok(look.pixel), |by| Err(InvisibleReason::from_end(by)))
+            }
+        }
+    }
+}
+
+/// Describes shares of invisible points by [`Lost::word`]: `27 % lies beside the picture, diffuser hides 3 %`.
+///
+/// ```
+/// let lost = [("refraction".to_owned(), 0.25), ("lid".to_owned(), 0.041)];
+/// assert_eq!(fabkit_optics::in_words(&lost, 0), "25 % is bent or reflected away, lid hides 4 %");
+/// ```
+pub fn describe_losses(lost: &[(String, f64)], digits: usize) -> String {
+    let part = |(by, share): &(String, f64)| {
+        let percent = 100.0 * share;
+        match by.as_str() {
+            OUTSIDE_IMAGE => format!("{percent:.digits$} % lies beside the picture"),
+            REFRACTION => format!("{percent:.digits$} % is bent or reflected away"),
+            body => format!("{body} hides {percent:.digits$} %"),
+        }
+    };
+    lost.iter().map(part).collect::<Vec<_>>().join(", ")
+}

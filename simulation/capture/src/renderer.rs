@@ -1,0 +1,107 @@
+//! Renderer for many captures of one sensor.
+
+use fabkit_depth::ground_truth::{DepthMap, ReferenceSurface, StandardDeviations};
+use fabkit_files::Error;
+use fabkit_geometry::Lighting;
+use fabkit_scene::ground_truth::find_deepest_contact;
+use fabkit_scene::press_simulation::{ContactSolution, ContactModel};
+use fabkit_scene::{Cast, CastResult, SensorView};
+use serde_json::{Value, json};
+
+use super::{CaptureRequest, LensEffects, LightConstants, LightingRenderer};
+
+/// A sensor, its camera and its lighting, with everything that no press changes computed once.
+#[derive(Debug)]
+pub struct Renderer<'a> {
+    scene: &'a SensorView,
+    capturing: CaptureRequest<'a>,
+    painter: LightingRenderer<'a>,
+    lens: Option<LensEffects>,
+}
+
+impl<'a> Renderer<'a> {
+    /// Displacement below which the surface counts as unmoved, mm: R-Tac0's layer changes by 0.08 in intensity then,
+    /// with a noise of 0.8.
+    pub const MOTION_THRESHOLD_MM: f64 = 2e-3;
+
+    /// Prepares a renderer for the rays that `surface` was cast with. A pixel records the mean of its rays.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Capturing::take`].
+    pub fn new(
+        scene: &'a SensorView,
+        surface: &ReferenceSurface<'_>,
+        lighting: &'a Lighting,
+        constants: &'a LightConstants,
+        contact: ContactModel,
+    ) -> Result<Self, Error> {
+        let sensor = &scene.project.design.sensor;
+        // The surface was cast with several rays per pixel; their number follows from the sizes.
+        let samples = surface.rays().width_px() / scene.viewpoint.camera().width_px();
+        let cast = Cast { samples, ..Cast::at_rest(contact) };
+        let capturing = CaptureRequest { cast, lighting, constants, seed: None };
+        // Checked as if pressed: captures of presses will follow.
+        capturing.check(sensor, false, contact)?;
+        let mut painter = LightingRenderer::new(sensor, lighting, constants)?;
+        match &mut painter {
+            LightingRenderer::Layers(layers) => layers.prepare(&surface.map_without_contact()),
+            LightingRenderer::Coat(coat) => coat.prepare(&surface.map_without_contact()),
+            LightingRenderer::Marks(marks) => marks.prepare(&scene.viewpoint, samples)?,
+            // Glow is rendered anew each time.
+            LightingRenderer::Glow(_) => {}
+        }
+        let lens = LensEffects::new(sensor, lighting, &scene.viewpoint, samples)?;
+        Ok(Self { scene, capturing, painter, lens })
+    }
+
+    /// Returns the number of values per pixel: 1, or 3 for red, green and blue.
+    pub fn channels(&self) -> usize {
+        self.capturing.channels()
+    }
+
+    /// Returns whether maps need normals.
+    pub fn needs_normals(&self) -> bool {
+        matches!(self.painter, LightingRenderer::Coat(_))
+    }
+
+    /// Renders the capture of a press, row by row, 0 to 255, not rounded. Without a seed it has neither noise nor
+    /// drift.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Capturing::take`].
+    pub fn render(
+        &self,
+        map: &DepthMap<'_>,
+        answer: Option<&ContactSolution<'_>>,
+        seed: Option<u64>,
+    ) -> Result<Vec<f64>, Error> {
+        let sensor = &self.scene.project.design.sensor;
+        let touch = self.scene.touch()?;
+        let deepest = self.needs_normals().then(|| find_deepest_contact(map, touch)).flatten();
+        // Renderers use neither sigmas nor the count of pixels.
+        let seen =
+            CastResult { map, sigmas: &StandardDeviations::default(), deepest, surface_px: 0, answer, gap: None };
+        let painted = self.painter.paint(self.scene, &self.capturing.cast, &seen)?;
+        let painted = painted.with_lens(self.lens.as_ref());
+        let capturing = CaptureRequest { seed, ..self.capturing.clone() };
+        let samples = self.capturing.cast.samples;
+        let size_px = [map.width_px(), map.height_px()].map(|side| side / samples);
+        capturing.pixel_intensities(sensor, &painted.light, size_px)
+    }
+
+    /// Returns as JSON what is shown, the light sources, the constants and what is left out.
+    pub fn document(&self) -> Value {
+        let lighting = self.capturing.lighting;
+        let design = &self.scene.project.design;
+        let [shown, lamps] = self.painter.words();
+        json!({
+            "is_simulated": true,
+            "light": lighting.name,
+            "shown": shown,
+            "lamps": lamps,
+            "exposure": self.painter.exposure(),
+            "constants": super::document::constants(design, &self.capturing),
+            "left_out": super::document::omitted_effects(&lighting.effect, super::lens::omitted_effects(&design.sensor, lighting)),
+        })
+    }
+}

@@ -1,0 +1,149 @@
+//! Reader of images of one sensor: depth, where its lighting or a network allows it, and markers, where there are any.
+
+use std::path::Path;
+
+use fabkit_capture::{LightConstants, CapturedImage};
+use fabkit_files::Error;
+use fabkit_geometry::{Lighting, Sensor};
+use fabkit_scene::SensorView;
+use fabkit_scene::ground_truth::Viewpoint;
+
+use super::{
+    DepthNetwork, TrackedMarkers, MarkerTracker, ReconstructError, DepthResult, Reconstructor,
+    why_markers_hidden, encode_npz, shows_depth,
+};
+
+/// Reader that is calibrated with the image at rest.
+#[derive(Debug)]
+pub struct ImageReader {
+    size_px: [usize; 2],
+    depth: Option<Reconstructor>,
+    /// View of the sensor, where depth is reconstructed.
+    pub scene: Option<SensorView>,
+    /// Tracker of the markers, if there are any.
+    pub marks: Option<MarkerTracker>,
+    /// Quantities that images do not show, with reasons.
+    pub omissions: Vec<String>,
+}
+
+/// Result of reading an image.
+#[derive(Debug)]
+pub struct ImageReading {
+    /// Depth, where it is reconstructed.
+    pub depth: Option<DepthResult>,
+    /// Markers, where they are tracked.
+    pub markers: Option<TrackedMarkers>,
+}
+
+/// Number of images that one core reads per second, without decoding.
+#[derive(Clone, Copy, Debug)]
+pub struct ReadingRates {
+    /// Rate for everything that is read.
+    pub pictures_per_s: f64,
+    /// Rate for markers alone.
+    pub marks_per_s: Option<f64>,
+}
+
+impl ImageReader {
+    /// Creates a reader from the image at rest. `view` is called where depth is reconstructed, by the network if there
+    /// is one.
+    ///
+    /// # Errors
+    /// Returns an error for a lighting that shows neither depth nor markers, and the errors of [`Reconstructor::new`]
+    /// and [`MarkFollower::new`].
+    pub fn new(
+        (sensor, viewpoint): (&Sensor, &Viewpoint),
+        view: impl FnOnce() -> Result<SensorView, Error>,
+        (lighting, constants): (&Lighting, &LightConstants),
+        network: Option<&DepthNetwork>,
+        reference: (&Path, &CapturedImage),
+    ) -> Result<Self, Error> {
+        let camera = viewpoint.camera();
+        let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
+        let mut left_out = Vec::new();
+        let (mut depth, mut scene) = (None, None);
+        // Without depth and without markers, `Reconstructor::new` returns the error to report.
+        if network.is_some() || shows_depth(lighting) || why_markers_hidden(sensor, lighting).is_some() {
+            let view = view()?;
+            depth = Some(match network {
+                Some(network) => Reconstructor::with_network(&view, network, reference)?,
+                None => Reconstructor::new(&view, lighting, constants, reference)?,
+            });
+            scene = Some(view);
+        } else {
+            let (sensor, light) = (sensor.name.clone(), lighting.name);
+            left_out.push(ReconstructError::DepthNotShown { sensor, light }.to_string());
+        }
+        let marks = match MarkerTracker::new(sensor, viewpoint, lighting, reference) {
+            Ok(marks) => Some(marks),
+            // Depth does not need markers, so an image without them is still read.
+            Err(error) if depth.is_some() => match error.downcast_ref() {
+                Some(few @ ReconstructError::TooFewMarkers { .. }) => {
+                    left_out.push(format!("{few}: they are not followed"));
+                    None
+                }
+                Some(none @ ReconstructError::NoMarkersShown { .. }) => {
+                    left_out.push(none.to_string());
+                    None
+                }
+                _ => return Err(error),
+            },
+            Err(error) => return Err(error),
+        };
+        Ok(Self { size_px, depth, scene, marks, omissions: left_out })
+    }
+
+    /// Returns the width and height of images, px.
+    pub fn size_px(&self) -> [usize; 2] {
+        self.size_px
+    }
+
+    /// Reads an image, which was read from `file`.
+    ///
+    /// # Errors
+    /// Returns an error for an image that has another size or lacks required colours.
+    pub fn read(&self, file: &Path, picture: CapturedImage) -> Result<ImageReading, Error> {
+        let followed = self.marks.as_ref().map(|marks| marks.follow(file, &picture)).transpose()?;
+        let shown =
+            self.depth.as_ref().map(|depth| depth.reconstruct(file, picture)).transpose()?;
+        Ok(ImageReading { depth: shown, markers: followed })
+    }
+
+    /// Encodes the result as NPZ file, as [`npz_of`] does.
+    ///
+    /// # Errors
+    /// Returns an error for arrays that are larger than their file can be.
+    pub fn npz(&self, read: &ImageReading) -> Result<Vec<u8>, Error> {
+        let of_marks = self.marks.as_ref().zip(read.markers.as_ref());
+        let arrays = of_marks.map_or_else(Vec::new, |(marks, followed)| marks.arrays(followed));
+        encode_npz(self.size_px, read.depth.as_ref(), arrays)
+    }
+
+    /// Returns the largest displacement of a marker, px.
+    pub fn max_displacement_px(&self, read: &ImageReading) -> Option<f64> {
+        let (marks, followed) = self.marks.as_ref().zip(read.markers.as_ref())?;
+        let moved = marks.displacements_px(followed).into_iter().flatten();
+        Some(moved.map(|[x, y]| x.hypot(y)).fold(0.0, f64::max))
+    }
+
+    /// Measures the rates at which images like this one are read.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::read`].
+    pub fn measure_rates(&self, file: &Path, picture: &CapturedImage) -> Result<ReadingRates, Error> {
+        let of_depth = self.depth.as_ref().map(|depth| depth.measure_images_per_s(file, picture));
+        let of_marks = self.marks.as_ref().map(|marks| marks.measure_images_per_s(file, picture));
+        let (of_depth, marks_per_s) = (of_depth.transpose()?, of_marks.transpose()?);
+        let rates = [of_depth, marks_per_s].into_iter().flatten();
+        // Times add up, so the inverse rates are summed.
+        Ok(ReadingRates { pictures_per_s: rates.map(f64::recip).sum::<f64>().recip(), marks_per_s })
+    }
+}
+
+impl ImageReading {
+    /// Returns the number of pixels in contact, where depth is reconstructed.
+    pub fn contact_px(&self) -> Option<usize> {
+        let shown = self.depth.as_ref()?;
+        Some(shown.contact.iter().filter(|contact| **contact).count())
+    }
+}

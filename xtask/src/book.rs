@@ -179,7 +179,8 @@ pub fn compare_python_page() -> Result<(), String> {
 
 /// Makes the book's HTML pages in `target/book`, if mdBook is installed. The Markdown pages are readable without it.
 fn html(docs: &Path) -> Result<(), String> {
-    let Some(mdbook) = ["mdbook".into(), tool_path("mdbook")].into_iter().find(|p| exists(p)) else {
+    let Some(mdbook) = ["mdbook".into(), tool_path("mdbook")].into_iter().find(|p| exists(p))
+    else {
         return skip(
             "the book as HTML pages",
             "mdbook is not here; `cargo install --locked --root .tools mdbook` brings it",

@@ -197,8 +197,11 @@ fn hash_folder(
             let hash = short_hash(&bytes);
             // Numbered halves are combined in one line.
             let set = hashes.entry(star_number(&name)).or_default();
-            *set =
-                if set.is_empty() { hash } else { short_hash(format!("{set}{name}{hash}").as_bytes()) };
+            *set = if set.is_empty() {
+                hash
+            } else {
+                short_hash(format!("{set}{name}{hash}").as_bytes())
+            };
         }
     }
     Ok(())

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use crate::run::{check, fabkit, build_program, root};
+use crate::run::{build_program, check, fabkit, root};
 
 /// Time in the gate, s; together with starting all processes, it stays well below a minute.
 const SECONDS: &str = "20";
@@ -16,7 +16,8 @@ const SEED: &str = "1";
 /// Options: `--seconds S`, `--runs N`, `--seed K`, then names of targets: for example `camera`, or `command` for the
 /// command itself.
 pub fn run(arguments: impl Iterator<Item = String>) -> Result<(), String> {
-    let (mut seconds, mut runs, mut seed) = (SECONDS.to_owned(), MAX_RUNS.to_owned(), SEED.to_owned());
+    let (mut seconds, mut runs, mut seed) =
+        (SECONDS.to_owned(), MAX_RUNS.to_owned(), SEED.to_owned());
     let mut names = Vec::new();
     let mut arguments = arguments.peekable();
     while let Some(word) = arguments.next() {

@@ -6,8 +6,8 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::run::{
-    build_workspace, built_path, cargo, check, check_side_by_side, fabkit, in_ci, root, skip, skipped,
-    task,
+    build_workspace, built_path, cargo, check, check_side_by_side, fabkit, in_ci, root, skip,
+    skipped, task,
 };
 use crate::samples::{FULL, Samples};
 
@@ -57,7 +57,8 @@ const REBUILT_DESIGNS: [(&str, usize, &[&str]); 7] = [
 const SEMI_DOMES: (&str, [&str; 2]) = ("rtac0/semi-domes", ["semi-dome-044", "semi-dome-099"]);
 
 /// Sensors and fixtures whose GLB files trimesh reads; in full, all of them.
-const GLB_DESIGNS: [&str; 5] = ["rtac0", "rtac0/pin-dome", "9dtact", "fluidic", "tactip/semi-domes"];
+const GLB_DESIGNS: [&str; 5] =
+    ["rtac0", "rtac0/pin-dome", "9dtact", "fluidic", "tactip/semi-domes"];
 
 /// Sensors whose robot files are read, with a mount; in full, those of all families.
 const ROBOTS: [&str; 1] = ["rtac0"];
@@ -206,7 +207,11 @@ fn oracles(python: &Path, samples: Samples) -> Result<Vec<Command>, String> {
 }
 
 /// Makes the commands that rebuild bodies with other kernels.
-fn rebuild_commands(python: &Path, fabkit: &Path, samples: Samples) -> Result<Vec<Command>, String> {
+fn rebuild_commands(
+    python: &Path,
+    fabkit: &Path,
+    samples: Samples,
+) -> Result<Vec<Command>, String> {
     let verify = |design: &str, parts: &[&str], options: &[&str]| {
         let mut command = Command::new(fabkit);
         command.args(["verify", design]).args(options).env("FABKIT_PYTHON", python);

@@ -4,8 +4,8 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use fabkit_camera::{
-    Camera, DoubleSphere, Eucm, FlatInterface, Interface, Intrinsics, KannalaBrandt, Lens, OpenCv, Point2,
-    Point3, SphericalInterface,
+    Camera, DoubleSphere, Eucm, FlatInterface, Interface, Intrinsics, KannalaBrandt, Lens, OpenCv,
+    Point2, Point3, SphericalInterface,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -19,7 +19,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     ];
     let interfaces = [
         Interface::None,
-        Interface::Flat(FlatInterface { tilt_x_rad: 0.02, ..FlatInterface::bare_in_air(2.7, 1.41) }),
+        Interface::Flat(FlatInterface {
+            tilt_x_rad: 0.02,
+            ..FlatInterface::bare_in_air(2.7, 1.41)
+        }),
         Interface::Sphere(SphericalInterface {
             centre_in_camera: Point3::new(0.3, -0.2, 1.9),
             radius_mm: 11.0,

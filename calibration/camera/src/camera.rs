@@ -315,7 +315,11 @@ impl Camera {
 }
 
 /// Checks the conditions of [`Camera::new`] that do not depend on the lens.
-pub(crate) fn check_size_and_interface(width_px: u32, height_px: u32, interface: &Interface) -> ViolationCollector {
+pub(crate) fn check_size_and_interface(
+    width_px: u32,
+    height_px: u32,
+    interface: &Interface,
+) -> ViolationCollector {
     let mut rules = ViolationCollector::default();
     check_size(&mut rules, width_px, height_px);
     interface.check(&mut rules);

@@ -33,12 +33,12 @@ mod kalibr;
 mod matrices;
 mod pose;
 
-use fabkit_text::{YamlContent, Dialect, YamlNode};
+use fabkit_text::{Dialect, YamlContent, YamlNode};
 use thiserror::Error;
 
 pub use fabkit_text::YamlFault;
 
-pub use self::pose::{StoredJointCovariance, PoseFile, read_pose};
+pub use self::pose::{PoseFile, StoredJointCovariance, read_pose};
 use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 

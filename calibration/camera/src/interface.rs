@@ -137,7 +137,10 @@ impl Refraction {
 
     /// Computes the direction, of any length, from the lens towards the image of a point behind the interface.
     #[inline]
-    pub(crate) fn direction_towards(&self, point: &Point3<f64>) -> Result<Vector3<f64>, OutsideDomain> {
+    pub(crate) fn direction_towards(
+        &self,
+        point: &Point3<f64>,
+    ) -> Result<Vector3<f64>, OutsideDomain> {
         match self {
             Self::None => Ok(point.coords),
             Self::Flat(flat) => flat.direction_towards(point),
@@ -146,7 +149,10 @@ impl Refraction {
     }
 
     /// Computes [`Refraction::towards`] with derivatives by the point and by the interface's parameters.
-    pub(crate) fn differentiate(&self, point: &Point3<f64>) -> Result<DirectionWithJacobians, OutsideDomain> {
+    pub(crate) fn differentiate(
+        &self,
+        point: &Point3<f64>,
+    ) -> Result<DirectionWithJacobians, OutsideDomain> {
         match self {
             Self::None => Ok(DirectionWithJacobians {
                 direction: point.coords,
@@ -160,7 +166,10 @@ impl Refraction {
 
     /// Computes the ray, in the last medium, whose light reaches the lens from the unit `direction`.
     #[inline]
-    pub(crate) fn refract_outward(&self, direction: Vector3<f64>) -> Result<ViewRay, OutsideDomain> {
+    pub(crate) fn refract_outward(
+        &self,
+        direction: Vector3<f64>,
+    ) -> Result<ViewRay, OutsideDomain> {
         match self {
             Self::None => Ok(ViewRay { origin_in_camera: Point3::origin(), direction }),
             Self::Flat(flat) => flat.refract_outward(&direction),

@@ -73,12 +73,17 @@ impl JointEstimate {
         let count = POSE_PARAMETER_COUNT + camera.parameter_count();
         let mut covariance = DMatrix::zeros(count, count);
         if let Some(pose) = pose {
-            let pose = DMatrix::from_fn(POSE_PARAMETER_COUNT, POSE_PARAMETER_COUNT, |r, c| pose[r][c]);
+            let pose =
+                DMatrix::from_fn(POSE_PARAMETER_COUNT, POSE_PARAMETER_COUNT, |r, c| pose[r][c]);
             check_covariance(&POSE_PARAMETERS, &pose)?;
-            covariance.view_mut((0, 0), (POSE_PARAMETER_COUNT, POSE_PARAMETER_COUNT)).copy_from(&pose);
+            covariance
+                .view_mut((0, 0), (POSE_PARAMETER_COUNT, POSE_PARAMETER_COUNT))
+                .copy_from(&pose);
         }
         if let Some(matrix) = estimate.covariance() {
-            covariance.view_mut((POSE_PARAMETER_COUNT, POSE_PARAMETER_COUNT), matrix.shape()).copy_from(matrix);
+            covariance
+                .view_mut((POSE_PARAMETER_COUNT, POSE_PARAMETER_COUNT), matrix.shape())
+                .copy_from(matrix);
         }
         Ok(Self { camera, covariance, is_joint: false })
     }
@@ -112,7 +117,8 @@ impl JointEstimate {
     /// Returns the camera's own estimate; without a covariance if all its variances are zero.
     pub fn camera_estimate(&self) -> CameraEstimate {
         let n = self.camera.parameter_count();
-        let part = self.covariance.view((POSE_PARAMETER_COUNT, POSE_PARAMETER_COUNT), (n, n)).into_owned();
+        let part =
+            self.covariance.view((POSE_PARAMETER_COUNT, POSE_PARAMETER_COUNT), (n, n)).into_owned();
         let part = Some(part).filter(|part| part.diagonal().iter().any(|variance| *variance > 0.0));
         // The check cannot fail in theory, because a diagonal block of a covariance is a covariance.
         CameraEstimate::new(self.camera, part).unwrap_or_else(|_| self.camera.into())

@@ -321,7 +321,11 @@ fn array<const N: usize>(values: &[f64]) -> [f64; N] {
 }
 
 /// Checks the parameters that every lens must have before its domain can be computed.
-fn check(intrinsics: &Intrinsics, names: &[&'static str], coefficients: &[f64]) -> ViolationCollector {
+fn check(
+    intrinsics: &Intrinsics,
+    names: &[&'static str],
+    coefficients: &[f64],
+) -> ViolationCollector {
     /// Largest focal length and distance of the principal point, px: more than any camera of 64 Mpx has.
     const MOST_PX: f64 = 1e6;
     let mut rules = ViolationCollector::default();

@@ -40,7 +40,7 @@ mod roots;
 mod view_ray;
 
 pub use camera::{Camera, MAX_PARAMETERS, MAX_PIXELS, ParameterDerivatives, Projection};
-pub use error::{InvalidCamera, ParameterViolation, OutsideDomain};
+pub use error::{InvalidCamera, OutsideDomain, ParameterViolation};
 pub use estimate::{CameraEstimate, InvalidCovariance};
 pub use interface::{FlatInterface, Interface, SphericalInterface};
 pub use joint::{CovarianceCoverage, JointEstimate, POSE_PARAMETER_COUNT, POSE_PARAMETERS};

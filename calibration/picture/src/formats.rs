@@ -18,7 +18,11 @@ const DECODER_OVERHEAD_BYTES: usize = 32 << 20;
 const MAX_PIXEL_BYTES: usize = 8;
 
 /// Encodes an image as JPEG; see [`crate::jpeg`].
-pub(crate) fn encode_jpeg(size_px: [u32; 2], values: &[u8], quality: u8) -> Result<Vec<u8>, ImageFileError> {
+pub(crate) fn encode_jpeg(
+    size_px: [u32; 2],
+    values: &[u8],
+    quality: u8,
+) -> Result<Vec<u8>, ImageFileError> {
     let wrong = |reason: &str| Format::Jpeg.unreadable(reason);
     // A side above 65,535 px becomes 0, so that no number of channels fits and it is refused below.
     let [width, height] = size_px.map(|px| u16::try_from(px).unwrap_or(0));

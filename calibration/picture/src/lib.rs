@@ -81,7 +81,7 @@ pub enum ImageFileError {
         reason: String,
     },
     /// The image has more pixels than the caller allows.
-    #[error("{width_px} x {height_px} px are more than {most} pixels")]
+    #[error("{width_px} x {height_px} px are more than {max_pixels} pixels")]
     TooLarge {
         /// Number of columns.
         width_px: u32,
@@ -126,7 +126,9 @@ pub fn read(bytes: &[u8], most_pixels: u64) -> Result<DecodedImage, ImageFileErr
     let channels = if samples < 3 { 1 } else { 3 };
     let values = match values {
         PixelValues::U8(values) => PixelValues::U8(keep_first_channels(values, samples, channels)),
-        PixelValues::U16(values) => PixelValues::U16(keep_first_channels(values, samples, channels)),
+        PixelValues::U16(values) => {
+            PixelValues::U16(keep_first_channels(values, samples, channels))
+        }
     };
     if values.len() != width_px as usize * height_px as usize * channels {
         return Err(format.unreadable("it holds fewer pixels than it says"));

@@ -111,7 +111,8 @@ pub fn assign(
     for turn in 0..turns {
         let angle = Angle::from_rad(TAU * turn as f64 / turns as f64)?;
         let start = Model::new(*camera, nominal.then_in(Pose::rotation_z(angle)));
-        let Some((model, observations, cost)) = assign_and_fit(start, captures, first_gate_px) else {
+        let Some((model, observations, cost)) = assign_and_fit(start, captures, first_gate_px)
+        else {
             continue;
         };
         if best.as_ref().is_none_or(|(lowest, ..)| cost < *lowest) {
@@ -213,11 +214,10 @@ fn find_discrepancies(
     for (index, capture) in captures.iter().enumerate() {
         let here: Vec<&Observation> =
             observations.iter().filter(|o| o.contact.capture == index).collect();
-        let missing = capture
-            .pins
-            .iter()
-            .map(|pin| pin.hole)
-            .filter(|hole| capture.is_labelled && !here.iter().any(|o| o.contact.hole == *hole));
+        let missing =
+            capture.pins.iter().map(|pin| pin.hole).filter(|hole| {
+                capture.is_labelled && !here.iter().any(|o| o.contact.hole == *hole)
+            });
         let mut missing: Vec<u32> = missing.collect();
         // Several kinds of pin may be listed for one hole.
         missing.dedup();

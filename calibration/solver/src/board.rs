@@ -11,22 +11,22 @@
 //! the lens does to straight lines. A grid is located on the board by its outline or by its markers (`place`,
 //! `marker`), and corners that do not fit their row and column are dropped.
 
+mod corner_list;
 mod document;
 mod grid;
-mod corner_list;
+mod location;
 mod marker;
 #[cfg(feature = "opencv")]
 mod opencv;
-mod location;
 mod saddle;
 
 use fabkit_camera::Point2;
 
+pub use corner_list::{MAX_LIST_BYTES, read_corners};
 pub use document::{
     Board, BoardCorner, BoardKind, BoardMarker, FORMAT, MAX_BYTES, MAX_SQUARES, MIN_SQUARES,
     VERSION,
 };
-pub use corner_list::{MAX_LIST_BYTES, read_corners};
 #[cfg(feature = "opencv")]
 pub use opencv::{OpenCvError, find_corners_opencv};
 
@@ -99,7 +99,10 @@ pub enum BoardNotFound {
 /// # Errors
 /// Returns [`NotFound`] for an image without contrast, no grid, a checkerboard that is not entirely in the image, or a
 /// ChArUco board without legible markers.
-pub fn find_corners(image: &GreyImage, board: &Board) -> Result<Vec<DetectedCorner>, BoardNotFound> {
+pub fn find_corners(
+    image: &GreyImage,
+    board: &Board,
+) -> Result<Vec<DetectedCorner>, BoardNotFound> {
     let noise = saddle::noise(image);
     let mut best: Result<Vec<DetectedCorner>, BoardNotFound> = Err(BoardNotFound::NoGrid);
     for sigma_px in SCALES_PX {
@@ -139,7 +142,10 @@ fn find_exposure_problem(image: &GreyImage) -> Option<BoardNotFound> {
 }
 
 /// Finds the corners with one smoothing.
-fn find_at_scale(scene: &grid::BoardImage, board: &Board) -> Result<Vec<DetectedCorner>, BoardNotFound> {
+fn find_at_scale(
+    scene: &grid::BoardImage,
+    board: &Board,
+) -> Result<Vec<DetectedCorner>, BoardNotFound> {
     let saddles = saddle::find(scene.image, scene.sigma_px, scene.noise);
     let mut grids = grid::find_grids(scene, &saddles);
     for grid in &mut grids {

@@ -103,7 +103,11 @@ impl DrawnInterface {
     }
 
     /// Computes the derivatives of [`DrawnInterface::seen_from`] by the pose and the shift.
-    pub(crate) fn interface_by_pose(&self, camera_from_sensor: &Pose, shift_mm: f64) -> InterfaceJacobian {
+    pub(crate) fn interface_by_pose(
+        &self,
+        camera_from_sensor: &Pose,
+        shift_mm: f64,
+    ) -> InterfaceJacobian {
         let mut by = InterfaceJacobian::zeros();
         let translation = *camera_from_sensor.translation_mm();
         match self.shape {
@@ -170,7 +174,11 @@ mod tests {
         let askew = Pose::rotation_x(Angle::from_deg(7.0).unwrap())
             .then_in(Pose::rotation_y(Angle::from_deg(-4.0).unwrap()))
             .then_in(Pose::translation(0.5, 0.9, 6.0));
-        let flat = FlatInterface { tilt_x_rad: 0.05, tilt_y_rad: -0.1, ..FlatInterface::bare_in_air(2.0, 1.41) };
+        let flat = FlatInterface {
+            tilt_x_rad: 0.05,
+            tilt_y_rad: -0.1,
+            ..FlatInterface::bare_in_air(2.0, 1.41)
+        };
         let sphere = SphericalInterface {
             centre_in_camera: Point3::new(0.4, 0.1, 3.0),
             radius_mm: 9.0,

@@ -5,8 +5,8 @@
 //! determine. [`solve_pose`] is the bare solver.
 
 mod candidates;
-mod crosschecks;
 mod capture_errors;
+mod crosschecks;
 mod joint;
 mod linear;
 mod refine;
@@ -14,18 +14,20 @@ mod scatter;
 mod selection;
 mod tolerances;
 
-use fabkit_camera::{Camera, CameraEstimate, InvalidCovariance, JointEstimate, POSE_PARAMETER_COUNT};
+use fabkit_camera::{
+    Camera, CameraEstimate, InvalidCovariance, JointEstimate, POSE_PARAMETER_COUNT,
+};
 use fabkit_geometry::{Point3, Pose, Vector3};
 use nalgebra::{DMatrix, Rotation3};
 
 pub use candidates::{Drawing, Medium, Optics, ParameterSet};
-pub use crosschecks::{CrossChecks, OUTLIER_SIGMAS};
 pub use capture_errors::ErrorEstimate;
+pub use crosschecks::{CrossChecks, OUTLIER_SIGMAS};
 pub use joint::{JointCovariance, joint_estimate};
 pub use refine::{Loss, PoseSolution, SolveError, refine};
 pub use scatter::{PinScatter, pin_scatter};
 pub use selection::{Selection, Trial};
-pub use tolerances::{UnitDifference, TOLERANCE_SIGMAS};
+pub use tolerances::{TOLERANCE_SIGMAS, UnitDifference};
 
 use self::tolerances::ExpectedValues;
 use crate::model::{FitParameter, MarkOffsets, Model, Observation};

@@ -21,7 +21,7 @@ use fabkit_geometry::Pose;
 use nalgebra::DMatrix;
 
 use crate::information::ScaledCholesky;
-pub use advice::{CalibrationAdvice, COVERAGE, ImageCoverage, ViewInfluence};
+pub use advice::{COVERAGE, CalibrationAdvice, ImageCoverage, ViewInfluence};
 use bundle::{BundleSolution, State};
 pub use rays::{GRID, RaySigma, RaySigmas, RayUncertainty};
 
@@ -225,7 +225,8 @@ pub fn calibrate(
     if views.len() < MIN_VIEWS {
         return Err(LensCalibrationError::TooFewViews { usable: views.len() });
     }
-    let no_start = || LensCalibrationError::NoInitialPose { focal_px: nominal.lens().intrinsics().fx_px };
+    let no_start =
+        || LensCalibrationError::NoInitialPose { focal_px: nominal.lens().intrinsics().fx_px };
     // Each lens model starts from this camera, as far out as corners were seen.
     let rough = start::initial_state(&views, nominal).ok_or_else(no_start)?;
     let angle_rad = largest_angle(&views, &rough);
@@ -254,7 +255,10 @@ fn check(views: &[BoardView]) -> Result<(), LensCalibrationError> {
             let finite =
                 [corner.in_board_mm, corner.pixel].iter().all(|p| p.iter().all(|v| v.abs() < 1e6));
             if !finite || !(1e-6..1e6).contains(&corner.sigma_px) {
-                return Err(LensCalibrationError::ImpossibleCorner { view: view.name.clone(), id: corner.id });
+                return Err(LensCalibrationError::ImpossibleCorner {
+                    view: view.name.clone(),
+                    id: corner.id,
+                });
             }
         }
     }

@@ -106,7 +106,8 @@ impl FitParameter {
     ];
 
     /// Parameters of a drawn interface that its drawing leaves uncertain.
-    pub const DRAWN_INTERFACE: [Self; 2] = [Self::InterfaceShift, Self::Camera("interface_index_outside")];
+    pub const DRAWN_INTERFACE: [Self; 2] =
+        [Self::InterfaceShift, Self::Camera("interface_index_outside")];
 
     /// Parameters of the light that move marks.
     pub const LIGHT: [Self; 2] = [Self::LayerScatter, Self::LayerSpread];
@@ -347,7 +348,8 @@ impl Model {
     /// # Errors
     /// Fails if the contact lies outside what the camera can see.
     pub fn project(&self, contact: &Contact) -> Result<Point2<f64>, OutsideDomain> {
-        let tip = self.camera.project(&self.camera_from_sensor.point(self.displaced_contact(contact)))?;
+        let tip =
+            self.camera.project(&self.camera_from_sensor.point(self.displaced_contact(contact)))?;
         Ok(tip + self.mark_offset(contact))
     }
 
@@ -428,13 +430,16 @@ impl Model {
 
     /// Computes the offset of a contact's mark with the present depth and light, px.
     fn mark_offset(&self, contact: &Contact) -> Vector2<f64> {
-        self.mark_offsets.offset_at(&contact.contact_in_sensor_mm).map_or_else(Vector2::zeros, |offset| {
-            let [scatter, spread] = offset.by_light;
-            offset.offset_px
-                + self.seating_offset_mm * offset.by_depth
-                + self.layer_scatter_log * scatter
-                + self.layer_spread_mm * spread
-        })
+        self.mark_offsets.offset_at(&contact.contact_in_sensor_mm).map_or_else(
+            Vector2::zeros,
+            |offset| {
+                let [scatter, spread] = offset.by_light;
+                offset.offset_px
+                    + self.seating_offset_mm * offset.by_depth
+                    + self.layer_scatter_log * scatter
+                    + self.layer_spread_mm * spread
+            },
+        )
     }
 
     /// Computes the derivative of a pixel by pose and shift through the drawn interface, which both move in front of
@@ -489,7 +494,8 @@ impl Model {
             Rotation3::new(turn).matrix() * self.camera_from_sensor.rotation();
         next.camera_from_sensor = Pose::new(rotation, shift)?;
         // The drawn interface follows the new pose and shift, with the index just stepped.
-        if let Some(index_outside) = next.index_outside().filter(|_| next.drawn_interface.is_some()) {
+        if let Some(index_outside) = next.index_outside().filter(|_| next.drawn_interface.is_some())
+        {
             next.camera = next.camera_with_drawn_interface(index_outside)?;
         }
         Some(next)

@@ -72,7 +72,8 @@ impl CalibrationPrediction {
 
     /// Returns whether a parameter is named in no unobservable combination.
     pub fn is_observable(&self, parameter: FitParameter) -> bool {
-        let named = |u: &UnobservableCombination| u.terms.iter().any(|(found, _)| *found == parameter);
+        let named =
+            |u: &UnobservableCombination| u.terms.iter().any(|(found, _)| *found == parameter);
         !self.unobservable.iter().any(named)
     }
 }

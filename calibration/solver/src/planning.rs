@@ -336,7 +336,8 @@ impl Pin {
             index,
             pixel_by_parameters: DMatrix::from_fn(2, columns.len(), |r, c| columns[c][r]),
             by_dome,
-            own_covariance_px2: by_place * of_tip * by_place.transpose() + Matrix2::identity() * noise_px.powi(2),
+            own_covariance_px2: by_place * of_tip * by_place.transpose()
+                + Matrix2::identity() * noise_px.powi(2),
             mark_covariance_px2: Matrix2::identity() * of_mark,
             stated: noise_px.powi(2) + of_mark,
         })
@@ -352,7 +353,9 @@ fn stacked(capture: &[&Pin], count: usize) -> (DMatrix<f64>, DMatrix<f64>) {
     for (i, pin) in capture.iter().enumerate() {
         by.rows_mut(2 * i, 2).copy_from(&pin.pixel_by_parameters.columns(0, count));
         by_dome.rows_mut(2 * i, 2).copy_from(&pin.by_dome);
-        noise.view_mut((2 * i, 2 * i), (2, 2)).copy_from(&(pin.own_covariance_px2 + pin.mark_covariance_px2));
+        noise
+            .view_mut((2 * i, 2 * i), (2, 2))
+            .copy_from(&(pin.own_covariance_px2 + pin.mark_covariance_px2));
     }
     noise += &by_dome * by_dome.transpose();
     (by, noise)
@@ -363,7 +366,8 @@ fn stacked(capture: &[&Pin], count: usize) -> (DMatrix<f64>, DMatrix<f64>) {
 fn repeatability_px(captures: &[Vec<&Pin>]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for pin in captures.iter().flatten() {
-        sum += 0.5 * (pin.own_covariance_px2.trace() + (pin.by_dome * pin.by_dome.transpose()).trace());
+        sum += 0.5
+            * (pin.own_covariance_px2.trace() + (pin.by_dome * pin.by_dome.transpose()).trace());
         count += 1.0;
     }
     if count > 0.0 { (sum / count).sqrt() } else { 0.0 }

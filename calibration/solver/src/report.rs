@@ -3,16 +3,16 @@
 //! [`ExtrinsicsReport::to_json`] is for scripts. [`ExtrinsicsReport::to_html`] is one file that needs no network and no
 //! script, and can be printed.
 
+mod findings;
 mod html;
 mod intrinsics;
 mod json;
 mod maps;
-mod findings;
 
 use fabkit_report::round_tick_step;
 use nalgebra::Vector2;
 
-pub use intrinsics::{IntrinsicsReport, ImageRecord};
+pub use intrinsics::{ImageRecord, IntrinsicsReport};
 
 use crate::assignment::Discrepancy;
 use crate::extrinsics::{PoseCalibration, Trial};

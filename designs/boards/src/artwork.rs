@@ -39,7 +39,8 @@ pub fn svg(layout: &BoardLayout, side: BoardSide) -> String {
         layout.board.name,
     );
     let profile = &layout.board.profile;
-    let outline: String = std::iter::once(&profile.outer).chain(&profile.holes).map(svg_path).collect();
+    let outline: String =
+        std::iter::once(&profile.outer).chain(&profile.holes).map(svg_path).collect();
     _ = writeln!(text, "<path fill=\"{MASK}\" fill-rule=\"evenodd\" d=\"{outline}\"/>");
     for track in layout.tracks.iter().filter(|track| track.side == side) {
         line(&mut text, track.ends, track.width_mm, COPPER_BELOW_MASK);

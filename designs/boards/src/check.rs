@@ -68,7 +68,8 @@ impl fmt::Display for BoardFinding {
 pub fn check(layout: &BoardLayout, circuit: &Circuit, rules: &BoardRules) -> Vec<BoardFinding> {
     let mut found = Vec::new();
     // Every check below reports through this closure.
-    let mut tell = |flaw, at_mm, what: String| found.push(BoardFinding { flaw, at_mm, message: what });
+    let mut tell =
+        |flaw, at_mm, what: String| found.push(BoardFinding { flaw, at_mm, message: what });
     check_netlist(layout, circuit, &mut tell);
     check_pad_places(layout, circuit, &mut tell);
     check_copper(layout, circuit, rules, &mut tell);
@@ -81,7 +82,11 @@ pub fn check(layout: &BoardLayout, circuit: &Circuit, rules: &BoardRules) -> Vec
 }
 
 /// Checks the connectivity of the copper against the nets of the circuit.
-fn check_netlist(layout: &BoardLayout, circuit: &Circuit, tell: &mut impl FnMut(BoardFlaw, Point, String)) {
+fn check_netlist(
+    layout: &BoardLayout,
+    circuit: &Circuit,
+    tell: &mut impl FnMut(BoardFlaw, Point, String),
+) {
     let pieces = find_copper_pieces(layout);
     let net_of = |(part, pin): &(String, String)| circuit.net_of(part, pin).map(|net| &net.name);
     let named = |(part, pin): &(String, String)| format!("{part}.{pin}");
@@ -117,11 +122,19 @@ fn check_netlist(layout: &BoardLayout, circuit: &Circuit, tell: &mut impl FnMut(
 }
 
 /// Checks that pads are where the circuit has them.
-fn check_pad_places(layout: &BoardLayout, circuit: &Circuit, tell: &mut impl FnMut(BoardFlaw, Point, String)) {
+fn check_pad_places(
+    layout: &BoardLayout,
+    circuit: &Circuit,
+    tell: &mut impl FnMut(BoardFlaw, Point, String),
+) {
     for part in &circuit.parts {
         let Some(placed) = layout.parts.iter().find(|one| one.designator == part.designator) else {
             if !layout.unplaced_test_points.contains(&part.designator) {
-                tell(BoardFlaw::PadPosition, [0.0; 2], format!("{} is not on the board", part.designator));
+                tell(
+                    BoardFlaw::PadPosition,
+                    [0.0; 2],
+                    format!("{} is not on the board", part.designator),
+                );
             }
             continue;
         };
@@ -228,7 +241,11 @@ fn check_copper(
 }
 
 /// Checks the diameters of drills, the rings around them, and the distances between holes.
-fn check_holes(layout: &BoardLayout, rules: &BoardRules, tell: &mut impl FnMut(BoardFlaw, Point, String)) {
+fn check_holes(
+    layout: &BoardLayout,
+    rules: &BoardRules,
+    tell: &mut impl FnMut(BoardFlaw, Point, String),
+) {
     let vias = layout.vias.iter().map(|via| ("a via's drill", via.at_mm, via.drill_mm));
     let bare = layout.drills.iter().map(|drill| ("a hole", drill.at_mm, drill.diameter_mm));
     let holes: Vec<(&str, Point, f64)> = vias.chain(bare).collect();
@@ -260,7 +277,11 @@ fn check_holes(layout: &BoardLayout, rules: &BoardRules, tell: &mut impl FnMut(B
 }
 
 /// Checks the openings of the mask, and that silk stays clear of them.
-fn check_mask_and_silk(layout: &BoardLayout, rules: &BoardRules, tell: &mut impl FnMut(BoardFlaw, Point, String)) {
+fn check_mask_and_silk(
+    layout: &BoardLayout,
+    rules: &BoardRules,
+    tell: &mut impl FnMut(BoardFlaw, Point, String),
+) {
     let opens =
         |side: BoardSide| layout.openings.iter().filter(move |(on, _)| *on == side).map(|(_, o)| o);
     for pad in &layout.pads {
@@ -296,7 +317,11 @@ fn check_mask_and_silk(layout: &BoardLayout, rules: &BoardRules, tell: &mut impl
 }
 
 /// Checks that parts clear each other and the keep-out regions.
-fn check_parts(layout: &BoardLayout, circuit: &Circuit, tell: &mut impl FnMut(BoardFlaw, Point, String)) {
+fn check_parts(
+    layout: &BoardLayout,
+    circuit: &Circuit,
+    tell: &mut impl FnMut(BoardFlaw, Point, String),
+) {
     for (i, one) in layout.parts.iter().enumerate() {
         for other in &layout.parts[i + 1..] {
             if one.place.side == other.place.side && one.outline.distance(&other.outline) <= 0.0 {

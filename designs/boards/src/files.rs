@@ -2,8 +2,8 @@
 
 use fabkit_geometry::{BoardSide, Circuit, CircuitKind};
 
-use crate::gerber::{GerberLayer, Project, drill_file, attribute_text, side_word};
-use crate::layout::{MAX_DRILL_MM, BoardLayout, SIDES};
+use crate::gerber::{GerberLayer, Project, attribute_text, drill_file, side_word};
+use crate::layout::{BoardLayout, MAX_DRILL_MM, SIDES};
 use crate::{BoardRules, artwork, tables};
 
 /// One fabrication file.
@@ -34,7 +34,12 @@ pub fn fabrication_files(
                        draw: &dyn Fn(&mut GerberLayer)| {
             let mut layer = GerberLayer::new(&project, &function, polarity);
             draw(&mut layer);
-            layers.push((format!("{board}-{letter}_{name}.gbr"), function, polarity, layer.finish()));
+            layers.push((
+                format!("{board}-{letter}_{name}.gbr"),
+                function,
+                polarity,
+                layer.finish(),
+            ));
         };
         add("Cu", format!("Copper,L{number},{word}"), "Positive", &|layer| {
             draw_copper(layer, layout, side)
@@ -97,7 +102,8 @@ pub fn fabrication_files(
 fn draw_copper(layer: &mut GerberLayer, layout: &BoardLayout, side: BoardSide) {
     let net = |index: usize| format!("N,{}", attribute_text(&layout.nets[index]));
     for pad in layout.pads.iter().filter(|pad| pad.side == side) {
-        let mut about = vec![format!("P,{},{}", attribute_text(&pad.part), attribute_text(&pad.pin))];
+        let mut about =
+            vec![format!("P,{},{}", attribute_text(&pad.part), attribute_text(&pad.pin))];
         about.extend(pad.net.map(net));
         about.push(format!("C,{}", attribute_text(&pad.part)));
         layer.flash(&pad.shape, pad_function(layout, &pad.part), &about);

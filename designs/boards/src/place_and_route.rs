@@ -3,17 +3,24 @@
 use fabkit_geometry::Circuit;
 
 use crate::layout::BoardLayout;
-use crate::{BoardError, BoardShape, BoardRules, placement, route, silk};
+use crate::{BoardError, BoardRules, BoardShape, placement, route, silk};
 
 /// Lays out a circuit on its board: places, tracks, mask and silk. The same circuit gives the same board.
 ///
 /// # Errors
 /// Fails if there is no room for a part or a track, and names the net and the numbers. The layout is not checked
 /// against the rules; see [`crate::check`].
-pub fn lay_out(circuit: &Circuit, board: &BoardShape, rules: &BoardRules) -> Result<BoardLayout, BoardError> {
+pub fn lay_out(
+    circuit: &Circuit,
+    board: &BoardShape,
+    rules: &BoardRules,
+) -> Result<BoardLayout, BoardError> {
     // Narrower tracks are tried if wide ones do not fit, and then all widths again without test points.
-    let widths =
-        [rules.preferred_track_mm, (rules.preferred_track_mm + rules.track_mm) / 2.0, rules.track_mm];
+    let widths = [
+        rules.preferred_track_mm,
+        (rules.preferred_track_mm + rules.track_mm) / 2.0,
+        rules.track_mm,
+    ];
     let mut failed = None;
     for with_test_points in [true, false] {
         for width_mm in widths {

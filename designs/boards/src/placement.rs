@@ -6,9 +6,9 @@ use fabkit_geometry::{
     BoardPlacement, BoardSide, Circuit, CircuitKind, CircuitPart, KeepOut, KeepOutRegion,
 };
 
-use crate::layout::{Drill, MAX_DRILL_MM, BoardLayout, Pad, PlacedPart, land_shape, part_outline};
+use crate::layout::{BoardLayout, Drill, MAX_DRILL_MM, Pad, PlacedPart, land_shape, part_outline};
 use crate::shapes::{Point, Shape};
-use crate::{BoardError, BoardShape, BoardRules};
+use crate::{BoardError, BoardRules, BoardShape};
 
 /// Distance between candidate places, mm.
 const STEP_MM: f64 = 0.1;
@@ -58,7 +58,8 @@ pub(crate) fn place_parts(
         }
         // With room for a track beside it if possible, else as close as the rules allow.
         let room = [PREFERRED_CLEARANCE_MM, rules.part_mm];
-        let found = room.iter().find_map(|room| find_place(&layout, circuit, rules, part, &tried, *room));
+        let found =
+            room.iter().find_map(|room| find_place(&layout, circuit, rules, part, &tried, *room));
         match found {
             Some(place) => add_part(&mut layout, circuit, rules, part, place),
             None if is_extra => layout.unplaced_test_points.push(part.designator.clone()),
@@ -140,7 +141,11 @@ fn candidate_places(board: &BoardShape) -> Vec<BoardPlacement> {
         for j in -count[1]..=count[1] {
             let at_mm = [middle[0] + step * f64::from(i), middle[1] + step * f64::from(j)];
             for quarter in 0..4 {
-                places.push(BoardPlacement { at_mm, turn_rad: f64::from(quarter) * FRAC_PI_2, side });
+                places.push(BoardPlacement {
+                    at_mm,
+                    turn_rad: f64::from(quarter) * FRAC_PI_2,
+                    side,
+                });
             }
         }
     }
@@ -181,7 +186,8 @@ fn find_place(
     let mut ranked: Vec<(u64, usize)> =
         places.iter().enumerate().map(|(i, place)| (cost(place), i)).collect();
     ranked.sort_unstable();
-    let is_free = |place: &BoardPlacement| is_place_free(layout, circuit, rules, part, place, room_mm);
+    let is_free =
+        |place: &BoardPlacement| is_place_free(layout, circuit, rules, part, place, room_mm);
     ranked.into_iter().map(|(_, i)| places[i]).find(is_free)
 }
 
@@ -200,7 +206,10 @@ fn is_place_free(
         other.place.side != place.side || other.outline.distance(&outline) >= room_mm
     };
     layout.parts.iter().all(beside)
-        && !circuit.keep_outs.iter().any(|keep| keep.side == place.side && overlaps_keep_out(keep, &outline))
+        && !circuit
+            .keep_outs
+            .iter()
+            .any(|keep| keep.side == place.side && overlaps_keep_out(keep, &outline))
         && part
             .lands
             .iter()

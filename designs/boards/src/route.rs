@@ -112,7 +112,13 @@ impl Router<'_> {
 
     /// Determines the barred points. If `moved` gives how often each net has been moved, other nets' tracks are not
     /// barred but cost more.
-    fn block_points(&self, layout: &BoardLayout, net: usize, width_mm: f64, moved: Option<&[u64]>) -> BlockedPoints {
+    fn block_points(
+        &self,
+        layout: &BoardLayout,
+        net: usize,
+        width_mm: f64,
+        moved: Option<&[u64]>,
+    ) -> BlockedPoints {
         let rules = self.rules;
         let edge = self.point_clearance_mm(rules.edge_mm + width_mm / 2.0);
         let near_edge: Vec<bool> = self.inside_mm.iter().map(|inside| *inside < edge).collect();
@@ -171,12 +177,19 @@ impl Router<'_> {
     }
 
     /// Adds the cost of another net's copper to the points near it.
-    fn add_cost(&self, barred: &mut BlockedPoints, shape: &Shape, sides: &[usize], apart_mm: f64, moved: u64) {
+    fn add_cost(
+        &self,
+        barred: &mut BlockedPoints,
+        shape: &Shape,
+        sides: &[usize],
+        apart_mm: f64,
+        moved: u64,
+    ) {
         self.grid.for_each_near(shape, apart_mm, |i| {
             if shape.distance_to_point(self.grid.points[i]) < apart_mm {
-                sides
-                    .iter()
-                    .for_each(|side| barred.extra_cost_um[*side][i] += RIP_UP_COST_UM * (1 + moved).pow(2));
+                sides.iter().for_each(|side| {
+                    barred.extra_cost_um[*side][i] += RIP_UP_COST_UM * (1 + moved).pow(2)
+                });
             }
         });
     }
@@ -191,8 +204,9 @@ impl Router<'_> {
     ) -> BTreeSet<usize> {
         let rules = self.rules;
         let copper = |tracks: &[Track], vias: &[Via]| -> Vec<(Option<usize>, Shape, usize, f64)> {
-            let tracks =
-                tracks.iter().map(|track| (Some(side_index(track.side)), track.shape(), track.net, 0.0));
+            let tracks = tracks
+                .iter()
+                .map(|track| (Some(side_index(track.side)), track.shape(), track.net, 0.0));
             let vias = vias.iter().map(|via| (None, via.shape(), via.net, via.drill_mm));
             tracks.chain(vias).collect()
         };

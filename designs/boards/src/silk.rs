@@ -115,7 +115,12 @@ fn print_text(
 }
 
 /// Returns the lines of a text. On the lower side it reads from below.
-fn text_lines(text: &str, height_mm: f64, place: &BoardPlacement, rules: &BoardRules) -> Vec<SilkLine> {
+fn text_lines(
+    text: &str,
+    height_mm: f64,
+    place: &BoardPlacement,
+    rules: &BoardRules,
+) -> Vec<SilkLine> {
     let ends = font::lines(text, height_mm).into_iter().map(|ends| {
         ends.map(|[x, y]| match place.side {
             BoardSide::Top => place.point([x, y]),

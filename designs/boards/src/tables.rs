@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::gerber::{DATE, Project};
 use crate::layout::{BoardLayout, PlacedPart};
 use crate::shapes::Shape;
-use crate::{Drill, BoardRules};
+use crate::{BoardRules, Drill};
 
 /// Rounds to millionths of a millimetre, the resolution of the Gerber layers.
 fn round_to_nm(mm: f64) -> Value {

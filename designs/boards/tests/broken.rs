@@ -2,7 +2,10 @@
 
 use std::sync::OnceLock;
 
-use fabkit_boards::{BoardError, BoardShape, BoardFlaw, BoardLayout, STANDARD_RULES, check, fabrication_files, lay_out};
+use fabkit_boards::{
+    BoardError, BoardFlaw, BoardLayout, BoardShape, STANDARD_RULES, check, fabrication_files,
+    lay_out,
+};
 use fabkit_geometry::{
     BoardPlacement, BoardSide, Body, Circuit, CircuitKind, CircuitPart, Land, Net, Path, Process,
     Profile, SeriesResistor, Solid,
@@ -92,8 +95,13 @@ fn circuit() -> Circuit {
 fn board() -> BoardShape {
     let profile = Profile::new(Path::rectangle([0.0; 2], [22.0, 16.0], 2.0))
         .with_hole(Path::circle([0.0; 2], 2.5));
-    BoardShape::from_body(&Body::made("board", "test", Process::Pcb, Solid::extrusion(profile, 1.0)))
-        .unwrap()
+    BoardShape::from_body(&Body::made(
+        "board",
+        "test",
+        Process::Pcb,
+        Solid::extrusion(profile, 1.0),
+    ))
+    .unwrap()
 }
 
 fn intact_board() -> (BoardLayout, Circuit) {
@@ -126,7 +134,10 @@ fn an_intact_board_has_no_findings_and_is_reproducible() {
     assert_eq!(check(&layout, &circuit, &STANDARD_RULES), []);
     assert!(!layout.vias.is_empty(), "wires are below, all else is above");
     let again = lay_out(&circuit, &board(), &STANDARD_RULES).unwrap();
-    assert_eq!(fabrication_files(&layout, &circuit, &STANDARD_RULES, "00"), fabrication_files(&again, &circuit, &STANDARD_RULES, "00"));
+    assert_eq!(
+        fabrication_files(&layout, &circuit, &STANDARD_RULES, "00"),
+        fabrication_files(&again, &circuit, &STANDARD_RULES, "00")
+    );
 }
 
 #[test]
@@ -218,7 +229,10 @@ fn an_led_turned_round() {
         layout.pads[a].shape = shape;
     });
     // Its cathode is on the resistor now, and its anode on ground.
-    assert!(turned.contains(&BoardFlaw::SwappedPads) && turned.contains(&BoardFlaw::Short), "{turned:?}");
+    assert!(
+        turned.contains(&BoardFlaw::SwappedPads) && turned.contains(&BoardFlaw::Short),
+        "{turned:?}"
+    );
 }
 
 #[test]
@@ -275,8 +289,14 @@ fn parts_that_overlap() {
 #[test]
 fn a_wrong_resistor() {
     assert_eq!(flaws_after(|_, circuit| circuit.resistors[0].ohms = 20.0), [BoardFlaw::Resistor]);
-    assert_eq!(flaws_after(|_, circuit| circuit.parts[2].value = "47 ohm".into()), [BoardFlaw::Resistor]);
-    assert_eq!(flaws_after(|_, circuit| circuit.resistors[0].rated_w = 0.01), [BoardFlaw::Resistor]);
+    assert_eq!(
+        flaws_after(|_, circuit| circuit.parts[2].value = "47 ohm".into()),
+        [BoardFlaw::Resistor]
+    );
+    assert_eq!(
+        flaws_after(|_, circuit| circuit.resistors[0].rated_w = 0.01),
+        [BoardFlaw::Resistor]
+    );
 }
 
 #[test]
@@ -289,7 +309,8 @@ fn a_board_without_room_names_the_part_and_its_size() {
     let profile = Profile::new(Path::rectangle([0.0; 2], [17.0, 10.4], 0.0))
         .with_hole(Path::rectangle([0.0, -1.0], [16.0, 6.0], 0.0));
     let body = Body::made("board", "test", Process::Pcb, Solid::extrusion(profile, 1.0));
-    let error = lay_out(&circuit(), &BoardShape::from_body(&body).unwrap(), &STANDARD_RULES).unwrap_err();
+    let error =
+        lay_out(&circuit(), &BoardShape::from_body(&body).unwrap(), &STANDARD_RULES).unwrap_err();
     let text = error.to_string();
     assert!(text.contains("board: ") && text.contains("mm"), "{text}");
 }

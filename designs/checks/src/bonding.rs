@@ -1,11 +1,11 @@
 //! Layers that do not stick to the body they are cast onto, or that tear off it.
 
-use fabkit_geometry::{UnbondedLayer, Sensor};
+use fabkit_geometry::{Sensor, UnbondedLayer};
 
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
 use crate::rule::Rule;
+use crate::rule_input::{RuleInput, RuleResult};
 use crate::tearing;
 
 rule! {

@@ -7,17 +7,17 @@
 use std::collections::BTreeMap;
 
 use fabkit_geometry::{
-    Aabb, Assembly, OpticalClarity, NominalCamera, Point3, Ray, Sensor, TouchSurface, Vector3,
+    Aabb, Assembly, NominalCamera, OpticalClarity, Point3, Ray, Sensor, TouchSurface, Vector3,
 };
 use rayon::prelude::*;
 
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::Finding;
-use crate::sampling_lines::{Caster, basis, steepness};
-use crate::rule::Rule;
-use crate::scene::{Assemblies, Placed};
 use crate::hardness;
+use crate::rule::Rule;
+use crate::rule_input::{RuleInput, RuleResult};
+use crate::sampling_lines::{Caster, basis, steepness};
+use crate::scene::{Assemblies, Placed};
 
 rule! {
     /// The camera sees what it should.
@@ -241,7 +241,12 @@ impl Cone {
 }
 
 /// Casts the rays of a cone and sums up what they meet.
-fn cast<'a>(camera: &NominalCamera, bodies: &[ViewBody<'a>], cone: &Cone, is_pad: bool) -> ViewSums<'a> {
+fn cast<'a>(
+    camera: &NominalCamera,
+    bodies: &[ViewBody<'a>],
+    cone: &Cone,
+    is_pad: bool,
+) -> ViewSums<'a> {
     let pupil = camera.sensor_from_camera.point(Point3::origin());
     let solid_angle = cone.solid_angle(RAYS);
     (0..RAYS)
@@ -298,7 +303,10 @@ fn cast<'a>(camera: &NominalCamera, bodies: &[ViewBody<'a>], cone: &Cone, is_pad
 /// the angle off the axis, rad, and the lengths of a radian there along and across the radius, px.
 ///
 /// Uses only the projection of the lens, without refraction.
-fn project_direction(camera: &NominalCamera, direction: &Vector3<f64>) -> ([f64; 2], f64, [f64; 2]) {
+fn project_direction(
+    camera: &NominalCamera,
+    direction: &Vector3<f64>,
+) -> ([f64; 2], f64, [f64; 2]) {
     let direction = camera.sensor_from_camera.inverse().vector(*direction);
     let focal_px = camera.focal_px();
     let across = direction.x.hypot(direction.y);

@@ -9,14 +9,14 @@ use std::collections::BTreeMap;
 use fabkit_geometry::{Crossing, Point3, Pour, Ray};
 use rayon::prelude::*;
 
-use crate::rule_input::Place;
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::Finding;
-use crate::sampling_lines::{Bundle, Caster, DIRECTIONS, steepness};
 use crate::memo::{Key, Memo};
 use crate::opening;
 use crate::rule::Rule;
+use crate::rule_input::Place;
+use crate::rule_input::{RuleInput, RuleResult};
+use crate::sampling_lines::{Bundle, Caster, DIRECTIONS, steepness};
 use crate::scene::{Assemblies, Placed};
 
 rule! {

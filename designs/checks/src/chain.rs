@@ -3,18 +3,18 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_geometry::{
-    Action, Body, CompiledSolid, Cure, BodyKind, Mix, Opening, Point3, Pour, Ray, Sensor, Spray, Step,
-    Vector3,
+    Action, Body, BodyKind, CompiledSolid, Cure, Mix, Opening, Point3, Pour, Ray, Sensor, Spray,
+    Step, Vector3,
 };
 
-use crate::rule_input::{RuleInput, RuleResult, Place, Removal};
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
-use crate::sampling_lines::{Caster, basis};
 use crate::opening;
-use crate::rule::Rule;
-use crate::scene::Assemblies;
 use crate::overlapping_steps;
+use crate::rule::Rule;
+use crate::rule_input::{Place, Removal, RuleInput, RuleResult};
+use crate::sampling_lines::{Caster, basis};
+use crate::scene::Assemblies;
 
 rule! {
     /// The steps of the chain name what exists, in an order that works.
@@ -141,7 +141,8 @@ impl<'a> Examiner<'a> {
         message: impl Into<String>,
         fix: &str,
     ) {
-        let finding = Finding::error(Rule::Chain, message, fix).in_step(&step.name).about_bodies(bodies);
+        let finding =
+            Finding::error(Rule::Chain, message, fix).in_step(&step.name).about_bodies(bodies);
         self.findings.push(match &step.assembly {
             Some(assembly) => finding.in_assembly(&assembly.0),
             None => finding,
@@ -356,8 +357,8 @@ fn lies_on(opening: &Opening, body: &CompiledSolid) -> bool {
         let (sin, cos) = (f64::from(i) * std::f64::consts::PI * (3.0 - 5f64.sqrt())).sin_cos();
         let origin: Point3<f64> = opening.point + radius_mm * (cos * u + sin * v);
         let ray = Ray { origin, direction: opening.axis };
-        caster
-            .stretches(body, &ray)
-            .any(|s| opening::contains_surface_point(opening, &ray.at(s.exit.t), &s.exit.normal, 0.0))
+        caster.stretches(body, &ray).any(|s| {
+            opening::contains_surface_point(opening, &ray.at(s.exit.t), &s.exit.normal, 0.0)
+        })
     })
 }

@@ -5,14 +5,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fabkit_geometry::Sensor;
 
-use crate::rule_input::RuleInput;
 use crate::declaration::Declaration;
 use crate::finding::{Finding, Severity};
 use crate::masses::{Batch, batches};
 use crate::memo::Memo;
 use crate::rule::Rule;
+use crate::rule_input::RuleInput;
 use crate::scene::{Assemblies, InvalidBody};
-use crate::{RULES, lens_adjustment, chain, interference, overlapping_steps};
+use crate::{RULES, chain, interference, lens_adjustment, overlapping_steps};
 
 /// Number of items that one rule examined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,7 +61,10 @@ pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
 ///
 /// # Errors
 /// Same as [`check`].
-pub fn check_with_progress(sensor: &Sensor, progress: Progress) -> Result<CheckReport, InvalidBody> {
+pub fn check_with_progress(
+    sensor: &Sensor,
+    progress: Progress,
+) -> Result<CheckReport, InvalidBody> {
     check_all(sensor, &Rule::ALL, &Memo::default(), progress)
 }
 
@@ -100,7 +103,8 @@ fn check_all(
     if rules.contains(&Rule::Sight) {
         // Refracted rays report the same cause as straight rays: their errors and warnings are dropped if straight rays
         // found any.
-        let is_said = report.for_rule(Rule::Sight).any(|finding| finding.severity != Severity::Note);
+        let is_said =
+            report.for_rule(Rule::Sight).any(|finding| finding.severity != Severity::Note);
         let mut seen = crate::visibility::examine(sensor)?;
         seen.retain(|finding| finding.severity == Severity::Note || !is_said);
         // Inserts them behind the last finding of this rule or an earlier one, which keeps the order of reports.
@@ -154,7 +158,16 @@ fn apply(
     let all = pairs.len() + pours.len() + rising + removals.len();
     let done = AtomicUsize::new(0);
     let tick = &|| progress(done.fetch_add(1, Ordering::Relaxed) + 1, all);
-    let case = RuleInput { sensor, scene, memo, pairs, pours, removals, tick, motion_findings: RefCell::default() };
+    let case = RuleInput {
+        sensor,
+        scene,
+        memo,
+        pairs,
+        pours,
+        removals,
+        tick,
+        motion_findings: RefCell::default(),
+    };
     let (mut findings, mut examined) = (Vec::new(), Vec::new());
     for Declaration { rule, examines, look, .. } in asked {
         let (found, count) = look(&case)?;

@@ -1,12 +1,12 @@
 //! Chemistry of casting: liquids cure against everything that they touch, and bodies that are to be separated do not
 //! bond.
 
-use fabkit_geometry::{Action, Assembly, Body, CureMechanism, Sensor, MaterialClass};
+use fabkit_geometry::{Action, Assembly, Body, CureMechanism, MaterialClass, Sensor};
 
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::Finding;
 use crate::rule::Rule;
+use crate::rule_input::{RuleInput, RuleResult};
 
 rule! {
     /// Liquids cure against the walls that they touch, and do not bond to their molds.
@@ -89,8 +89,10 @@ impl<'a> Contact<'a> {
     /// Returns the hazard of this contact: the wall inhibits the cure, or the liquid bonds to it.
     fn hazard(self) -> Option<Hazard<'a>> {
         let Self { index: step, layer, wall, .. } = self;
-        let told = |harm, kept_off_in| Hazard { step, layer, wall, harm, prevented_in: kept_off_in };
-        let inhibited = layer.substance.cure_mechanism.filter(|c| wall.substance.inhibited_cures.contains(c));
+        let told =
+            |harm, kept_off_in| Hazard { step, layer, wall, harm, prevented_in: kept_off_in };
+        let inhibited =
+            layer.substance.cure_mechanism.filter(|c| wall.substance.inhibited_cures.contains(c));
         let inhibited = inhibited.map(|curing| told(Harm::Inhibits(curing), self.sealed_in()));
         // An inhibited liquid does not cure, so bonding matters only once the wall is sealed.
         match inhibited {
@@ -169,7 +171,8 @@ impl Hazard<'_> {
                 format!("spray {} with release agent, and say so in a step before", wall.name),
             ),
         };
-        Finding::error(Rule::Chemistry, message, fix).about_bodies([wall.name.as_str(), &layer.name])
+        Finding::error(Rule::Chemistry, message, fix)
+            .about_bodies([wall.name.as_str(), &layer.name])
     }
 }
 

@@ -9,10 +9,10 @@ use fabkit_geometry::{
     SeriesResistor, Vector3,
 };
 
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::Finding;
 use crate::rule::Rule;
+use crate::rule_input::{RuleInput, RuleResult};
 use crate::scene::InvalidBody;
 
 rule! {
@@ -212,7 +212,11 @@ fn supply(circuit: &Circuit) -> Vec<Finding> {
                 one.supply_v, circuit.supply_v
             );
             let fix = "calculate it for the circuit's supply";
-            found.push(error(circuit, &what, fix).with_measurement(one.supply_v, circuit.supply_v, "V"));
+            found.push(error(circuit, &what, fix).with_measurement(
+                one.supply_v,
+                circuit.supply_v,
+                "V",
+            ));
         }
     }
     if let Some(most_a) = circuit

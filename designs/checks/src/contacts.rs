@@ -28,7 +28,8 @@ const LINES: (usize, usize) = (96, 800);
 pub(crate) const MOTION_DIRECTIONS: usize = 6;
 
 /// Names of the directions.
-pub(crate) const MOTION_DIRECTION_WORDS: [&str; MOTION_DIRECTIONS] = ["+x", "-x", "+y", "-y", "+z", "-z"];
+pub(crate) const MOTION_DIRECTION_WORDS: [&str; MOTION_DIRECTIONS] =
+    ["+x", "-x", "+y", "-y", "+z", "-z"];
 
 /// Returns the opposite direction along the same axis.
 pub(crate) fn opposite(way: usize) -> usize {

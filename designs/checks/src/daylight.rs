@@ -11,13 +11,13 @@ use std::collections::BTreeMap;
 use fabkit_geometry::{Aabb, Assembly, OpticalClarity, Point3, Ray, Sensor, Vector3};
 use rayon::prelude::*;
 
-use crate::rule_input::{RuleInput, RuleResult};
+use crate::camera_view::{Cone, bodies, pixels_per_steradian};
 use crate::declaration::rule;
 use crate::finding::Finding;
-use crate::sampling_lines::{Caster, basis};
 use crate::rule::Rule;
+use crate::rule_input::{RuleInput, RuleResult};
+use crate::sampling_lines::{Caster, basis};
 use crate::scene::{Assemblies, Placed};
-use crate::camera_view::{Cone, bodies, pixels_per_steradian};
 
 rule! {
     /// No daylight falls on the surface that the camera looks at.
@@ -100,12 +100,19 @@ fn finding(sensor: &Sensor, open: &[LightPath], share: f64) -> Finding {
         Some((by, false)) => format!("by a gap in {by} or beside it"),
         None => String::new(),
     };
-    let message =
-        format!("daylight falls {how} onto what the camera looks at: {}", sensor.visible_bodies.join(", "));
+    let message = format!(
+        "daylight falls {how} onto what the camera looks at: {}",
+        sensor.visible_bodies.join(", ")
+    );
     let fix = "close the gap, cover it with something opaque, or take an opaque material there";
     Finding::error(Rule::Leak, message, fix)
         .in_assembly(&Assembly::sensor().0)
-        .about_bodies(first.map(|one| one.by).into_iter().chain(sensor.visible_bodies.iter().map(String::as_str)))
+        .about_bodies(
+            first
+                .map(|one| one.by)
+                .into_iter()
+                .chain(sensor.visible_bodies.iter().map(String::as_str)),
+        )
         .at_position(first.map(|one| one.place))
         .with_measurement(share, MOST_SHARE, "")
 }
@@ -156,8 +163,8 @@ fn outwards((origin, normal): &(Point3<f64>, Vector3<f64>), number: usize) -> Ra
 /// lines usually end on the same one.
 fn is_stopped(stops: &[&Placed], ray: &Ray, caster: &mut Caster, last: &mut usize) -> bool {
     let order = (0..stops.len()).map(|i| (i + *last) % stops.len());
-    let mut stops_it =
-        order.filter(|&i| caster.intervals(&stops[i].body, ray).iter().any(|[_, exit]| *exit > 0.0));
+    let mut stops_it = order
+        .filter(|&i| caster.intervals(&stops[i].body, ray).iter().any(|[_, exit]| *exit > 0.0));
     let found = stops_it.next();
     *last = found.unwrap_or(*last);
     found.is_some()

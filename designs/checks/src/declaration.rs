@@ -1,7 +1,7 @@
 //! Declarations of rules. Each rule declares itself in its own file and is registered by a line in `lib.rs`.
 
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::rule::Rule;
+use crate::rule_input::{RuleInput, RuleResult};
 
 /// Declaration of a rule.
 pub(crate) struct Declaration {
@@ -35,7 +35,7 @@ macro_rules! rule {
         pub(crate) const RULE: $crate::declaration::Declaration = $crate::declaration::Declaration {
             rule: Rule::$name,
             examines: $examines,
-            told: [$finds, $limit],
+            description_and_limit: [$finds, $limit],
             for_variants: $for_variants,
             look: $look,
         };

@@ -9,14 +9,14 @@ use fabkit_geometry::proofs::{ProjectionRaster, find_obstacle_boxes};
 use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pull, Ray, Vector3};
 use rayon::prelude::*;
 
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::rule_input::{Place, Removal};
+use crate::rule_input::{RuleInput, RuleResult};
 
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
-use crate::sampling_lines::{Caster, basis, steepness};
 use crate::memo::{Key, Memo};
 use crate::rule::Rule;
+use crate::sampling_lines::{Caster, basis, steepness};
 use crate::scene::Placed;
 
 rule! {
@@ -196,7 +196,12 @@ impl Grid {
             // held; the full grid is cast only then.
             let middle = [0, 1].map(|k| 0.5 * (common[k][0] + common[k][1]));
             let centre = Point3::from(middle[0] * u + middle[1] * v);
-            let shadow = ProjectionRaster::from_boxes(&boxes, &centre, &[u, v], sides.map(|side| 0.5 * side));
+            let shadow = ProjectionRaster::from_boxes(
+                &boxes,
+                &centre,
+                &[u, v],
+                sides.map(|side| 0.5 * side),
+            );
             let share = |k: usize, i: usize| (place(k, i) - common[k][0]) / sides[k];
             let is_held = (0..size[1]).into_par_iter().any(|j| {
                 let mut caster = Caster::default();

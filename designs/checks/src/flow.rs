@@ -2,12 +2,12 @@
 
 use fabkit_geometry::{Pour, Sensor};
 
-use crate::rule_input::Place;
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::Finding;
-use crate::sampling_lines::{Bundle, Caster};
 use crate::rule::Rule;
+use crate::rule_input::Place;
+use crate::rule_input::{RuleInput, RuleResult};
+use crate::sampling_lines::{Bundle, Caster};
 use crate::scene::Assemblies;
 use rayon::prelude::*;
 
@@ -61,7 +61,8 @@ pub(crate) fn examine(
     let mut caster = Caster::default();
     let (mut volume_mm3, mut shadow_mm2) = (0.0, 0.0);
     for ray in (0..LINES).map(|index| bundle.line(index)) {
-        let length: f64 = caster.intervals(&layer.body, &ray).iter().map(|[from, to]| to - from).sum();
+        let length: f64 =
+            caster.intervals(&layer.body, &ray).iter().map(|[from, to]| to - from).sum();
         volume_mm3 += length * bundle.cell_mm2();
         shadow_mm2 += if length > 0.0 { bundle.cell_mm2() } else { 0.0 };
     }

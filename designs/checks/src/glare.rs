@@ -8,17 +8,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_geometry::{
-    Assembly, Body, OpticalClarity, CompiledSolid, NominalCamera, Point3, Ray, Sensor, Vector3,
+    Assembly, Body, CompiledSolid, NominalCamera, OpticalClarity, Point3, Ray, Sensor, Vector3,
 };
 use rayon::prelude::*;
 
-use crate::rule_input::{RuleInput, RuleResult};
+use crate::camera_view::{Cone, pixels_per_steradian};
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
-use crate::sampling_lines::{Caster, Stretch};
 use crate::rule::Rule;
+use crate::rule_input::{RuleInput, RuleResult};
+use crate::sampling_lines::{Caster, Stretch};
 use crate::scene::{Assemblies, InvalidBody, Placed};
-use crate::camera_view::{Cone, pixels_per_steradian};
 
 rule! {
     /// No light source is mirrored into the image.
@@ -121,7 +121,10 @@ fn finding(mirror: &str, images: &[&MirrorImage], share: f64, lamps: usize) -> F
         .with_measurement(share, LEAST_TOLD, "")
 }
 
-fn optical_bodies<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> Result<Vec<OpticalBody<'a>>, InvalidBody> {
+fn optical_bodies<'a>(
+    sensor: &'a Sensor,
+    scene: &'a Assemblies,
+) -> Result<Vec<OpticalBody<'a>>, InvalidBody> {
     let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
     let mut lit = Vec::new();
     let mut number = BTreeMap::<&str, usize>::new();

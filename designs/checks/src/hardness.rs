@@ -2,12 +2,12 @@
 
 use fabkit_geometry::{Action, Assembly, Body, BodyKind, Sensor, Shore, Vector3};
 
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::chemistry::is_in_sensor;
 use crate::declaration::rule;
 use crate::finding::Finding;
-use crate::sampling_lines::{Bundle, Caster, steepness};
 use crate::rule::Rule;
+use crate::rule_input::{RuleInput, RuleResult};
+use crate::sampling_lines::{Bundle, Caster, steepness};
 use crate::scene::Assemblies;
 
 rule! {
@@ -101,7 +101,11 @@ fn coats<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> impl Iterator<Item = 
         let message = format!("{} is sprayed, but thicker than a coat can be", spray.layer);
         let fix = "a thinner coat; what is thicker is poured into a mold";
         let finding = Finding::error(Rule::Softness, message, fix).in_step(&step.name);
-        Some(finding.about_bodies([spray.layer.as_str()]).with_measurement(mm, THICKEST_COAT_MM, "mm"))
+        Some(finding.about_bodies([spray.layer.as_str()]).with_measurement(
+            mm,
+            THICKEST_COAT_MM,
+            "mm",
+        ))
     })
 }
 
@@ -117,7 +121,10 @@ pub(crate) fn contrasts(sensor: &Sensor) -> Vec<Finding> {
         let shade = if is_dark { "dark" } else { "light" };
         let message = format!("{} of {} is as {shade} as {} behind it", a.name, a.material, b.name);
         let fix = format!("a {} colour for one of them", if is_dark { "light" } else { "dark" });
-        Some(Finding::error(Rule::Sight, message, fix).about_bodies([a.name.as_str(), b.name.as_str()]))
+        Some(
+            Finding::error(Rule::Sight, message, fix)
+                .about_bodies([a.name.as_str(), b.name.as_str()]),
+        )
     };
     sensor.contrasts.iter().filter_map(finding).collect()
 }

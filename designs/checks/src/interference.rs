@@ -5,12 +5,12 @@ use fabkit_geometry::proofs::find_overlap_boxes;
 use fabkit_geometry::{CompiledSolid, Point3, PressFit, Ray, Sensor, Vector3};
 use rayon::prelude::*;
 
-use crate::rule_input::{RuleInput, RuleResult, Pair};
 use crate::declaration::rule;
 use crate::finding::Finding;
-use crate::sampling_lines::{Bundle, Caster, DIRECTIONS, Stretch};
 use crate::memo::{Key, Memo};
 use crate::rule::Rule;
+use crate::rule_input::{Pair, RuleInput, RuleResult};
+use crate::sampling_lines::{Bundle, Caster, DIRECTIONS, Stretch};
 use crate::scene::{Assemblies, Placed};
 
 rule! {

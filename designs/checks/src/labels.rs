@@ -1,15 +1,15 @@
 //! Labels: printed parts can be told apart, and letters are where they do no harm.
 
 use fabkit_geometry::{
-    Body, CompiledSolid, LETTERING_FEATURES, PlacedPrimitive, Point3, Process, Ray, Sensor, Solid, Vector3,
-    has_lettering,
+    Body, CompiledSolid, LETTERING_FEATURES, PlacedPrimitive, Point3, Process, Ray, Sensor, Solid,
+    Vector3, has_lettering,
 };
 
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
-use crate::sampling_lines::Caster;
 use crate::rule::Rule;
+use crate::rule_input::{RuleInput, RuleResult};
+use crate::sampling_lines::Caster;
 use crate::scene::{Assemblies, Placed};
 
 rule! {

@@ -2,11 +2,11 @@
 
 use fabkit_geometry::{Body, Occasion, Sensor, Step};
 
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::Finding;
 use crate::motion;
 use crate::rule::Rule;
+use crate::rule_input::{RuleInput, RuleResult};
 use std::mem;
 
 rule! {

@@ -22,54 +22,55 @@
 //! # Ok::<(), fabkit_checks::InvalidBody>(())
 //! ```
 
-mod lens_adjustment;
-mod trapped_air;
 mod bonding;
-mod rule_input;
+mod camera_view;
 mod casting;
 mod chain;
 mod check;
 mod chemistry;
 mod circuit;
 mod contacts;
+mod daylight;
 mod declaration;
 mod demolding;
 pub mod example;
 mod finding;
 mod flow;
 mod glare;
-mod retention;
+mod hardness;
 mod interference;
 mod labels;
-mod daylight;
-mod sampling_lines;
+mod lens_adjustment;
 mod masses;
 mod memo;
 mod motion;
 mod opening;
 mod outlet;
 mod overhang;
-mod parting;
-mod printability;
-mod rule;
-mod scene;
-mod visibility;
-mod camera_view;
-mod slicer_settings;
-mod hardness;
-mod print_stability;
-mod tearing;
 mod overlapping_steps;
+mod parting;
+mod print_stability;
+mod printability;
+mod retention;
+mod rule;
+mod rule_input;
+mod sampling_lines;
+mod scene;
+mod slicer_settings;
+mod tearing;
+mod trapped_air;
+mod visibility;
 
 pub use check::{
-    CheckReport, ExaminedCount, Progress, check, check_rules, check_variant, check_with_progress, check_manual_steps,
-    check_interference_between, check_motions, check_visibility, check_camera_view,
+    CheckReport, ExaminedCount, Progress, check, check_camera_view, check_interference_between,
+    check_manual_steps, check_motions, check_rules, check_variant, check_visibility,
+    check_with_progress,
 };
 pub use chemistry::{Harm, Hazard, hazards};
 pub use finding::{Finding, MeasuredValue, Severity};
 pub use masses::{Batch, batches};
 pub use memo::Memo;
-pub use motion::{Movement, Stage, PlacedBody, stages};
+pub use motion::{Movement, PlacedBody, Stage, stages};
 pub use printability::{
     PrintLimits, machine_limits, part_limits, print_limits, printability, thinnest_wall,
 };
@@ -120,7 +121,10 @@ impl Rule {
     /// Returns what the rule finds, and its limits with their sources, as text for people. `None` for the rules of
     /// [`Rule::HARDWARE`] that are not in [`Rule::ALL`].
     pub fn description_and_limit(self) -> Option<[&'static str; 2]> {
-        RULES.iter().find(|declared| declared.rule == self).map(|declared| declared.description_and_limit)
+        RULES
+            .iter()
+            .find(|declared| declared.rule == self)
+            .map(|declared| declared.description_and_limit)
     }
 }
 

@@ -9,12 +9,12 @@ use std::collections::{HashSet, VecDeque};
 
 use fabkit_geometry::{CompiledSolid, Opening, Point3, Pour, Ray, Vector3};
 
-use crate::rule_input::Place;
 use crate::finding::Finding;
-use crate::sampling_lines::{Caster, basis};
 use crate::memo::{Key, Memo};
 use crate::opening;
 use crate::rule::Rule;
+use crate::rule_input::Place;
+use crate::sampling_lines::{Caster, basis};
 use crate::scene::Assemblies;
 
 /// Spacing of the points from which lines are followed, mm; narrower channels may be missed. It is not a multiple of

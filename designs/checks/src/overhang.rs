@@ -15,10 +15,10 @@ use crate::finding::{Finding, Severity};
 use crate::sampling_lines::Caster;
 use crate::scene::InvalidBody;
 
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::rule::Rule;
-use grid::{Column, OverhangFace, Grid, Region};
+use crate::rule_input::{RuleInput, RuleResult};
+use grid::{Column, Grid, OverhangFace, Region};
 
 rule! {
     /// Overhangs that need supports are noted on the part.

@@ -43,14 +43,18 @@ fn overlap(
     };
     let between = &sensor.chain[before + 1..at];
     // All steps in between must be done during the same cure.
-    if let Some(after) = between.iter().find(|other| other.during_cure_of.as_deref() != Some(waiting)) {
+    if let Some(after) =
+        between.iter().find(|other| other.during_cure_of.as_deref() != Some(waiting))
+    {
         let message = format!(
             "it is done during `{waiting}`, but `{}` comes in between, when that has cured",
             after.name
         );
         return wrong(message, "put it right behind the step that cures");
     }
-    if let Some(body) = handled_bodies(step).find(|body| resting_bodies(sensor, before).contains(body)) {
+    if let Some(body) =
+        handled_bodies(step).find(|body| resting_bodies(sensor, before).contains(body))
+    {
         let message = format!("{body} is handled while it cures in `{waiting}`");
         let finding = wrong(message, "leave it alone until it has cured")?;
         return Some(finding.about_bodies([body]));

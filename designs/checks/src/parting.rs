@@ -10,11 +10,11 @@ use fabkit_geometry::{
     Vector3,
 };
 
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
-use crate::sampling_lines::Caster;
 use crate::rule::Rule;
+use crate::rule_input::{RuleInput, RuleResult};
+use crate::sampling_lines::Caster;
 use crate::scene::Assemblies;
 
 rule! {
@@ -164,7 +164,8 @@ fn stands_in(sensor: &Sensor, body: &str, assembly: &Assembly) -> bool {
 fn finding(step: &Step, shaping: &[ShapingTool]) -> Option<Finding> {
     let all: usize = shaping.iter().map(|shaping| shaping.count).sum();
     let share = |shaping: &ShapingTool| shaping.count as f64 / all as f64;
-    let mut shaping: Vec<&ShapingTool> = shaping.iter().filter(|s| share(s) >= LEAST_SHARE).collect();
+    let mut shaping: Vec<&ShapingTool> =
+        shaping.iter().filter(|s| share(s) >= LEAST_SHARE).collect();
     shaping.sort_by_key(|shaping| std::cmp::Reverse(shaping.count));
     // A single tool leaves no parting line.
     let [first, second, ..] = shaping[..] else { return None };

@@ -7,11 +7,11 @@ use fabkit_geometry::{
 };
 use rayon::prelude::*;
 
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
-use crate::sampling_lines::Caster;
 use crate::rule::Rule;
+use crate::rule_input::{RuleInput, RuleResult};
+use crate::sampling_lines::Caster;
 use crate::scene::InvalidBody;
 
 rule! {
@@ -92,7 +92,9 @@ struct PartColumns {
 fn check_part(part: &Body) -> Result<Vec<Finding>, InvalidBody> {
     let Some(standing) = standing(part)? else { return Ok(Vec::new()) };
     let found = match part.process() {
-        Some(Process::Fdm) => standing.topples(part).filter(|_| !mentions_any(part, &["brim", "raft"])),
+        Some(Process::Fdm) => {
+            standing.topples(part).filter(|_| !mentions_any(part, &["brim", "raft"]))
+        }
         _ => standing.holds_resin(part),
     };
     Ok(found.into_iter().collect())
@@ -202,8 +204,9 @@ impl PartColumns {
             ),
         };
         let message = format!("{volume_mm3:.0} mm3 of resin stay in {}: {what}", part.name);
-        let finding =
-            warning(part, message, fix).at_position(Some(place)).with_measurement(volume_mm3, DROP_MM3, "mm3");
+        let finding = warning(part, message, fix)
+            .at_position(Some(place))
+            .with_measurement(volume_mm3, DROP_MM3, "mm3");
         Some(if is_closed { finding.with_severity(Severity::Error) } else { finding })
     }
 

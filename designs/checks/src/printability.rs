@@ -5,11 +5,11 @@ use fabkit_geometry::{
 };
 use rayon::prelude::*;
 
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
-use crate::sampling_lines::{Bundle, Caster, DIRECTIONS, steepness};
 use crate::rule::Rule;
+use crate::rule_input::{RuleInput, RuleResult};
+use crate::sampling_lines::{Bundle, Caster, DIRECTIONS, steepness};
 use crate::scene::InvalidBody;
 
 rule! {
@@ -174,7 +174,8 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
         );
         let fix = "make it smaller, or print it elsewhere";
         findings.push(
-            about(Finding::error(Rule::Printability, message, fix)).with_measurement(value, limit, "mm"),
+            about(Finding::error(Rule::Printability, message, fix))
+                .with_measurement(value, limit, "mm"),
         );
     }
 
@@ -203,11 +204,9 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
         let message = format!("{WALL} {} is {thickness:.2} mm thin", part.name);
         let fix = "thicken it, or print it with another process";
         findings.push(
-            about(Finding::error(Rule::Printability, message, fix)).at_position(Some(place)).with_measurement(
-                thickness,
-                limits.wall_mm,
-                "mm",
-            ),
+            about(Finding::error(Rule::Printability, message, fix))
+                .at_position(Some(place))
+                .with_measurement(thickness, limits.wall_mm, "mm"),
         );
     }
     Ok(findings)

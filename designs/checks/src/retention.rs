@@ -15,9 +15,9 @@ use crate::contacts::MOTION_DIRECTION_WORDS;
 use crate::finding::{Finding, Severity};
 use crate::scene::Assemblies;
 
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::rule::Rule;
+use crate::rule_input::{RuleInput, RuleResult};
 use graph::Graph;
 
 rule! {

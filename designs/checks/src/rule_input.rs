@@ -42,7 +42,10 @@ impl<'a> RuleInput<'a> {
     }
 
     /// Returns the findings about motions, computed by `find` on the first call.
-    pub(crate) fn motion_findings(&self, find: impl FnOnce() -> MotionFindings) -> RefMut<'_, MotionFindings> {
+    pub(crate) fn motion_findings(
+        &self,
+        find: impl FnOnce() -> MotionFindings,
+    ) -> RefMut<'_, MotionFindings> {
         RefMut::map(self.motion_findings.borrow_mut(), |ways| ways.get_or_insert_with(find))
     }
 }

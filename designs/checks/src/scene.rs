@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use fabkit_geometry::{Body, CompiledSolid, InvalidSolid, Placement, Pose, ToolAccess, Sensor, Solid};
+use fabkit_geometry::{
+    Body, CompiledSolid, InvalidSolid, Placement, Pose, Sensor, Solid, ToolAccess,
+};
 use rayon::prelude::*;
 
 use crate::memo;

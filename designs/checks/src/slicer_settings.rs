@@ -102,8 +102,12 @@ pub fn print_settings(sensor: &Sensor, part: &Body) -> Result<Option<PrintSettin
         perimeters: stated_setting(own.and_then(|own| own.perimeters), note.perimeters, by)
             .unwrap_or_else(|| usual_perimeters(role)),
         solid_layers: chosen(layers, format!("{SKIN_MM} mm closed below and above")),
-        infill_percent: stated_setting(own.and_then(|own| own.infill_percent), note.infill_percent, by)
-            .unwrap_or_else(|| usual_infill(role)),
+        infill_percent: stated_setting(
+            own.and_then(|own| own.infill_percent),
+            note.infill_percent,
+            by,
+        )
+        .unwrap_or_else(|| usual_infill(role)),
         supports: match stated_setting(own.and_then(|own| own.supports), note.supports, by) {
             Some(said) => said,
             None => found_supports(part)?,
@@ -209,7 +213,8 @@ mod tests {
 
     #[test]
     fn tall_parts_and_filaments_that_warp_get_a_brim() {
-        let post = Body::made("post", "", Process::Fdm, Solid::cylinder(2.0, 60.0)).with_material("PLA");
+        let post =
+            Body::made("post", "", Process::Fdm, Solid::cylinder(2.0, 60.0)).with_material("PLA");
         assert_eq!(settings(&post).brim_mm.value, BRIM_MM);
         let slab = |material: &str| {
             let slab = Body::made("slab", "", Process::Fdm, Solid::cuboid(40.0, 40.0, 4.0));

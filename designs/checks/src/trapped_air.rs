@@ -9,15 +9,15 @@
 use fabkit_geometry::{CompiledSolid, Point3, Pour, Ray, Vector3};
 use rayon::prelude::*;
 
-use crate::rule_input::Place;
-use crate::rule_input::{RuleInput, RuleResult};
 use crate::declaration::rule;
 use crate::finding::Finding;
-use crate::sampling_lines::{Caster, basis};
 use crate::memo::{Key, Memo};
 use crate::opening;
 use crate::outlet;
 use crate::rule::Rule;
+use crate::rule_input::Place;
+use crate::rule_input::{RuleInput, RuleResult};
+use crate::sampling_lines::{Caster, basis};
 use crate::scene::Assemblies;
 
 rule! {
@@ -152,7 +152,9 @@ impl Columns {
                             row[from..].iter_mut().zip(caster.stretches(body, &ray))
                         {
                             let normal = &stretch.exit.normal;
-                            let is_open = |o: &_| opening::contains_surface_point(o, &column.top, normal, spread_mm);
+                            let is_open = |o: &_| {
+                                opening::contains_surface_point(o, &column.top, normal, spread_mm)
+                            };
                             column.vented = pour.openings.iter().any(is_open);
                         }
                     }

@@ -15,13 +15,15 @@ use std::collections::BTreeMap;
 use fabkit_camera::Camera;
 use fabkit_geometry::sequences::EvenPoints;
 use fabkit_geometry::{Assembly, InvalidSolid, Point3, Ray, Sensor, SurfacePoints, TouchSurface};
-use fabkit_optics::{InvalidStack, InvisibleReason, ViewStacks, OpticalStack, CameraView, describe_losses};
+use fabkit_optics::{
+    CameraView, InvalidStack, InvisibleReason, OpticalStack, ViewStacks, describe_losses,
+};
 
-use crate::finding::{Finding, Severity};
-use crate::sampling_lines::{Caster, steepness};
-use crate::rule::Rule;
-use crate::scene::{Assemblies, InvalidBody};
 use crate::camera_view::{Cone, bodies, is_markers, listed};
+use crate::finding::{Finding, Severity};
+use crate::rule::Rule;
+use crate::sampling_lines::{Caster, steepness};
+use crate::scene::{Assemblies, InvalidBody};
 
 /// Number of points that are viewed; gives fractions to about a hundredth.
 const PLACES: usize = 256;
@@ -154,7 +156,8 @@ fn look(places: &[Place], viewer: &mut CameraView, stack: &OpticalStack) -> (Sha
                 *by_cause.entry(*lost).or_default() += place.weight;
             }
         }
-        let share = |(lost, weight): (InvisibleReason, f64)| (lost.label(stack).to_owned(), weight / all);
+        let share =
+            |(lost, weight): (InvisibleReason, f64)| (lost.label(stack).to_owned(), weight / all);
         let mut shares: Shares = by_cause.into_iter().map(share).collect();
         shares.sort_by(|a, b| b.1.total_cmp(&a.1));
         shares
@@ -172,7 +175,8 @@ fn note(of: &str, lost: &Shares, shown_by: &str) -> Finding {
     let seen = 100.0 * (1.0 - sum(lost));
     // Causes below half a percent would be rounded to 0 %.
     let told: Shares = lost.iter().filter(|(_, share)| *share >= 0.005).cloned().collect();
-    let rest = if told.is_empty() { String::new() } else { format!("; {}", describe_losses(&told, 0)) };
+    let rest =
+        if told.is_empty() { String::new() } else { format!("; {}", describe_losses(&told, 0)) };
     let message = format!("the camera sees {seen:.0} % of {of}{rest}");
     let fix = format!("`fabkit {shown_by}` shows it");
     Finding::error(Rule::Sight, message, fix).with_severity(Severity::Note)
@@ -189,8 +193,10 @@ fn warning(sensor: &Sensor, message: String, fix: String, measured: [f64; 2]) ->
 /// Warns if too much of the surface's middle is lost.
 fn middle(sensor: &Sensor, lost: &Shares) -> Option<Finding> {
     let share = sum(lost);
-    let message =
-        format!("the camera does not see all of the surface's middle third: {}", describe_losses(lost, 0));
+    let message = format!(
+        "the camera does not see all of the surface's middle third: {}",
+        describe_losses(lost, 0)
+    );
     (share > MOST_LOST).then(|| warning(sensor, message, fix(lost), [share, MOST_LOST]))
 }
 

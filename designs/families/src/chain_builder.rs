@@ -1,8 +1,8 @@
 //! Helpers that every family builds with: placements of bodies in assemblies, and the steps of a fabrication chain.
 
 use fabkit_geometry::{
-    Action, Angle, Assembly, Body, Color, Cure, FixingMeans, Fixing, Mix, Opening, Placement, Point3,
-    Pose, Pour, Process, Pull, Solid, Spray, Step, Vector3,
+    Action, Angle, Assembly, Body, Color, Cure, Fixing, FixingMeans, Mix, Opening, Placement,
+    Point3, Pose, Pour, Process, Pull, Solid, Spray, Step, Vector3,
 };
 
 use crate::materials::{Castable, Clarity};
@@ -120,8 +120,8 @@ pub fn bought(
 macro_rules! bodies {
     ($($(#[$doc:meta])* $vis:vis $constant:ident $name:literal $($summary:literal)?;)+) => {$(
         $(#[$doc])*
-        $vis const $constant: $crate::assembling::Name =
-            $crate::assembling::Name { name: $name, summary: concat!($($summary)?) };
+        $vis const $constant: $crate::chain_builder::Name =
+            $crate::chain_builder::Name { name: $name, summary: concat!($($summary)?) };
     )+};
 }
 pub use crate::bodies;

@@ -69,10 +69,7 @@ impl Companion {
     /// Creates a companion whose bytes are computed on first use, because that takes long and many callers build a
     /// design without writing files. `bytes` runs inside a lock that other threads may wait for, so it must not run in
     /// parallel: its workers could be the threads that wait.
-    pub fn lazy(
-        name: impl Into<String>,
-        bytes: impl FnOnce() -> Vec<u8> + Send + 'static,
-    ) -> Self {
+    pub fn lazy(name: impl Into<String>, bytes: impl FnOnce() -> Vec<u8> + Send + 'static) -> Self {
         let bytes: Box<dyn FnOnce() -> Vec<u8> + Send> = Box::new(bytes);
         Self { name: name.into(), bytes: Arc::new(LazyLock::new(bytes)), document: None }
     }

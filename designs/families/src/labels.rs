@@ -2,13 +2,13 @@
 //! that has room, that nothing else touches and that is thick enough. Where the name does not fit, first the letters
 //! get smaller, then the name is shortened.
 
-mod face;
 mod abbreviations;
+mod face;
 
 use fabkit_geometry::{Body, CompiledSolid, Length, Pose, Process, Sensor, Solid, has_lettering};
 
 use crate::blocks::label::{Label, LabelError};
-use crate::parameters::{RuleReport, to_printable, suggestion};
+use crate::parameters::{RuleReport, suggestion, to_printable};
 use crate::{choices, parameters};
 use face::{FaceSearch, LabelPlace, MARGIN_MM};
 

@@ -1,10 +1,8 @@
 //! Sensors: their parameters with sources, and the parametric parts made from them.
 
-pub mod chain_builder;
-pub mod blocks;
-pub mod unit_dimensions;
 pub mod articles;
-mod macros;
+pub mod blocks;
+pub mod chain_builder;
 mod design;
 mod families;
 mod fits;
@@ -14,13 +12,14 @@ mod identity;
 mod kerf;
 mod labels;
 mod loads;
+mod macros;
 pub mod materials;
-mod user_catalogue;
 pub mod processes;
 pub mod profile;
 mod registry;
+pub mod unit_dimensions;
+mod user_catalogue;
 
-pub(crate) use macros::{layout, sections};
 pub use design::{Companion, Design};
 pub use fabkit_text as parameters;
 pub use fabkit_text::{choices, parameters};
@@ -30,11 +29,12 @@ pub use hardware::{
 };
 pub use identity::design_hash;
 pub use kerf::kerf_mm;
-pub use user_catalogue::UserFile;
+pub(crate) use macros::{layout, sections};
 pub use registry::{
-    BaseFile, FamilyOutput, ExtensionValues, BaseReference, Extension, FORMAT, Family, FamilyEntry, Header, Registry,
-    SensorText, TemplateBase, camera_modules, extended_file,
+    BaseFile, BaseReference, Extension, ExtensionValues, FORMAT, Family, FamilyEntry, FamilyOutput,
+    Header, Registry, SensorText, TemplateBase, camera_modules, extended_file,
 };
+pub use user_catalogue::UserFile;
 
 /// Families and built-in sensors that fabkit comes with.
 pub static REGISTRY: Registry = Registry::new(families::FAMILIES, families::SENSORS);

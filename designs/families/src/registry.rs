@@ -1,9 +1,9 @@
 //! Registry of sensor families and built-in sensors, which turns a sensor file into a design.
 
-mod missing_parameters;
+mod camera_modules;
 mod extends;
 mod layers;
-mod camera_modules;
+mod missing_parameters;
 mod templates;
 mod trial;
 
@@ -11,26 +11,27 @@ use std::cell::RefCell;
 
 use fabkit_geometry::Sensor;
 use fabkit_text::{
-    Dialect, ParameterTable, Example, FamilySchema, FieldDeclaration, LocatedProblem, InvalidDesign, Json, FileSafeName, Parameter,
-    TextPlace, Reader, RuleReport, Section, Setting, TextLayer, root_schema,
+    Dialect, Example, FamilySchema, FieldDeclaration, FileSafeName, InvalidDesign, Json,
+    LocatedProblem, Parameter, ParameterTable, Reader, RuleReport, Section, Setting, TextLayer,
+    TextPlace, root_schema,
 };
 
-pub use extends::{BaseFile, BaseReference, SensorText, extended_file};
 pub use camera_modules::camera_modules;
+pub use extends::{BaseFile, BaseReference, SensorText, extended_file};
 pub use templates::TemplateBase;
 pub(crate) use trial::Trial;
 
-use layers::{OtherSections, LayeredDocument, internal_error, lay_defaults, lay_shared_defaults};
+use layers::{LayeredDocument, OtherSections, internal_error, lay_defaults, lay_shared_defaults};
 
 use crate::Design;
+use crate::articles::fill_and_check;
 use crate::blocks;
 use crate::blocks::adapter::{self, Adapter, MountFace};
-use crate::articles::fill_and_check;
 use crate::labels::{self, Labels};
 use crate::loads::{self, Loads};
-use crate::materials::{Castable, find_adhesions, check_kinds, add_bonds, assign_substances};
-use crate::user_catalogue::{ReaderContext, add_to_schema};
+use crate::materials::{Castable, add_bonds, assign_substances, check_kinds, find_adhesions};
 use crate::processes::{Workshop, assign, names, report_unmatched};
+use crate::user_catalogue::{ReaderContext, add_to_schema};
 
 /// Version of the file format that is read.
 pub const FORMAT: u32 = 1;
@@ -85,7 +86,11 @@ pub trait Family {
     fn check(parameters: &Self::Parameters, report: &mut RuleReport);
 
     /// Builds the parts. Called only while there is no problem; returns `None` after reporting one.
-    fn build(parameters: &Self::Parameters, header: &Header, report: &mut RuleReport) -> Option<FamilyOutput>;
+    fn build(
+        parameters: &Self::Parameters,
+        header: &Header,
+        report: &mut RuleReport,
+    ) -> Option<FamilyOutput>;
 }
 
 /// Entry of the table of families: the type-erased form of a [`Family`].
@@ -181,7 +186,11 @@ impl FamilyEntry {
     fn parameters(&self) -> Vec<FieldDeclaration> {
         let mut fields = (self.fields)();
         let shape = Adapter::shape(&());
-        fields.push(FieldDeclaration { name: adapter::KEY, summary: adapter::SUMMARY.into(), shape });
+        fields.push(FieldDeclaration {
+            name: adapter::KEY,
+            summary: adapter::SUMMARY.into(),
+            shape,
+        });
         let shape = Labels::shape(&());
         fields.push(FieldDeclaration { name: labels::KEY, summary: labels::SUMMARY.into(), shape });
         let shape = Loads::shape(&());
@@ -204,7 +213,11 @@ impl FamilyEntry {
 }
 
 /// Reads a document as the family `F` and builds its parts, then applies loads, adapter and labels.
-fn run<F: Family>(mut reader: Reader, example: Option<&Example>, read_more: ReadSections) -> ReadOutcome {
+fn run<F: Family>(
+    mut reader: Reader,
+    example: Option<&Example>,
+    read_more: ReadSections,
+) -> ReadOutcome {
     let header = Header::read(&mut reader, "", "", &());
     reader.take_settings(); // The header is no parameter.
     let parameters = F::Parameters::read(&mut reader, "", "", &());
@@ -381,8 +394,11 @@ impl Registry {
     ) -> Result<(Design, ExtensionValues<P>), InvalidDesign> {
         // Two closures share the parameters: one reads them, the other names the parts that are made from them.
         let (parameters, mut settings) = (RefCell::new(None), Vec::new());
-        let field =
-            FieldDeclaration { name: extension.key, summary: extension.summary.into(), shape: P::shape(&()) };
+        let field = FieldDeclaration {
+            name: extension.key,
+            summary: extension.summary.into(),
+            shape: P::shape(&()),
+        };
         let mut read = |reader: &mut Reader| {
             *parameters.borrow_mut() = P::read(reader, extension.key, "", &());
             settings = reader.take_settings();
@@ -393,7 +409,9 @@ impl Registry {
         let LoadedDesign { design, report, workshop } =
             self.load_with(text, overrides, extra, &mut read, &mut names)?;
         match parameters.into_inner() {
-            Some(parameters) => Ok((design, ExtensionValues { parameters, settings, report, workshop })),
+            Some(parameters) => {
+                Ok((design, ExtensionValues { parameters, settings, report, workshop }))
+            }
             None => Err(internal_error(text.file, format!("`{}` cannot be read", extension.key))),
         }
     }
@@ -451,7 +469,9 @@ impl Registry {
             }
             _ if !report.is_clean() => Err(report.into_invalid()),
             // A family that reports no problem has to build something.
-            _ => Err(internal_error(text.file, format!("the family {} built nothing", family.name))),
+            _ => {
+                Err(internal_error(text.file, format!("the family {} built nothing", family.name)))
+            }
         }
     }
 

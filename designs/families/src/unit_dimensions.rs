@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use fabkit_geometry::Marker;
-use fabkit_text::{InvalidDesign, ValueKind, NumericParameter};
+use fabkit_text::{InvalidDesign, NumericParameter, ValueKind};
 
 use crate::fixing::is_bought;
 use crate::registry::Trial;
@@ -57,7 +57,11 @@ pub fn usual_tolerance(kind: ValueKind, value: f64) -> Option<f64> {
             Some(of_size.unwrap_or(&LENGTHS_MM[LENGTHS_MM.len() - 1]).1)
         }
         ValueKind::Angle => Some(ANGLE_DEG),
-        ValueKind::Count | ValueKind::Number | ValueKind::Switch | ValueKind::Text | ValueKind::List => None,
+        ValueKind::Count
+        | ValueKind::Number
+        | ValueKind::Switch
+        | ValueKind::Text
+        | ValueKind::List => None,
     }
 }
 

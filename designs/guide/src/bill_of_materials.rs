@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use fabkit_geometry::measure::ray_volume;
-use fabkit_geometry::{Body, CompiledSolid, BodyKind, Order, Sensor, QuantityUnit};
+use fabkit_geometry::{Body, BodyKind, CompiledSolid, Order, QuantityUnit, Sensor};
 use serde::Serialize;
 
 use crate::error::GuideError;
 use crate::membership::is_in_sensor;
 use crate::printing::{PrintPlan, printing};
 use crate::shop::{Purchase, Shop, share_kits};
-use crate::{StepMix, Request};
+use crate::{Request, StepMix};
 
 /// Number of rays through each part when its volume is measured: accurate to a percent for thin sheets, to some
 /// thousandths otherwise.

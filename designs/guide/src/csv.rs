@@ -1,6 +1,6 @@
 //! Tables of the guide for spreadsheets (RFC 4180).
 
-use crate::{Guide, PrintPlan, Purchase, BodyUse, SupplyKind};
+use crate::{BodyUse, Guide, PrintPlan, Purchase, SupplyKind};
 
 /// Column heads of the table of purchases.
 pub const BOM_HEADS: &str = "kind,name,quantity,unit,of,what,article,size,maker,number,standard,pack,kit,packs,\

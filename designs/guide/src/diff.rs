@@ -152,8 +152,9 @@ fn named(side: ComparedDesign) -> DesignName {
 
 /// Compares the parameters by path.
 fn parameters(from: ComparedDesign, to: ComparedDesign) -> Vec<ParameterChange> {
-    let map =
-        |side: ComparedDesign| -> BTreeMap<String, String> { side.parameters.iter().cloned().collect() };
+    let map = |side: ComparedDesign| -> BTreeMap<String, String> {
+        side.parameters.iter().cloned().collect()
+    };
     let (from, to) = (map(from), map(to));
     let paths: BTreeSet<&String> = from.keys().chain(to.keys()).collect();
     let differing = paths.into_iter().filter(|path| from.get(*path) != to.get(*path));
@@ -214,7 +215,8 @@ fn bodies(from: &Sensor, to: &Sensor) -> Vec<BodyChange> {
             (Some(_), true) => ChangeKind::Same,
             (Some(_), false) => ChangeKind::Changed,
         };
-        let usable = if change == ChangeKind::Same && body.kind != BodyKind::Cast { there } else { 0 };
+        let usable =
+            if change == ChangeKind::Same && body.kind != BodyKind::Cast { there } else { 0 };
         taken.extend(old.map(|old| old.name.as_str()));
         all.push(BodyChange {
             name: body.name.clone(),

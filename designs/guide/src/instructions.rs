@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use fabkit_checks::{Movement, Stage};
 use fabkit_geometry::{Action, Occasion, Placement, Sensor, Step};
 
-use crate::{GuideStep, StepMix, NeededBody, BodyMotion};
+use crate::{BodyMotion, GuideStep, NeededBody, StepMix};
 use acceptance_checks::StageMeasurements;
 
 /// Largest cure temperature without an oven, degrees Celsius; chosen: no room is warmer.

@@ -22,13 +22,14 @@
 
 #![forbid(unsafe_code)]
 
+mod bill_of_materials;
 mod calibration;
 mod csv;
 mod diff;
 mod error;
 mod extent;
 mod html;
-mod bill_of_materials;
+mod instructions;
 mod membership;
 mod mixes;
 mod overall_size;
@@ -39,7 +40,6 @@ mod shop;
 mod step;
 mod supplies;
 mod timeline;
-mod instructions;
 mod warnings;
 mod wiring;
 
@@ -47,22 +47,28 @@ use fabkit_checks::{Batch, batches};
 use fabkit_geometry::{Action, Sensor};
 use serde::Serialize;
 
-pub use calibration::{Calibration, PinCapture, FixtureNote, CalibrationCommand};
-pub use diff::{BodyChange, ChangeKind, DesignName, DesignDifference, ParameterChange, ComparedDesign, StepChange};
+pub use bill_of_materials::{BodyUse, BoughtPiece, LiquidComponent, MadePart};
+pub use calibration::{Calibration, CalibrationCommand, FixtureNote, PinCapture};
+pub use diff::{
+    BodyChange, ChangeKind, ComparedDesign, DesignDifference, DesignName, ParameterChange,
+    StepChange,
+};
 pub use error::GuideError;
-pub use html::{BoardArt, ViewerModel, PartImagePairs, PageImages, PressedSurface, CameraRays, CameraRay, StepImages};
-pub use bill_of_materials::{BoughtPiece, LiquidComponent, MadePart, BodyUse};
+pub use html::{
+    BoardArt, CameraRay, CameraRays, PageImages, PartImagePairs, PressedSurface, StepImages,
+    ViewerModel,
+};
 pub use mixes::{MixComponent, StepMix};
 pub use overall_size::OverallSize;
 pub use printing::{PrintPlan, SlicerEstimate};
 pub use request::Request;
 pub use sheets::{SheetPiece, SheetPlan};
 pub use shop::{ArticleProperty, NoShop, Purchase, Shop, SupplyKind};
-pub use step::{GuideStep, NeededBody, BodyMotion};
+pub use step::{BodyMotion, GuideStep, NeededBody};
 pub use supplies::{Costs, Stock, Supply};
-pub use timeline::{ParallelSteps, UnitSeries, StepInterval, Timeline};
+pub use timeline::{ParallelSteps, StepInterval, Timeline, UnitSeries};
 pub use warnings::Warning;
-pub use wiring::{WiringConnection, WiredNet, WiredPart, WiredPin, WiredResistor, Wiring};
+pub use wiring::{WiredNet, WiredPart, WiredPin, WiredResistor, Wiring, WiringConnection};
 
 /// Everything that a lab needs to know to build a design.
 #[derive(Clone, Debug, Serialize)]

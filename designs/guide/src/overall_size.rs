@@ -1,12 +1,12 @@
 //! Size and mass of the finished sensor or fixture.
 
 use fabkit_geometry::measure::ray_volume;
-use fabkit_geometry::{Action, Assembly, Body, CompiledSolid, BodyKind, Sensor, Vector3};
+use fabkit_geometry::{Action, Assembly, Body, BodyKind, CompiledSolid, Sensor, Vector3};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::extent::extent;
 use crate::bill_of_materials::{LINES, MM3_PER_CM3};
+use crate::extent::extent;
 use crate::{GuideError, Request};
 
 /// Size and mass of an assembly.
@@ -44,7 +44,10 @@ fn mix_density(sensor: &Sensor, layer: &str) -> Option<f64> {
 ///
 /// # Errors
 /// Bodies that are not valid solids.
-pub(crate) fn measure(sensor: &Sensor, request: &Request<'_>) -> Result<Option<OverallSize>, GuideError> {
+pub(crate) fn measure(
+    sensor: &Sensor,
+    request: &Request<'_>,
+) -> Result<Option<OverallSize>, GuideError> {
     let Some(name) = assembly(sensor) else { return Ok(None) };
     let here = |body: &&Body| body.placements.iter().any(|place| place.assembly.0 == name);
     let bodies: Vec<&Body> = sensor.bodies.iter().filter(here).collect();

@@ -86,8 +86,8 @@ pub(crate) fn printing(
     volume_mm3: f64,
     density_g_per_cm3: Option<f64>,
 ) -> Result<Option<PrintPlan>, GuideError> {
-    let settings =
-        print_settings(sensor, part).map_err(|error| GuideError::PrintSettings(error.to_string()))?;
+    let settings = print_settings(sensor, part)
+        .map_err(|error| GuideError::PrintSettings(error.to_string()))?;
     Ok(settings.map(|settings| {
         let [x_mm, y_mm, _] = on_bed.bounds().size_mm();
         let brim_mm3 = settings.brim_mm.value * 2.0 * (x_mm + y_mm) * settings.layer_mm.value;

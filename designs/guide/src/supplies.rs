@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fabkit_geometry::{BodyKind, Sensor, QuantityUnit};
+use fabkit_geometry::{BodyKind, QuantityUnit, Sensor};
 use serde::Serialize;
 
 use crate::shop::{Purchase, Shop, SupplyKind};
@@ -135,13 +135,14 @@ pub(crate) fn supplies(
     let mut all: BTreeMap<(bool, String), Supply> = BTreeMap::new();
     let mut ask = |used: SupplyKind, order: &fabkit_geometry::Order, step: Option<usize>| {
         let name = order.article_and_size();
-        let supply = all.entry((used == SupplyKind::Tool, name.clone())).or_insert_with(|| Supply {
-            name,
-            used,
-            steps: Vec::new(),
-            // A tiny amount makes one pack, whatever its size.
-            order: Purchase::new(order, 1e-3),
-        });
+        let supply =
+            all.entry((used == SupplyKind::Tool, name.clone())).or_insert_with(|| Supply {
+                name,
+                used,
+                steps: Vec::new(),
+                // A tiny amount makes one pack, whatever its size.
+                order: Purchase::new(order, 1e-3),
+            });
         // Steps come in order, so comparing with the last one is enough to list each once.
         supply.steps.extend(step.filter(|step| supply.steps.last() != Some(step)));
     };

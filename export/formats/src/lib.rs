@@ -13,21 +13,20 @@
 //! - Archives carry the earliest time stamp of their format, never the clock's.
 
 mod artwork;
+mod bed_layout;
 mod drawing;
 mod dxf;
 mod error;
 mod glb;
-mod optics;
 mod manifest;
 mod npz;
 mod opc;
+mod optics;
 mod parquet;
 mod pickle;
-mod png_image;
-mod bed_layout;
 mod ply;
+mod png_image;
 mod robot;
-mod zstd_runs;
 mod stl;
 mod svg;
 mod tetra;
@@ -35,33 +34,35 @@ mod three_mf;
 mod tiff;
 mod tree;
 mod zarr;
+mod zstd_runs;
 
 pub use artwork::Artwork;
+pub use bed_layout::{Bed, BedPosition, pack};
 pub use drawing::lettering::lettering;
 pub use drawing::{Drawing, NestedSheet, Operation, Piece, nest, widen_for_kerf};
 pub use dxf::dxf;
 pub use error::ExportError;
 pub use glb::{GLB_EXPLODE_S, GlbBody, GlbPlacement, GlbScene, glb};
-pub use optics::{
-    LightBody, LightCamera, LightDocument, LightDome, OpticalRole, LightPlacement, LightPlane,
-    LightSurface, light,
-};
 pub use manifest::{
-    Compensation, FileEntry, ProfileReference, MachineEntry, Manifest, UncompensatedBody, OptionsEntry,
-    UnlistedFile, UnlistedReason, PartEntry, PrintCompensation, ProfileEntry, SettingEntry, SheetFigures,
+    Compensation, FileEntry, MachineEntry, Manifest, OptionsEntry, PartEntry, PrintCompensation,
+    ProfileEntry, ProfileReference, SettingEntry, SheetFigures, UncompensatedBody, UnlistedFile,
+    UnlistedReason,
 };
-pub use npz::{NpyArray, NpzWriter, NpyValues, npy, npz};
+pub use npz::{NpyArray, NpyValues, NpzWriter, npy, npz};
 pub use opc::zip;
+pub use optics::{
+    LightBody, LightCamera, LightDocument, LightDome, LightPlacement, LightPlane, LightSurface,
+    OpticalRole, light,
+};
 pub use parquet::{ParquetColumn, parquet};
 pub use pickle::npy_lists;
+pub use ply::{CloudPoint, PointCloud};
 pub use png_image::{grey8_png, grey16_png, png, png_with_comment};
-pub use bed_layout::{Bed, BedPosition, pack};
-pub use ply::{PointCloud, CloudPoint};
 pub use robot::{
-    Inertia, Robot, RobotCamera, RobotFrame, RobotLightSource, RobotLink, RobotMesh, RobotShape,
-    RobotTetrahedra, RobotSensingSurface, drake, mjcf, obj, sdf, tacex, tacsl, tacto, urdf, usd,
+    Inertia, Robot, RobotCamera, RobotFrame, RobotLightSource, RobotLink, RobotMesh,
+    RobotSensingSurface, RobotShape, RobotTetrahedra, drake, mjcf, obj, sdf, tacex, tacsl, tacto,
+    urdf, usd,
 };
-pub use zstd_runs::{ByteRun, RunContent, encode_zstd_runs};
 pub use stl::stl;
 pub use svg::{sheet_preview, svg};
 pub use tetra::{TetraMesh, msh, msh2, vtk};
@@ -71,9 +72,10 @@ pub use tree::{
     ExactFigures, LeafEntry, MeshFigures, SamplesDocument, TreeDocument, moments, samples, tree,
 };
 pub use zarr::{
-    DamagedChunk, ZarrType, InvalidMetadata, Shard, StoredChunk, ZarrArray, zarr_checksum,
-    zarr_group, zarr_max_packed_size, zarr_pack, zarr_append_checksum, zarr_unpack,
+    DamagedChunk, InvalidMetadata, Shard, StoredChunk, ZarrArray, ZarrType, zarr_append_checksum,
+    zarr_checksum, zarr_group, zarr_max_packed_size, zarr_pack, zarr_unpack,
 };
+pub use zstd_runs::{ByteRun, RunContent, encode_zstd_runs};
 
 /// Version of fabkit that files name as their producer.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

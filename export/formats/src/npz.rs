@@ -258,13 +258,15 @@ mod tests {
         assert!(String::from_utf8_lossy(&names).contains("'descr': '<U4'"));
         let last: Vec<u8> = [0xb5u32, 0, 0, 0].iter().flat_map(|c| c.to_le_bytes()).collect();
         assert_eq!(names[names.len() - 16..], last);
-        let one = NpyArray { name: "a".into(), shape: vec![2], values: NpyValues::Bool(vec![true; 2]) };
+        let one =
+            NpyArray { name: "a".into(), shape: vec![2], values: NpyValues::Bool(vec![true; 2]) };
         assert!(String::from_utf8_lossy(&npy(&one).unwrap()).contains("'shape': (2,)"));
     }
 
     #[test]
     fn a_shape_must_fit() {
-        let array = NpyArray { name: "a".into(), shape: vec![2, 2], values: NpyValues::U16(vec![1; 3]) };
+        let array =
+            NpyArray { name: "a".into(), shape: vec![2, 2], values: NpyValues::U16(vec![1; 3]) };
         assert!(matches!(npy(&array), Err(ExportError::Shape { values: 3, .. })));
     }
 

@@ -77,7 +77,11 @@ pub fn parquet(name: &str, columns: &[(String, ParquetColumn)]) -> Result<Vec<u8
 }
 
 /// Writes columns of equal length in row groups.
-fn write(name: &str, columns: &[(String, ParquetColumn)], rows: usize) -> Result<Vec<u8>, ParquetError> {
+fn write(
+    name: &str,
+    columns: &[(String, ParquetColumn)],
+    rows: usize,
+) -> Result<Vec<u8>, ParquetError> {
     let fields = columns.iter().map(|(name, column)| {
         let repetition = match column {
             ParquetColumn::Integers(_) => Repetition::REQUIRED,

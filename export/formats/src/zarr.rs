@@ -17,7 +17,9 @@ use serde_json::{Value, json};
 
 pub use checksum::zarr_checksum;
 pub use metadata::InvalidMetadata;
-pub use packing::{DamagedChunk, zarr_max_packed_size, zarr_pack, zarr_append_checksum, zarr_unpack};
+pub use packing::{
+    DamagedChunk, zarr_append_checksum, zarr_max_packed_size, zarr_pack, zarr_unpack,
+};
 
 use crate::{ExportError, json_bytes};
 

@@ -18,4 +18,6 @@ mod svg;
 
 pub use page::{page, page_with_style};
 pub use plot::{Plot, round_tick_step};
-pub use svg::{NO_DATA_STYLE, LOWER_BOUND_STYLE, BORDER_STYLE, Svg, RESIDUAL_STYLE, escape, heat_color};
+pub use svg::{
+    BORDER_STYLE, LOWER_BOUND_STYLE, NO_DATA_STYLE, RESIDUAL_STYLE, Svg, escape, heat_color,
+};

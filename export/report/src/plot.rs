@@ -31,8 +31,10 @@ impl Plot {
             [middle - half, middle + half]
         });
         // About eight ticks across and five up.
-        let ticks =
-            [round_tick_step(ranges[0][1] - ranges[0][0], 8.0), round_tick_step(ranges[1][1] - ranges[1][0], 5.0)];
+        let ticks = [
+            round_tick_step(ranges[0][1] - ranges[0][0], 8.0),
+            round_tick_step(ranges[1][1] - ranges[1][0], 5.0),
+        ];
         Self::with_ticks(ranges, ticks, names)
     }
 

@@ -37,7 +37,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let rays = viewpoint.rays(1);
     let surface = ReferenceSurface::cast(touch, &rays)?;
-    let contact = surface.map_with_indenters(&pressers).contact().filter(|contact| *contact).count();
+    let contact =
+        surface.map_with_indenters(&pressers).contact().filter(|contact| *contact).count();
     // Only rays that reach the surface count, although the others are cast as well.
     let seen = surface.visible_pixels() as f64;
     let mray_per_cpu_s = |rays: f64, pass: &mut dyn FnMut()| {

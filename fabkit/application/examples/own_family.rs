@@ -5,11 +5,12 @@
 use std::error::Error;
 use std::path::Path as FilePath;
 
-use fabkit_application::designs::chain_builder::*;
 use fabkit_application::designs::blocks::{self, ScrewJoint};
+use fabkit_application::designs::chain_builder::*;
 use fabkit_application::designs::parameters::{RuleReport, limits, parameters};
 use fabkit_application::designs::{
-    FamilyOutput, Family, FamilyEntry, Fit, Header, Registry, Screw, bodies, gap_mm, materials::Castable,
+    Family, FamilyEntry, FamilyOutput, Fit, Header, Registry, Screw, bodies, gap_mm,
+    materials::Castable,
 };
 use fabkit_application::geometry::*;
 use fabkit_application::{checks, exports, staging};
@@ -87,7 +88,12 @@ impl Layout {
             joint_z,
             bottom_z: joint_z - BASE_MM[0],
             board: ScrewJoint::self_tapping("camera screw", Screw::M1_6X5, heads.to_vec(), 5.5),
-            base: ScrewJoint::self_tapping("screw", Screw::M3X12, blocks::ring(3, 0.0, below), 13.0),
+            base: ScrewJoint::self_tapping(
+                "screw",
+                Screw::M3X12,
+                blocks::ring(3, 0.0, below),
+                13.0,
+            ),
         }
     }
 }
@@ -122,7 +128,11 @@ impl Family for PuckFamily {
             touch: Some(touch.into()),
             ..blocks::sensor(header, camera, bodies)
         };
-        Some(FamilyOutput { sensor, derived: vec![blocks::mm("total height", -l.bottom_z)], face: None })
+        Some(FamilyOutput {
+            sensor,
+            derived: vec![blocks::mm("total height", -l.bottom_z)],
+            face: None,
+        })
     }
 }
 
@@ -157,7 +167,11 @@ fn parts(p: &Puck, l: &Layout) -> Vec<Body> {
     let housing = Solid::rod(l.outside, [l.joint_z, 0.0]).minus_all(holes);
     let base = Solid::rod(l.outside, [l.bottom_z, l.joint_z]).minus(cables);
     let ring = Solid::rod(l.window, [0.0, thickness]).minus(cavity);
-    let sunk = l.base.counterbore_cut(BASE_MM[1], BASE_MM[0] - BASE_MM[1], gap_mm(Process::Fdm, Fit::Snug));
+    let sunk = l.base.counterbore_cut(
+        BASE_MM[1],
+        BASE_MM[0] - BASE_MM[1],
+        gap_mm(Process::Fdm, Fit::Snug),
+    );
     vec![
         WINDOW
             .made(Process::Laser, window)
@@ -219,15 +233,15 @@ fn chain(p: &Puck, l: &Layout) -> Vec<Step> {
     let glued = Cure { hours: 1.0, celsius: 23.0 };
     let steps = [
         make("print and cut all parts"),
-        step("pour", MOLD, &[WINDOW, RING], gel).with_instruction("clip the ring to the window, fill it level"),
+        step("pour", MOLD, &[WINDOW, RING], gel)
+            .with_instruction("clip the ring to the window, fill it level"),
         demold("open", MOLD, vec![rigid(RING, up)]).with_instruction("lift the ring off"),
         step("coat", SENSOR, &[GEL], coat).with_instruction("brush the coat onto the gel"),
-        bond("light", SENSOR, &[HOUSING, LED], glued).with_instruction("glue the LEDs to the wall").fixing(
-            &[LED],
-            &[HOUSING],
-            FixingMeans::Glue,
-        ),
-        bond("glue", SENSOR, &[WINDOW, HOUSING], glued).with_instruction("glue the window to its ledge"),
+        bond("light", SENSOR, &[HOUSING, LED], glued)
+            .with_instruction("glue the LEDs to the wall")
+            .fixing(&[LED], &[HOUSING], FixingMeans::Glue),
+        bond("glue", SENSOR, &[WINDOW, HOUSING], glued)
+            .with_instruction("glue the window to its ledge"),
         assemble("camera", SENSOR, &[CAMERA, BASE])
             .with_instruction("cable down, then the screws")
             .also(l.board.names()),

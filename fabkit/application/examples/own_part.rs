@@ -7,7 +7,9 @@ use std::path::Path;
 
 use fabkit_application::designs::blocks::hanging;
 use fabkit_application::designs::blocks::label::{Label, LabelError};
-use fabkit_application::geometry::{Body, CUT_OVERLAP_MM, CutFeature, Landmark, Pose, Process, Solid};
+use fabkit_application::geometry::{
+    Body, CUT_OVERLAP_MM, CutFeature, Landmark, Pose, Process, Solid,
+};
 use fabkit_application::mesh::{DEFAULT_TOLERANCE_MM, mesh};
 use fabkit_application::{export, staging};
 
@@ -56,7 +58,14 @@ pub fn run(folder: &Path) -> Result<(), Box<dyn Error>> {
     println!("{}: {:.2} cm3", foot.summary, print.volume_mm3() / 1e3);
     let document = export::DocumentInfo { title: "Bench: foot", design_hash: "" };
     let (name, material, color) = (&foot.name, &foot.material, foot.color);
-    let object = export::PrintObject { name, material, color, mesh: &print, settings: None, settings_note: "" };
+    let object = export::PrintObject {
+        name,
+        material,
+        color,
+        mesh: &print,
+        settings: None,
+        settings_note: "",
+    };
     let file = |name: &str, bytes| staging::OutputFile { name: name.into(), bytes };
     let files = [
         file("foot.stl", export::stl(name, &print)?),

@@ -13,8 +13,8 @@ use std::f64::consts::PI;
 use fabkit_application::designs::{builtin_names, builtin_yaml};
 use fabkit_application::fixtures::load;
 use fabkit_elastic::{
-    BallIndenter, LayeredBody, MeshDensity, FiniteStack, BoundaryCondition, ElasticLayer, LiquidStack, ElasticMaterial, PressOutcome, Press,
-    SoftStack, ElasticStack,
+    BallIndenter, BoundaryCondition, ElasticLayer, ElasticMaterial, ElasticStack, FiniteStack,
+    LayeredBody, LiquidStack, MeshDensity, Press, PressOutcome, SoftStack,
 };
 use fabkit_geometry::{LiquidSkin, Point3, Sensor, TouchSurface, Vector3};
 
@@ -94,7 +94,10 @@ fn plate(sensor: &Sensor, skin: &LiquidSkin, diameter_mm: f64) -> Result<(), Box
 }
 
 /// Prints a row for each indentation.
-fn rows(deepest_mm: f64, levels: impl Fn(&[f64]) -> Result<Vec<[PressOutcome; 2]>, Box<dyn Error>>) {
+fn rows(
+    deepest_mm: f64,
+    levels: impl Fn(&[f64]) -> Result<Vec<[PressOutcome; 2]>, Box<dyn Error>>,
+) {
     // Each row solves all indentations up to its own. If one does not converge, the table ends there, not the program.
     let mut before: Option<(f64, f64)> = None;
     let mut is_off = false;

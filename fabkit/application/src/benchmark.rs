@@ -39,7 +39,7 @@ pub enum BenchError {
         why: String,
     },
     /// The benchmark rejected its input.
-    #[error("{said}")]
+    #[error("{message}")]
     Refused {
         /// Error message of the benchmark.
         message: String,

@@ -1,15 +1,19 @@
 //! Images of a camera's view: its rays in a section of the sensor, and its own image.
 
 use fabkit_camera::Point2;
-use fabkit_depth::{Framing, PixelContent, RenderedImage, View, render_with_framing, render_camera_view};
+use fabkit_depth::{
+    Framing, PixelContent, RenderedImage, View, render_camera_view, render_with_framing,
+};
 use fabkit_files::progress::{ProgressCallback, report_counts};
 use fabkit_geometry::{Assembly, OpticalClarity, Point3, Ray, Sensor, Vector3};
-use fabkit_optics::{RayEnd, OpticalStack, Tracer};
+use fabkit_optics::{OpticalStack, RayEnd, Tracer};
 use fabkit_scene::SceneError;
 use fabkit_scene::ground_truth::Viewpoint;
 use fabkit_scene::legend::{self, LegendEntry};
 
-use crate::images::{self, DrawingError, ImageView, ViewDirection, assembly_actors, section_normal};
+use crate::images::{
+    self, DrawingError, ImageView, ViewDirection, assembly_actors, section_normal,
+};
 
 /// Number of rays in a section, evenly spread over the image.
 pub const RAY_COUNT: usize = 41;
@@ -140,7 +144,10 @@ fn legend_entries(rays: &[DrawnRay], sensor: &Sensor) -> Vec<LegendEntry> {
 pub(crate) fn ray_colors(rays: &[DrawnRay], sensor: &Sensor) -> Vec<[u8; 3]> {
     let entries = legend_entries(rays, sensor);
     let of = |ray: &DrawnRay| {
-        entries.iter().find(|entry| entry.name == ray.seen_by).map_or(ESCAPED_COLOR, |entry| entry.color)
+        entries
+            .iter()
+            .find(|entry| entry.name == ray.seen_by)
+            .map_or(ESCAPED_COLOR, |entry| entry.color)
     };
     rays.iter().map(of).collect()
 }

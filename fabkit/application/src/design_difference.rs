@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use fabkit_designs::{Design, design_hash};
 use fabkit_files::progress::ignore_progress;
-use fabkit_guide::{ChangeKind, DesignDifference, PartImagePairs, ComparedDesign};
+use fabkit_guide::{ChangeKind, ComparedDesign, DesignDifference, PartImagePairs};
 use fabkit_text::Setting;
 use rayon::prelude::*;
 
@@ -21,7 +21,8 @@ pub fn compute_difference(from: &Design, to: &Design) -> DesignDifference {
     };
     let (values_from, values_to) = (values(from), values(to));
     let (hash_from, hash_to) = (design_hash(from), design_hash(to));
-    let from = ComparedDesign { sensor: &from.sensor, design_hash: &hash_from, parameters: &values_from };
+    let from =
+        ComparedDesign { sensor: &from.sensor, design_hash: &hash_from, parameters: &values_from };
     let to = ComparedDesign { sensor: &to.sensor, design_hash: &hash_to, parameters: &values_to };
     DesignDifference::between(from, to)
 }
@@ -30,7 +31,11 @@ pub fn compute_difference(from: &Design, to: &Design) -> DesignDifference {
 ///
 /// # Errors
 /// Bodies that cannot be drawn.
-pub fn difference_page(from: &Design, to: &Design, difference: &DesignDifference) -> Result<String, DrawingError> {
+pub fn difference_page(
+    from: &Design,
+    to: &Design,
+    difference: &DesignDifference,
+) -> Result<String, DrawingError> {
     let changed: Vec<&str> = difference
         .with_change(ChangeKind::Changed)
         .filter(|one| one.differs.contains(&"shape"))

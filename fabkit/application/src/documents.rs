@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use fabkit_checks::{self as checks, Batch, CheckReport, Finding, Rule};
-use fabkit_designs::fixing::{ValueChange, FeasibleRange, ValueRange};
+use fabkit_designs::fixing::{FeasibleRange, ValueChange, ValueRange};
 use fabkit_designs::{Design, design_hash};
-use fabkit_files::{split_amount, limit_json};
+use fabkit_files::{limit_json, split_amount};
 use fabkit_geometry::{Action, Body, Step};
 use fabkit_sweep::Status;
-use fabkit_text::{ValueKind, Setting};
+use fabkit_text::{Setting, ValueKind};
 use serde_json::{Map, Value, json};
 
 use crate::sweep_runs::SweepResult;

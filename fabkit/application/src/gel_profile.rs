@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use fabkit_designs::profile::{GelCoupon, GelReading};
 pub use fabkit_elastic::BallModulus;
-use fabkit_elastic::{IndentationReading, BallIndentationTest, BallIndentationError};
+use fabkit_elastic::{BallIndentationError, BallIndentationTest, IndentationReading};
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 
 /// Standard gravity, m/s2, as used by scales (CGPM, 1901).

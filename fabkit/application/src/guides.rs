@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fabkit_boards::{SIDES, svg};
 use fabkit_checks::{InvalidBody, Stage};
-use fabkit_designs::articles::{Articles, ArticleRole};
+use fabkit_designs::articles::{ArticleRole, Articles};
 use fabkit_designs::{Design, design_hash};
 use fabkit_files::Error;
 use fabkit_files::progress::{ProgressCallback, ProgressStep, ignore_progress};
@@ -76,7 +76,9 @@ impl Shop for ArticleShop<'_> {
     fn asked_for(&self, sentence: &str) -> Vec<(SupplyKind, Order)> {
         let used = |(role, order)| match role {
             ArticleRole::Tool => (SupplyKind::Tool, order),
-            ArticleRole::Supply | ArticleRole::Piece | ArticleRole::Stock => (SupplyKind::Supply, order),
+            ArticleRole::Supply | ArticleRole::Piece | ArticleRole::Stock => {
+                (SupplyKind::Supply, order)
+            }
         };
         self.0.find_supplies(sentence).into_iter().map(used).collect()
     }
@@ -122,8 +124,7 @@ fn pictures(
     };
     let quiet = ignore_progress;
     let shot = |size_px| ImageView { size_px, is_section: false, from: None };
-    let cover =
-        draw_assembly(sensor, &default_assembly(sensor), false, shot(COVER_PX), &quiet)?;
+    let cover = draw_assembly(sensor, &default_assembly(sensor), false, shot(COVER_PX), &quiet)?;
     count();
     let model = crate::model_view::build_model(design)?;
     count();
@@ -133,7 +134,8 @@ fn pictures(
         Ok((key, png))
     });
     let drawn: BTreeMap<&str, Vec<u8>> = drawn.collect::<Result<_, DrawingError>>()?;
-    let of = |scene: &Option<step_images::Scene>| Some(drawn.get(scene.as_ref()?.key.as_str())?.clone());
+    let of =
+        |scene: &Option<step_images::Scene>| Some(drawn.get(scene.as_ref()?.key.as_str())?.clone());
     let steps = scenes.iter().map(|(step, [before, after])| {
         (step + 1, StepImages { before: of(before), after: of(after) })
     });

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use fabkit_depth::{Actor, RenderedImage, RenderError, View, render_with_progress};
+use fabkit_depth::{Actor, RenderError, RenderedImage, View, render_with_progress};
 use fabkit_export::ExportError;
 use fabkit_files::progress::{ProgressCallback, report_counts};
 use fabkit_files::{ErrorKind, ErrorSubject, Explained, UnknownName};
@@ -235,7 +235,11 @@ fn actor(body: &Body, prepared: &CompiledSolid, scene_from_body: Pose, opacity: 
     Actor { body: prepared.clone(), scene_from_body, color: body.color, opacity }
 }
 
-fn draw(actors: &[Actor], shot: ImageView, progress: ProgressCallback) -> Result<Vec<u8>, DrawingError> {
+fn draw(
+    actors: &[Actor],
+    shot: ImageView,
+    progress: ProgressCallback,
+) -> Result<Vec<u8>, DrawingError> {
     let [width_px, height_px] = shot.size_px;
     let view = match (shot.from, shot.is_section) {
         (None, false) => View::isometric(width_px, height_px),

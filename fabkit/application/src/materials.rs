@@ -1,6 +1,6 @@
 //! Materials of a design as JSON.
 
-use fabkit_designs::materials::{Bond, Castable, BondMethod, Material, MaterialOrigin};
+use fabkit_designs::materials::{Bond, BondMethod, Castable, Material, MaterialOrigin};
 use serde_json::{Value, json};
 
 /// Lists every material of a design with its properties; unknown ones are null.

@@ -5,12 +5,12 @@ use fabkit_designs::{Design, design_hash};
 use fabkit_geometry::{
     CompiledSolid, Point3, Pose, Sensor, Solid, SurfacePoints, TouchSurface, Vector3,
 };
-use fabkit_guide::{ViewerModel, PressedSurface, CameraRays, CameraRay};
+use fabkit_guide::{CameraRay, CameraRays, PressedSurface, ViewerModel};
 use fabkit_scene::ground_truth::Viewpoint;
 
+use crate::camera_view::{self, DrawnRay};
 use crate::exports::{ExportRunError, shown_glb};
 use crate::images::default_assembly;
-use crate::camera_view::{self, DrawnRay};
 
 /// Radius of the pressing ball, mm. Chosen: it fits on every built-in surface.
 const BALL_RADIUS_MM: f64 = 3.0;
@@ -160,7 +160,11 @@ mod tests {
                 pressed.colors.iter().any(near)
             };
             assert!(has(0.0) && has(pressed.indentation_mm), "{name}");
-            assert!(pressed.indentation_mm <= touch.max_indentation_mm() && !pressed.hidden_bodies.is_empty(), "{name}");
+            assert!(
+                pressed.indentation_mm <= touch.max_indentation_mm()
+                    && !pressed.hidden_bodies.is_empty(),
+                "{name}"
+            );
             pressed_count += 1;
         }
         assert!(pressed_count > 6, "{pressed_count}");

@@ -14,7 +14,7 @@ use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 use fabkit_guide::{Guide, SlicerEstimate};
 use rayon::prelude::*;
 
-use crate::exports::{self, ExportRunError, ExportOptions, Format};
+use crate::exports::{self, ExportOptions, ExportRunError, Format};
 
 /// Environment variable with the slicer's absolute path, instead of a search in `PATH`.
 pub const SLICER_VARIABLE: &str = "FABKIT_SLICER";

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use fabkit_capture::Unit;
 use fabkit_checks::{self as checks, CheckReport, InvalidBody, Severity};
-use fabkit_designs::fixing::{self, ValueChange, FeasibleRange};
-use fabkit_designs::{self as designs, BaseFile, Design, BaseReference, SensorText, UserFile};
+use fabkit_designs::fixing::{self, FeasibleRange, ValueChange};
+use fabkit_designs::{self as designs, BaseFile, BaseReference, Design, SensorText, UserFile};
 use fabkit_files::diagnostics::{DiagnosedDesign, SourceText};
 use fabkit_files::directory_listing::canonical_path;
 use fabkit_files::progress::{ProgressCallback, report_counts};
@@ -169,7 +169,9 @@ impl<'a> Target<'a> {
         let project = source.load(overrides)?;
         match self.fixture {
             None => Ok(project.design),
-            Some(name) => project.fixture(name).map_err(|error| source.convert_fixture_error(error)),
+            Some(name) => {
+                project.fixture(name).map_err(|error| source.convert_fixture_error(error))
+            }
         }
     }
 
@@ -201,7 +203,9 @@ impl<'a> Target<'a> {
     pub fn pin_fixture(&self, overrides: &[String]) -> Result<Design, Error> {
         let source = self.source()?;
         let project = source.load(overrides)?;
-        project.fixture(project.pin_fixture_name()).map_err(|error| source.convert_fixture_error(error))
+        project
+            .fixture(project.pin_fixture_name())
+            .map_err(|error| source.convert_fixture_error(error))
     }
 
     /// Reads and builds the sensor and all its fixtures, with their names.
@@ -237,9 +241,9 @@ impl<'a> Target<'a> {
         let project = source.load(overrides)?;
         match self.fixture {
             None => Ok(checks::check_with_progress(&project.design.sensor, progress)),
-            Some(name) => {
-                project.check_fixture(name, progress).map_err(|error| source.convert_fixture_error(error))
-            }
+            Some(name) => project
+                .check_fixture(name, progress)
+                .map_err(|error| source.convert_fixture_error(error)),
         }
     }
 }
@@ -278,7 +282,9 @@ impl Target<'_> {
             reports.push((project.design.sensor.name.clone(), report));
         }
         for name in fixtures {
-            let report = project.check_fixture(name, &|_, _| {}).map_err(|e| source.convert_fixture_error(e))?;
+            let report = project
+                .check_fixture(name, &|_, _| {})
+                .map_err(|e| source.convert_fixture_error(e))?;
             reports.push((format!("{}/{name}", project.design.sensor.name), report));
         }
         let mut faults = CheckErrors::default();
@@ -433,7 +439,12 @@ impl Source {
     pub fn load_unit(&self, unit: Unit, overrides: &[String]) -> Result<Project, Error> {
         let drawn = self.load(overrides)?;
         let off = |path: &str| unit.dimension_deviation(path);
-        let built = designs::unit_dimensions::build_unit(self.sensor_text(), overrides, &[fixtures::KEY], &off);
+        let built = designs::unit_dimensions::build_unit(
+            self.sensor_text(),
+            overrides,
+            &[fixtures::KEY],
+            &off,
+        );
         let (built, dimensions) = built.map_err(|invalid| self.invalid(invalid))?;
         let mut sensor = built.sensor;
         unit.apply_to_sensor(&mut sensor);
@@ -462,9 +473,15 @@ impl Source {
     ) -> Result<Vec<FeasibleRange>, Error> {
         let progress = report_counts(progress);
         let others = [fixtures::KEY];
-        fixing::find_feasible_ranges(self.sensor_text(), overrides, &others, follow, &|done, all| {
-            progress(done, all);
-        })
+        fixing::find_feasible_ranges(
+            self.sensor_text(),
+            overrides,
+            &others,
+            follow,
+            &|done, all| {
+                progress(done, all);
+            },
+        )
         .map_err(|invalid| self.invalid(invalid))
     }
 
@@ -499,7 +516,12 @@ fn extended_files(main: &SourceText) -> Result<Vec<BaseFile>, Error> {
         // A known file is listed under its first name, however it is spelled here. The repetition marks a cycle.
         let place = real(&file);
         if let Some((_, file)) = known.iter().find(|(known, _)| *known == place) {
-            bases.push(BaseFile { extending_file: by, word, file: file.clone(), text: String::new() });
+            bases.push(BaseFile {
+                extending_file: by,
+                word,
+                file: file.clone(),
+                text: String::new(),
+            });
             break;
         }
         let text = reading::read_text(Path::new(&file), EXPECTED).map_err(|why| {

@@ -25,7 +25,7 @@ use fabkit_files::staging::OutputFile;
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 
 use crate::exports::{
-    self, ExportRunError, ExportOptions, FolderError, ForeignFile, Format, Overwriting,
+    self, ExportOptions, ExportRunError, FolderError, ForeignFile, Format, Overwriting,
 };
 
 /// Limits for reading a kernel's STEP file.
@@ -235,7 +235,11 @@ impl Verifier {
     }
 
     /// Runs the package in an empty folder and reads the document it prints.
-    fn run_package(&self, arguments: &[OsString], progress: ProgressCallback) -> Result<Value, VerifierError> {
+    fn run_package(
+        &self,
+        arguments: &[OsString],
+        progress: ProgressCallback,
+    ) -> Result<Value, VerifierError> {
         let folder = temporary_folder()?;
         let failed = |source| VerifierError::Io {
             action: format!("run {}", self.python.path().display()),
@@ -265,12 +269,15 @@ impl Verifier {
         }
         let mut answer = Vec::new();
         let mut tell = |said| match said {
-            PackageMessage::Step { done, all, last } => progress(ProgressStep { done, resumed: 0, total: all, last_name: &last }),
+            PackageMessage::Step { done, all, last } => {
+                progress(ProgressStep { done, resumed: 0, total: all, last_name: &last })
+            }
             PackageMessage::Answer(bytes) => answer = bytes,
         };
         // If the package is killed, processes of its kernels may survive and hold the error pipe open. Reading
         // therefore ends with the answer instead of the pipe.
-        let until_answer = said.iter().map(|said| (matches!(said, PackageMessage::Answer(_)), said));
+        let until_answer =
+            said.iter().map(|said| (matches!(said, PackageMessage::Answer(_)), said));
         for (is_last, said) in until_answer {
             tell(said);
             if is_last {

@@ -2,7 +2,7 @@
 
 use fabkit_application::designs::Design;
 use fabkit_application::export::ExportError;
-use fabkit_application::exports::{ExportRunError, ExportOptions, Exported, Format, export};
+use fabkit_application::exports::{ExportOptions, ExportRunError, Exported, Format, export};
 use fabkit_application::geometry::{
     Angle, Assembly, Body, NominalCamera, Placement, Point3, Pose, PrintGroup, Process, Sensor,
     Shells, Solid,

@@ -24,9 +24,9 @@ use clap::builder::PossibleValue;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use fabkit_application::exports::Format;
 use fabkit_application::geometry::Length;
+use fabkit_application::images::ViewDirection;
 use fabkit_application::memory;
 use fabkit_application::packaging::{LICENSES, License};
-use fabkit_application::images::ViewDirection;
 
 pub use bench::Bench;
 pub use calibrate::{

@@ -6,7 +6,8 @@ use fabkit_application::diagnostics::{DiagnosedDesign, SourceText};
 use fabkit_application::reading::{self, ExpectedFile};
 use fabkit_application::source::MAX_YAML_BYTES;
 use fabkit_application::text::{
-    Dialect, YamlEntry, TextPlace, NodeReader, TextLayer, take_format, read_mapping, to_printable, suggestion,
+    Dialect, NodeReader, TextLayer, TextPlace, YamlEntry, read_mapping, suggestion, take_format,
+    to_printable,
 };
 
 use crate::cli;
@@ -68,12 +69,18 @@ impl Defaults {
             entries.iter().for_each(|entry| defaults.read_entry(&mut reading, entry));
         }
         reading.finish(Some(defaults)).map_err(|invalid| {
-            DiagnosedDesign::new(invalid, [SourceText { file: FILE.into(), text: text.into() }]).into()
+            DiagnosedDesign::new(invalid, [SourceText { file: FILE.into(), text: text.into() }])
+                .into()
         })
     }
 
-    fn read_entry(&mut self, reading: &mut NodeReader, YamlEntry { key, key_position, value }: &YamlEntry) {
-        let Some((_, option, example)) = DEFAULT_KEYS.iter().find(|(known, ..)| known == key) else {
+    fn read_entry(
+        &mut self,
+        reading: &mut NodeReader,
+        YamlEntry { key, key_position, value }: &YamlEntry,
+    ) {
+        let Some((_, option, example)) = DEFAULT_KEYS.iter().find(|(known, ..)| known == key)
+        else {
             let message = format!("`{}` is not a key of a file of defaults", to_printable(key));
             let hint = suggestion(key, DEFAULT_KEYS.map(|(known, ..)| known), "the keys are");
             return reading.report_problem(*key_position, key, key, message, hint);

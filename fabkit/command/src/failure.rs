@@ -143,7 +143,8 @@ impl Failure {
         let problems = match self {
             // A single failure is reported in the words of the command line.
             Self::Application(error)
-                if error.parts().is_empty() && error.downcast_ref::<DiagnosedDesign>().is_none() =>
+                if error.parts().is_empty()
+                    && error.downcast_ref::<DiagnosedDesign>().is_none() =>
             {
                 let hint = self.hint();
                 vec![error.subject().to_json(&self.message(), hint.as_deref())]

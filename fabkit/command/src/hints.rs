@@ -2,21 +2,21 @@
 
 use std::io;
 
-use fabkit_application::edited_files::NotReplaced;
-use fabkit_application::calibration_runs::{CalibrationRunError, PinCaptureError};
 use fabkit_application::calibration::intrinsics::LensCalibrationError;
+use fabkit_application::calibration_runs::{CalibrationRunError, PinCaptureError};
 use fabkit_application::dataset::{DatasetError, DatasetRequestError, SampleError};
+use fabkit_application::edited_files::NotReplaced;
 use fabkit_application::export::ExportError;
 use fabkit_application::exports::{self, ExportRunError};
-use fabkit_application::memory::{MemoryHint, MemoryError};
+use fabkit_application::memory::{MemoryError, MemoryHint};
 use fabkit_application::mesh::MeshError;
 use fabkit_application::reading::ReadError;
-use fabkit_application::verify_folder::FolderVerificationError;
 use fabkit_application::resumable::ResumableFolderError;
 use fabkit_application::scene::SceneError;
 use fabkit_application::staging::StagingError;
 use fabkit_application::sweep_runs::SweepError;
 use fabkit_application::verifier::VerifierError;
+use fabkit_application::verify_folder::FolderVerificationError;
 use fabkit_application::{Error, ErrorKind, Explained};
 
 /// Hint of a violated invariant.
@@ -112,7 +112,9 @@ fn reread(error: &FolderVerificationError) -> Option<String> {
 
 fn memory(error: &MemoryError) -> Option<String> {
     let less = match error {
-        MemoryError::TooMuch { less: MemoryHint::Rays, .. } => "ask for fewer --samples or files".into(),
+        MemoryError::TooMuch { less: MemoryHint::Rays, .. } => {
+            "ask for fewer --samples or files".into()
+        }
         MemoryError::TooMuch { less: MemoryHint::Pixels, .. } => "ask for a smaller --size".into(),
         other => other.hint()?,
     };
@@ -150,8 +152,10 @@ fn folder(error: &ResumableFolderError) -> Option<String> {
         ResumableFolderError::Changed { .. } => {
             "if nobody edited them, the disk did: delete them, and --resume makes them again"
         }
-        ResumableFolderError::Staging(StagingError::Io { source, .. }) | ResumableFolderError::Io { source, .. } => {
-            let hint = add_output_option(fabkit_application::staging::io_hint(source)?.into(), source);
+        ResumableFolderError::Staging(StagingError::Io { source, .. })
+        | ResumableFolderError::Io { source, .. } => {
+            let hint =
+                add_output_option(fabkit_application::staging::io_hint(source)?.into(), source);
             return Some(format!("{hint}; then {RESUME_HINT}"));
         }
         ResumableFolderError::Staging(error) => return staging(error),
@@ -251,7 +255,9 @@ fn calibrating(error: &CalibrationRunError) -> Option<String> {
             "take all pictures with the sensor's camera at its own size, or change the sensor's with \
              --set camera.width_px=... --set camera.height_px=..."
         }
-        CalibrationRunError::Charuco => "leave --detector out, or give what OpenCV found by --corners",
+        CalibrationRunError::Charuco => {
+            "leave --detector out, or give what OpenCV found by --corners"
+        }
         CalibrationRunError::NoOpencv => {
             "build it with `cargo build --release --features opencv`, or give what OpenCV found by \
              --corners"

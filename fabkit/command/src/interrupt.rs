@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use crate::failure::{ErrorKind, FailureCode, Failure};
+use crate::failure::{ErrorKind, Failure, FailureCode};
 
 const COMPUTING: u8 = 0;
 const WRITING: u8 = 1;

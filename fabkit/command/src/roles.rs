@@ -31,7 +31,12 @@ struct FileRole {
 
 impl FileRole {
     fn new(option: &str, path: &Path, is_needed: bool) -> Self {
-        Self { option: option.into(), path: path.into(), identity: FileIdentity::from_path(path), is_needed }
+        Self {
+            option: option.into(),
+            path: path.into(),
+            identity: FileIdentity::from_path(path),
+            is_needed,
+        }
     }
 
     fn is_missing(&self) -> bool {
@@ -91,7 +96,8 @@ impl FileRoles {
         option: &str,
         path: impl IntoIterator<Item = P>,
     ) -> Self {
-        self.outputs.extend(path.into_iter().map(|path| FileRole::new(option, path.as_ref(), false)));
+        self.outputs
+            .extend(path.into_iter().map(|path| FileRole::new(option, path.as_ref(), false)));
         self
     }
 

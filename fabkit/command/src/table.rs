@@ -101,8 +101,10 @@ mod tests {
     fn what_is_long_goes_on_below_and_names_stay_whole() {
         let row = |a: &str, b: &str| vec![a.to_owned(), b.to_owned()];
         let (name, note) = ("fixtures.pin_dome.captures", "some words of a note ".repeat(9));
-        let text =
-            wrapped_table(&[Align::Left, Align::Left], &[row("parameter", "why"), row(name, &note)]);
+        let text = wrapped_table(
+            &[Align::Left, Align::Left],
+            &[row("parameter", "why"), row(name, &note)],
+        );
         assert!(text.lines().all(|line| line.len() <= WIDTH.into()), "{text}");
         assert!(text.lines().count() > 3 && text.contains(name), "{text}");
         let text = wrap_text(&format!("1. {note}"), 3);

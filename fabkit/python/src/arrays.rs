@@ -38,7 +38,9 @@ pub fn dictionary<'py>(py: Python<'py>, arrays: Vec<NpyArray>) -> PyResult<Bound
             NpyValues::F32(values) => dictionary.set_item(name, into_array(py, values, &shape)?)?,
             NpyValues::U8(values) => dictionary.set_item(name, into_array(py, values, &shape)?)?,
             NpyValues::U16(values) => dictionary.set_item(name, into_array(py, values, &shape)?)?,
-            NpyValues::Bool(values) => dictionary.set_item(name, into_array(py, values, &shape)?)?,
+            NpyValues::Bool(values) => {
+                dictionary.set_item(name, into_array(py, values, &shape)?)?
+            }
             NpyValues::Text(values) => dictionary.set_item(name, values)?,
         }
     }

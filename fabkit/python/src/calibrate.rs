@@ -4,13 +4,6 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fabkit_application::calibration_runs::boards::{self, Detector};
-use fabkit_application::calibration_runs::captures::{self, MeasuredCapture};
-use fabkit_application::calibration_runs::extrinsics::{self as from_pins, PoseCalibrationInputs};
-use fabkit_application::calibration_runs::planning::{self, PlanRequest};
-use fabkit_application::calibration_runs::{
-    PinCaptureError, intrinsics as from_views, images, pose_file,
-};
 use fabkit_application::calibration::assignment::{Discrepancy, Mark};
 use fabkit_application::calibration::board::{self as on_board, DetectedCorner};
 use fabkit_application::calibration::image::GreyImage;
@@ -18,9 +11,16 @@ use fabkit_application::calibration::intrinsics::LensModel;
 use fabkit_application::calibration::landmarks::PinLandmarks;
 use fabkit_application::calibration::pin_detection::{DetectionOptions, Polarity};
 use fabkit_application::calibration::report::{
-    CaptureRecord, ExtrinsicsReport, IntrinsicsReport, ImageRecord,
+    CaptureRecord, ExtrinsicsReport, ImageRecord, IntrinsicsReport,
 };
 use fabkit_application::calibration::{extrinsics as pose, intrinsics as lens};
+use fabkit_application::calibration_runs::boards::{self, Detector};
+use fabkit_application::calibration_runs::captures::{self, MeasuredCapture};
+use fabkit_application::calibration_runs::extrinsics::{self as from_pins, PoseCalibrationInputs};
+use fabkit_application::calibration_runs::planning::{self, PlanRequest};
+use fabkit_application::calibration_runs::{
+    PinCaptureError, images, intrinsics as from_views, pose_file,
+};
 use fabkit_application::camera::Point2;
 use fabkit_application::staging::write_each;
 use fabkit_application::{Error, UnknownName};
@@ -287,9 +287,11 @@ pub fn extrinsics(
         let kind = kind.as_deref();
         let captures = match &folder {
             Some(folder) => captures::read(folder, reference.as_deref(), &landmarks, kind)?,
-            None => {
-                captures::from_marks(pins.into_iter().map(measured_capture).collect(), &landmarks, kind)?
-            }
+            None => captures::from_marks(
+                pins.into_iter().map(measured_capture).collect(),
+                &landmarks,
+                kind,
+            )?,
         };
         let inputs = PoseCalibrationInputs {
             project: &project,
@@ -344,7 +346,9 @@ pub fn plan(
             Some(folder) => captures::pressed_pins(folder, landmarks, kind)?,
             None => holes
                 .iter()
-                .map(|holes| holes.iter().map(|hole| find_landmark(*hole, landmarks, kind)).collect())
+                .map(|holes| {
+                    holes.iter().map(|hole| find_landmark(*hole, landmarks, kind)).collect()
+                })
                 .collect::<Result<_, _>>()?,
         };
         let lens = camera.as_ref().map(|(estimate, _)| estimate);
@@ -356,7 +360,11 @@ pub fn plan(
 }
 
 /// Finds the landmark of a hole's pin.
-fn find_landmark(hole: u32, landmarks: &PinLandmarks, kind: Option<&str>) -> Result<usize, Failure> {
+fn find_landmark(
+    hole: u32,
+    landmarks: &PinLandmarks,
+    kind: Option<&str>,
+) -> Result<usize, Failure> {
     let kinds = landmarks.kinds();
     let known = kinds.join(", ");
     let kind = match (kind, &kinds[..]) {

@@ -23,7 +23,8 @@ impl Camera {
     pub fn nominal(py: Python<'_>, nominal: &NominalCamera) -> PyResult<Self> {
         let NominalCamera { width_px, height_px, field_of_view, lens, .. } = *nominal;
         let terms = lens.projection.terms();
-        let made = || camera::Camera::from_data_sheet(width_px, height_px, field_of_view.rad(), terms);
+        let made =
+            || camera::Camera::from_data_sheet(width_px, height_px, field_of_view.rad(), terms);
         let camera = run_short(py, made)?.map_err(Failure::call).or_raise(py)?;
         // Without an interface of its own: the drawn bodies refract its rays.
         Ok(Self { estimate: CameraEstimate::from(camera).with_drawn_interface() })

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use fabkit::{ContactOptions, DatasetOptions};
 use fabkit_application::dataset::{
-    self, DatasetWriter, DatasetError, DatasetRequest, DatasetJob, SampleArray, WrittenDataset,
+    self, DatasetError, DatasetJob, DatasetRequest, DatasetWriter, SampleArray, WrittenDataset,
 };
 use fabkit_application::export::ZarrType;
 use fabkit_application::progress::ProgressStep;
@@ -51,13 +51,14 @@ impl DatasetOrder {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Vec<String>> {
         let order = slf.clone().unbind();
-        let written: WrittenDataset = run_on_thread(slf.py(), InterruptPolicy::Wait, progress, move |link| {
-            let order = order.get();
-            order.prepare(order.options.resume, |job| {
-                let show = |step: ProgressStep| link.show(step.done, step.total);
-                dataset::write(&folder, job, &show, &|| link.is_cancelled())
-            })
-        })?;
+        let written: WrittenDataset =
+            run_on_thread(slf.py(), InterruptPolicy::Wait, progress, move |link| {
+                let order = order.get();
+                order.prepare(order.options.resume, |job| {
+                    let show = |step: ProgressStep| link.show(step.done, step.total);
+                    dataset::write(&folder, job, &show, &|| link.is_cancelled())
+                })
+            })?;
         Ok(written.halves_without_contact)
     }
 
@@ -141,13 +142,14 @@ impl BegunDataset {
         // Taken out of the lock: writing takes long, and closes the data set in the end.
         let begun = self.with(py, |begun| begun.take().ok_or_else(closed))?;
         let order = self.order.clone_ref(py);
-        let written: WrittenDataset = run_on_thread(py, InterruptPolicy::Wait, progress, move |link| {
-            // The folder has been begun, so that writing resumes it in any case.
-            order.get().prepare(true, |job| {
-                let show = |step: ProgressStep| link.show(step.done, step.total);
-                begun.write(job, &show, &|| link.is_cancelled())
-            })
-        })?;
+        let written: WrittenDataset =
+            run_on_thread(py, InterruptPolicy::Wait, progress, move |link| {
+                // The folder has been begun, so that writing resumes it in any case.
+                order.get().prepare(true, |job| {
+                    let show = |step: ProgressStep| link.show(step.done, step.total);
+                    begun.write(job, &show, &|| link.is_cancelled())
+                })
+            })?;
         Ok(written.halves_without_contact)
     }
 

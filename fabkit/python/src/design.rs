@@ -17,7 +17,7 @@ use pyo3::types::PyBytes;
 use crate::arrays;
 use crate::camera::Camera;
 use crate::errors::{Failure, OrRaise};
-use crate::export::{Exported, ExportRequest, exported};
+use crate::export::{ExportRequest, Exported, exported};
 use crate::mesh::Mesh;
 use crate::running::{InterruptPolicy, run_on_thread, run_short};
 
@@ -251,7 +251,9 @@ impl Design {
     /// One HTML page with the interactive model.
     fn page(&self, py: Python<'_>) -> PyResult<String> {
         let design = Arc::clone(&self.design);
-        run_on_thread(py, InterruptPolicy::Abandon, None, move |_| Ok(model_view::build_model(&design)?.to_html()))
+        run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
+            Ok(model_view::build_model(&design)?.to_html())
+        })
     }
 
     /// Exports files in memory.

@@ -103,7 +103,11 @@ pub fn exported(
         link.show(0, if options.parts.is_empty() { parts } else { options.parts.len() });
         let mut exported = exports::export(&design, &options, &|_| link.step())?;
         if wants_step {
-            exported.add(Verifier::find()?.step_files(&design, &options.parts, &ignore_progress)?)?;
+            exported.add(Verifier::find()?.step_files(
+                &design,
+                &options.parts,
+                &ignore_progress,
+            )?)?;
         }
         if !robots.is_empty() {
             exported.add(robot_files(&design, &robots)?)?;

@@ -38,7 +38,9 @@ pub fn hint(error: &Error) -> Option<String> {
         };
         return Some(hint.into());
     }
-    if let Some(SceneError::NoContact { .. } | SceneError::PressNotVisible(_)) = error.downcast_ref() {
+    if let Some(SceneError::NoContact { .. } | SceneError::PressNotVisible(_)) =
+        error.downcast_ref()
+    {
         return Some(format!("{} with allow_no_contact=True", error.hint()?));
     }
     if let Some(DatasetRequestError::NoPatterns(_)) = error.downcast_ref() {

@@ -8,7 +8,7 @@ use fabkit_application::export::{NpyArray, NpyValues};
 use fabkit_application::fixtures::{Press, PressBody};
 use fabkit_application::geometry::{Matrix3, Point3, Pose, Solid, Vector3};
 use fabkit_application::live::{
-    self, LiveOptions, LivePress, LiveResult, SkinImages, SkinImageRequest, SkinResult,
+    self, LiveOptions, LivePress, LiveResult, SkinImageRequest, SkinImages, SkinResult,
 };
 use fabkit_application::source::convert_press_error;
 use pyo3::prelude::*;
@@ -71,12 +71,17 @@ impl Live {
     }
 
     /// Computes presses, each on a surface at rest: arrays by name, whose first axis is the press.
-    fn press<'py>(&self, py: Python<'py>, asked: Vec<LivePressRequest>) -> PyResult<Bound<'py, PyDict>> {
+    fn press<'py>(
+        &self,
+        py: Python<'py>,
+        asked: Vec<LivePressRequest>,
+    ) -> PyResult<Bound<'py, PyDict>> {
         let (live, scene) = (Arc::clone(&self.live), Arc::clone(&self.scene));
         let sensor = self.sensor.clone();
         let shown = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
             let finder = scene.project.press_finder();
-            let find = |id: &String| finder.press(id).map_err(|error| convert_press_error(&sensor, error));
+            let find =
+                |id: &String| finder.press(id).map_err(|error| convert_press_error(&sensor, error));
             let press = |(ids, bodies, shear_mm, friction, seed): LivePressRequest| {
                 let named = ids.iter().map(find).collect::<Result<Vec<Press>, Error>>()?;
                 let mut all: Vec<PressBody> = named.into_iter().flat_map(|p| p.bodies).collect();
@@ -134,7 +139,11 @@ fn build_body(i: usize, (kind, sizes, pose): Body) -> Result<PressBody, Failure>
 }
 
 /// Stacks the results of all presses in arrays.
-fn stack_results([width, height]: [usize; 2], channels: usize, shown: &[LiveResult]) -> Vec<NpyArray> {
+fn stack_results(
+    [width, height]: [usize; 2],
+    channels: usize,
+    shown: &[LiveResult],
+) -> Vec<NpyArray> {
     let count = shown.len();
     let array = |name: &str, of_each: &[usize], values: NpyValues| NpyArray {
         name: name.to_owned(),
@@ -145,7 +154,8 @@ fn stack_results([width, height]: [usize; 2], channels: usize, shown: &[LiveResu
     // Monochrome images have no axis of channels.
     let colors: &[usize] = if channels == 1 { &[] } else { &[channels] };
     let map = [height, width];
-    let step = |of: fn(&fabkit_application::press_simulation::PressStep) -> Vec<f64>, size: usize| {
+    let step = |of: fn(&fabkit_application::press_simulation::PressStep) -> Vec<f64>,
+                size: usize| {
         let of_one = move |one: &LiveResult| one.step.as_ref().map_or_else(|| vec![0.0; size], of);
         NpyValues::F64(shown.iter().flat_map(of_one).collect())
     };
@@ -163,7 +173,9 @@ fn stack_results([width, height]: [usize; 2], channels: usize, shown: &[LiveResu
         array(
             "depth_mm",
             &map,
-            NpyValues::F32(shown.iter().flat_map(|one| one.indentation_mm.iter().copied()).collect()),
+            NpyValues::F32(
+                shown.iter().flat_map(|one| one.indentation_mm.iter().copied()).collect(),
+            ),
         ),
         array(
             "contact",
@@ -228,7 +240,8 @@ impl LiveSkin {
         let sensor = self.sensor.clone();
         let shown = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
             let finder = project.skin_press_finder();
-            let find = |id: &String| finder.press(id).map_err(|error| convert_press_error(&sensor, error));
+            let find =
+                |id: &String| finder.press(id).map_err(|error| convert_press_error(&sensor, error));
             let presses = asked.iter().map(find).collect::<Result<Vec<Press>, Error>>()?;
             let shown = live.press(&presses)?;
             let pictures = live.pictures(&shown, &SkinImageRequest { lights, seed })?;

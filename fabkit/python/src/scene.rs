@@ -11,7 +11,7 @@ use fabkit_application::export::{NpyArray, NpyValues, png};
 use fabkit_application::fixtures::Press;
 use fabkit_application::ground_truth::{Viewpoint, arrays, false_color_image};
 use fabkit_application::press_simulation;
-use fabkit_application::reconstructing::{self, DepthNetwork, CapturedImage};
+use fabkit_application::reconstructing::{self, CapturedImage, DepthNetwork};
 use fabkit_application::scene::{self, SceneError, ViewpointFiles};
 use fabkit_application::source::convert_press_error;
 use numpy::{PyArray2, PyArrayDyn, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
@@ -164,7 +164,9 @@ impl Scene {
             let presses = find_presses(&scene, &sensor, &presses)?;
             scene.cast(&options.cast(&presses, &contact)?, |seen| {
                 let gap = seen.gap.as_ref();
-                let elastic = seen.answer.map(|answer| press_simulation::visible_solution_document(answer, gap).to_string());
+                let elastic = seen.answer.map(|answer| {
+                    press_simulation::visible_solution_document(answer, gap).to_string()
+                });
                 Ok((arrays(seen.map, seen.sigmas), elastic))
             })
         })?;
@@ -183,16 +185,23 @@ impl Scene {
         let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
         let (shown, document) = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
             let presses = find_presses(&scene, &sensor, &presses)?;
-            let (lighting, constants) =
-                select_lighting(&scene.project, options.light.as_deref(), options.constants.as_deref())?;
+            let (lighting, constants) = select_lighting(
+                &scene.project,
+                options.light.as_deref(),
+                options.constants.as_deref(),
+            )?;
             let capturing = options.capturing(&presses, lighting, &constants)?;
             let mut shown = Vec::new();
             let captured = capturing.render(&scene, |seen| {
                 shown = arrays(seen.map, seen.sigmas);
                 Ok(())
             })?;
-            let document =
-                capturing::capture_document(&scene.project, &scene.viewpoint, &capturing, &captured);
+            let document = capturing::capture_document(
+                &scene.project,
+                &scene.viewpoint,
+                &capturing,
+                &captured,
+            );
             let document = document.to_string();
             let [width, height] = captured.size_px.map(|px| px as usize);
             let mut shape = vec![height, width];
@@ -208,7 +217,11 @@ impl Scene {
 }
 
 /// Finds presses by name.
-fn find_presses(scene: &scene::SensorView, sensor: &str, presses: &[String]) -> Result<Vec<Press>, Error> {
+fn find_presses(
+    scene: &scene::SensorView,
+    sensor: &str,
+    presses: &[String],
+) -> Result<Vec<Press>, Error> {
     let finder = scene.project.press_finder();
     let press = |id: &String| finder.press(id).map_err(|error| convert_press_error(sensor, error));
     presses.iter().map(press).collect()
@@ -242,7 +255,8 @@ impl Reconstructor {
                 let known = reconstructing::Reconstructor::with_network(&view, &network, given);
                 return Ok::<_, Failure>(known?);
             }
-            let (lighting, constants) = select_lighting(&view.project, light.as_deref(), constants.as_deref())?;
+            let (lighting, constants) =
+                select_lighting(&view.project, light.as_deref(), constants.as_deref())?;
             let known = reconstructing::Reconstructor::new(&view, lighting, &constants, given);
             Ok::<_, Failure>(known?)
         })?;

@@ -59,7 +59,8 @@ impl SweepPlan {
         folder: &str,
         custom: Vec<String>,
     ) -> PyResult<Self> {
-        let plan = run_short(py, || sweep_runs::parse_plan(file, text, Path::new(folder), &custom))?;
+        let plan =
+            run_short(py, || sweep_runs::parse_plan(file, text, Path::new(folder), &custom))?;
         Ok(Self::new(plan.or_raise(py)?))
     }
 
@@ -201,7 +202,8 @@ impl SweepStore {
     #[staticmethod]
     fn open(py: Python<'_>, folder: String, plan: &SweepPlan, resume: bool) -> PyResult<Self> {
         let plan = Arc::clone(&plan.plan);
-        let store = run_short(py, || Store::open(Path::new(&folder), &plan, resume))?.or_raise(py)?;
+        let store =
+            run_short(py, || Store::open(Path::new(&folder), &plan, resume))?.or_raise(py)?;
         Ok(Self { plan, folder, store: Mutex::new(Some(store)) })
     }
 

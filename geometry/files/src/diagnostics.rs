@@ -159,7 +159,8 @@ error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
     #[test]
     fn missing_positions_are_omitted() {
         let text = source("a: 1\n");
-        let shown = format_problems(&[problem(None, None, ""), problem(Some(99), Some(99), "x")], &text);
+        let shown =
+            format_problems(&[problem(None, None, ""), problem(Some(99), Some(99), "x")], &text);
         assert!(shown.contains("  --> my.yaml\n"));
         assert!(shown.contains("--> my.yaml:99:99\n"));
         assert!(shown.ends_with("\n2 problems\n"));
@@ -180,7 +181,8 @@ error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
 
     #[test]
     fn carets_account_for_wide_characters() {
-        let shown = format_problems(&[problem(Some(1), Some(7), "900 mm")], &source("注意, x:900 mm\n"));
+        let shown =
+            format_problems(&[problem(Some(1), Some(7), "900 mm")], &source("注意, x:900 mm\n"));
         let lines: Vec<&str> = shown.lines().collect();
         // Behind the gutter of four columns come four for two characters, and four more.
         assert_eq!(lines[3].find('^'), Some(4 + 4 + 4), "{shown}");

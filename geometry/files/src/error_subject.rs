@@ -78,7 +78,8 @@ impl ErrorSubject {
 /// Converts a problem of a text to an entry of `problems` in a `fabkit-error` document.
 pub fn problem_json(problem: &Problem) -> Value {
     let some = |text: &str| Some(text.to_owned()).filter(|text| !text.is_empty());
-    let (value, unit) = some(&problem.value).map_or((Value::Null, None), |text| split_amount(&text));
+    let (value, unit) =
+        some(&problem.value).map_or((Value::Null, None), |text| split_amount(&text));
     let facts = &problem.facts;
     let suggestion = facts.suggestion.as_ref();
     json!({

@@ -8,17 +8,17 @@
 //! The crate knows no sensors, options or terminals.
 
 pub mod diagnostics;
-mod error;
 pub mod directory_listing;
+mod error;
+mod error_subject;
 pub mod memory;
-mod unknown_name;
 pub mod progress;
 pub mod reading;
 pub mod resumable;
 pub mod scratch_folder;
 pub mod staging;
-mod error_subject;
+mod unknown_name;
 
-pub use error::{Error, ErrorKind, Explained, join_messages, join_first_messages};
+pub use error::{Error, ErrorKind, Explained, join_first_messages, join_messages};
+pub use error_subject::{ErrorSubject, limit_json, problem_json, split_amount};
 pub use unknown_name::UnknownName;
-pub use error_subject::{ErrorSubject, split_amount, limit_json, problem_json};

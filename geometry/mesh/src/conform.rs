@@ -14,18 +14,18 @@
 //!   patch of that face, and no other triangle of the base reaches into the tool. Features that fail a check are left
 //!   to the kernel.
 
-mod curvature;
+mod base_mesh;
 mod cavity;
+mod curvature;
 mod fill;
+mod intersection_curves;
 mod measure;
 mod nearby;
 mod operand_features;
 mod patch;
 mod revolved_tool;
-mod base_mesh;
 #[cfg(test)]
 mod tests;
-mod intersection_curves;
 mod wall;
 
 use std::ops::Range;
@@ -35,14 +35,14 @@ use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pose};
 
 use crate::extent::transform_box;
 use crate::facets::Facets;
+use base_mesh::{BaseMesh, NONE};
 use cavity::Candidate;
 use fill::Fill;
+use intersection_curves::{Curve, curves};
 use nearby::CandidateGrid;
 pub(crate) use operand_features::FeatureTree;
-use patch::{Patch, CurveOnBase};
+use patch::{CurveOnBase, Patch};
 pub(crate) use revolved_tool::RevolvedTool;
-use base_mesh::{NONE, BaseMesh};
-use intersection_curves::{Curve, curves};
 use wall::{Corner, wall};
 
 /// Smallest distance of vertices of the base from a curve, relative to its shortest chord. The second value is tried
@@ -96,7 +96,8 @@ pub(crate) fn conform(
     effect: &Effect,
     tolerance_mm: f64,
 ) -> Option<(Facets, Vec<usize>)> {
-    let reach = |f: &Feature| transform_box(&f.pin.facets.bounds(), &f.base_from_tool).grown(tolerance_mm);
+    let reach =
+        |f: &Feature| transform_box(&f.pin.facets.bounds(), &f.base_from_tool).grown(tolerance_mm);
     let boxes: Vec<Aabb> = features.iter().map(reach).collect();
     // Only features of operands deeper in the tree can meet surfaces that the base hides.
     let obstacles = match effect {
@@ -133,7 +134,13 @@ impl Work<'_> {
             Effect::Cut => (false, EVERYWHERE),
             Effect::FromTree(whole) => {
                 let near = &self.obstacles.triangles[index];
-                let span = whole.find_changed_range(self.base, feature, &curves, near, self.tolerance_mm)?;
+                let span = whole.find_changed_range(
+                    self.base,
+                    feature,
+                    &curves,
+                    near,
+                    self.tolerance_mm,
+                )?;
                 (span.adding, span.z_mm)
             }
         };
@@ -172,7 +179,8 @@ impl Work<'_> {
         CLEARANCES.into_iter().find_map(|clearance| {
             self.stamp += 1;
             let clear_mm = clearance * curve.shortest_chord_mm();
-            let place = CurveOnBase { base: self.base, feature, curve, tolerance_mm: self.tolerance_mm };
+            let place =
+                CurveOnBase { base: self.base, feature, curve, tolerance_mm: self.tolerance_mm };
             place.patch(&mut self.sheet, candidates, clear_mm, self.stamp)
         })
     }

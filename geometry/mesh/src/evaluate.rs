@@ -8,8 +8,8 @@
 //! - Equal shapes, up to whole subtrees, are meshed once and placed many times.
 
 mod cull;
-mod features;
 mod deferred_features;
+mod features;
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;

@@ -13,7 +13,7 @@ mod profile;
 
 use fabkit_geometry::{Aabb, Point3, Pose, Solid};
 
-use self::profile::{Outline, ProfileOperation, OutlineSegment};
+use self::profile::{Outline, OutlineSegment, ProfileOperation};
 use crate::extent::extent;
 use crate::tessellate::face_count;
 
@@ -205,9 +205,9 @@ impl Fuser {
             // A tool that touches two parts must be cut from both, which fusion cannot do.
             let mut touched = (0..bases.len()).filter(|&i| touched(&bases[i]));
             let cut = match (touched.next(), touched.next()) {
-                (Some(i), None) => {
-                    self.combined(&bases[i], &tool, ProfileOperation::Cut, pose).map(|part| (i, part))
-                }
+                (Some(i), None) => self
+                    .combined(&bases[i], &tool, ProfileOperation::Cut, pose)
+                    .map(|part| (i, part)),
                 _ => None,
             };
             match cut {
@@ -223,7 +223,13 @@ impl Fuser {
         Part { solid: Solid::Difference { of: Box::new(solid), minus: solids(left) }, faces }
     }
 
-    fn combined(&mut self, a: &Part, b: &Part, rule: ProfileOperation, pose: &Pose) -> Option<Part> {
+    fn combined(
+        &mut self,
+        a: &Part,
+        b: &Part,
+        rule: ProfileOperation,
+        pose: &Pose,
+    ) -> Option<Part> {
         let ((a_pose, a_core), (b_pose, b_core)) = (a.peeled(), b.peeled());
         let shift_mm = along_axis(&a_pose, &b_pose)?;
         let a_outline = Outline::from_primitive(a_core, &a.faces)?;

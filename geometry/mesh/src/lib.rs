@@ -62,7 +62,11 @@ pub const DEFAULT_TOLERANCE_MM: f64 = 0.01;
 /// # Errors
 /// See [`MeshError`].
 pub fn mesh(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
-    Ok(seams::correct_face_edges(mesh_without_refinement(solid, tolerance_mm)?, solid, tolerance_mm))
+    Ok(seams::correct_face_edges(
+        mesh_without_refinement(solid, tolerance_mm)?,
+        solid,
+        tolerance_mm,
+    ))
 }
 
 /// Converts a solid like [`mesh`], but without refining edges where faces meet, which may deviate by more than the
@@ -80,7 +84,8 @@ pub fn mesh_without_refinement(solid: &Solid, tolerance_mm: f64) -> Result<TriMe
 /// # Errors
 /// Same as for [`mesh`].
 pub fn mesh_by_booleans(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
-    let cut = validate_and_mesh(solid, tolerance_mm, |solid, mm| evaluate::evaluate(solid, mm, false))?;
+    let cut =
+        validate_and_mesh(solid, tolerance_mm, |solid, mm| evaluate::evaluate(solid, mm, false))?;
     Ok(seams::correct_face_edges(cut, solid, tolerance_mm))
 }
 

@@ -41,7 +41,8 @@ impl TriMesh {
                 let edge = subtract(corners[i], corners[(i + 1) % 3]);
                 dot(edge, edge)
             };
-            let (normal, longest2) = (doubled_area_normal(corners), edge2(0).max(edge2(1)).max(edge2(2)));
+            let (normal, longest2) =
+                (doubled_area_normal(corners), edge2(0).max(edge2(1)).max(edge2(2)));
             (dot(normal, normal) / longest2).sqrt()
         };
         self.triangles.iter().map(altitude).fold(f64::INFINITY, f64::min)

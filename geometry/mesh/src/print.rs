@@ -69,7 +69,12 @@ pub(crate) fn to_print(mesh: &TriMesh) -> Result<PrintMesh, PrintDefect> {
     let mut edges = Halfedges::new(mesh)?;
     let moved_to = repair::repair(&mut edges, ulp_mm);
     let print = compact(&edges, &mesh.faces);
-    verify::check_displacement(&mesh.vertices, &edges.positions, &moved_to, PrintMesh::MAX_DISPLACEMENT_ULPS * ulp_mm)?;
+    verify::check_displacement(
+        &mesh.vertices,
+        &edges.positions,
+        &moved_to,
+        PrintMesh::MAX_DISPLACEMENT_ULPS * ulp_mm,
+    )?;
     verify::check_validity(&print, mesh)?;
     Ok(print)
 }

@@ -8,16 +8,16 @@
 //! A vertex stays where it is if the surfaces have no common point near it (a tangential contact), or if moving it
 //! would fold the mesh.
 
-mod surface_intersection;
 mod halfedge_mesh;
 mod quick_test;
+mod surface_intersection;
 
 use std::collections::VecDeque;
 
 use fabkit_geometry::{Solid, Vector3};
 
-use self::surface_intersection::{MOST_SHARE, ON_MM, find_stray_midpoint, find_common_point};
 use self::halfedge_mesh::HalfedgeMesh;
+use self::surface_intersection::{MOST_SHARE, ON_MM, find_common_point, find_stray_midpoint};
 use crate::halfedges::next;
 use crate::measure::doubled_area_normal;
 use crate::surface::LeafSurface;
@@ -49,7 +49,13 @@ pub(crate) fn correct_face_edges(mesh: TriMesh, solid: &Solid, tolerance_mm: f64
     }
     let number = |id: &FaceId| first_face[id.leaf as usize] + id.face;
     let faces: Vec<u32> = mesh.faces.iter().map(number).collect();
-    if !quick_test::needs_correction(&mesh.vertices, &mesh.triangles, &faces, &surfaces, tolerance_mm) {
+    if !quick_test::needs_correction(
+        &mesh.vertices,
+        &mesh.triangles,
+        &faces,
+        &surfaces,
+        tolerance_mm,
+    ) {
         return mesh;
     }
     let Some(net) = HalfedgeMesh::new(&mesh, faces) else { return mesh };
@@ -113,7 +119,11 @@ impl Seams {
     /// Returns the point next to an edge's midpoint where the faces beside it meet, if that is too far away.
     fn find_stray_midpoint(&self, edge: usize) -> Option<[f64; 3]> {
         let [face, other] = self.net.faces_beside(edge).map(|f| self.surfaces[f as usize].as_ref());
-        find_stray_midpoint([face?, other?], self.net.ends(edge).map(|v| self.at(v)), self.tolerance_mm)
+        find_stray_midpoint(
+            [face?, other?],
+            self.net.ends(edge).map(|v| self.at(v)),
+            self.tolerance_mm,
+        )
     }
 
     fn at(&self, vertex: u32) -> Vector3<f64> {

@@ -76,7 +76,10 @@ impl PrintMesh {
             let corners = self.corners(triangle);
             if let Some((surface, votes)) = found.get_mut(face) {
                 // Weighted by area: `across` has twice the area as its length.
-                *votes += surface.offset(middle(corners).into()).normal.dot(&doubled_area_normal(corners));
+                *votes += surface
+                    .offset(middle(corners).into())
+                    .normal
+                    .dot(&doubled_area_normal(corners));
             }
         }
         for (_, votes) in found.values_mut() {

@@ -91,8 +91,12 @@ impl Shape {
             (Solid::Cuboid(_), 4) | (Solid::Extrusion(_), 0) => Self::Plane(2, 0.0),
             (Solid::Cuboid(s), _) => Self::Plane(2, s.size_mm[2]),
             (Solid::Extrusion(s), 1) => Self::Plane(2, s.height_mm),
-            (Solid::Extrusion(s), _) => Self::Extrusion(Curve::from_segment(s.profile.paths(), face - 2)?),
-            (Solid::Revolution(s), _) => Self::Revolution(Curve::from_segment(s.profile.paths(), face)?),
+            (Solid::Extrusion(s), _) => {
+                Self::Extrusion(Curve::from_segment(s.profile.paths(), face - 2)?)
+            }
+            (Solid::Revolution(s), _) => {
+                Self::Revolution(Curve::from_segment(s.profile.paths(), face)?)
+            }
             _ => return None,
         })
     }

@@ -178,7 +178,8 @@ fn integrate(
     if boxes.is_some_and(<[Aabb]>::is_empty) {
         return Ok(VolumeEstimate { value_mm3: 0.0, error_mm3: 0.0 });
     }
-    let shadow = boxes.map(|boxes| ProjectionRaster::from_boxes(boxes, &centre, &[u, v], [half_u, half_v]));
+    let shadow =
+        boxes.map(|boxes| ProjectionRaster::from_boxes(boxes, &centre, &[u, v], [half_u, half_v]));
     // Consecutive Fibonacci numbers give a good two-dimensional lattice.
     let (count, stride) = fibonacci(lines / SHIFTS);
     let mut volumes = [0.0; SHIFTS as usize];

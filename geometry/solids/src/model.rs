@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::{Pose, ToolAccess, SliceAdvice, Solid, MaterialProperties};
+use crate::{MaterialProperties, Pose, SliceAdvice, Solid, ToolAccess};
 
 /// Manufacturing process of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -305,7 +305,12 @@ pub struct Body {
 }
 
 impl Body {
-    fn new(name: impl Into<String>, summary: impl Into<String>, kind: BodyKind, solid: Solid) -> Self {
+    fn new(
+        name: impl Into<String>,
+        summary: impl Into<String>,
+        kind: BodyKind,
+        solid: Solid,
+    ) -> Self {
         // Models of bought bodies are only good enough for fits, so their topology is not checked.
         let is_counted = kind != BodyKind::Bought;
         Self {
@@ -411,7 +416,11 @@ impl Body {
 
     /// Returns the optical clarity; by default a body that is rendered translucent counts as clear.
     pub fn clarity(&self) -> OpticalClarity {
-        self.optics.unwrap_or(if self.opacity < 1.0 { OpticalClarity::Clear } else { OpticalClarity::Opaque })
+        self.optics.unwrap_or(if self.opacity < 1.0 {
+            OpticalClarity::Clear
+        } else {
+            OpticalClarity::Opaque
+        })
     }
 
     /// Makes the whole body a light source.

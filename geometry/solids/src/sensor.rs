@@ -1,8 +1,8 @@
 //! Complete sensor: bodies, connections between them, camera and manufacturing chain.
 
 use crate::{
-    Adhesion, Body, Circuit, BodyKind, MotionLeg, Lighting, LiquidSkin, Marker, NominalCamera, Pose, Step,
-    TouchSurface,
+    Adhesion, Body, BodyKind, Circuit, Lighting, LiquidSkin, Marker, MotionLeg, NominalCamera,
+    Pose, Step, TouchSurface,
 };
 
 /// Group of parts of several materials that are printed as one piece.

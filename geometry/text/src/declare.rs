@@ -4,7 +4,7 @@ use std::ops::{Deref, RangeInclusive};
 
 use serde_json::{Value as Json, json};
 
-use crate::{ValueKind, Reader, Scalar};
+use crate::{Reader, Scalar, ValueKind};
 
 /// Parameter or section, as declared.
 #[derive(Clone, Debug)]
@@ -48,7 +48,13 @@ pub trait Parameter: Sized + Clone {
 
     /// Calls `look` with copies of itself, each with one value at or below `path` changed to another allowed value, and
     /// with the path of that value. Used to find dependencies. For the amount of change see [`Scalar::neighbours`].
-    fn neighbours(&self, path: &str, limits: &Self::Limits, share: f64, look: NeighbourCallback<Self>);
+    fn neighbours(
+        &self,
+        path: &str,
+        limits: &Self::Limits,
+        share: f64,
+        look: NeighbourCallback<Self>,
+    );
 
     /// Returns the path behind a key of the section at `section`.
     fn path_in(section: &str, key: &str) -> String {
@@ -56,7 +62,11 @@ pub trait Parameter: Sized + Clone {
     }
 
     /// Returns the fields that the containing section gets from it, behind `key`.
-    fn fields_behind(key: &'static str, summary: String, limits: &Self::Limits) -> Vec<FieldDeclaration> {
+    fn fields_behind(
+        key: &'static str,
+        summary: String,
+        limits: &Self::Limits,
+    ) -> Vec<FieldDeclaration> {
         vec![FieldDeclaration { name: key, summary, shape: Self::shape(limits) }]
     }
 }
@@ -88,7 +98,13 @@ impl<T: Scalar> Parameter for T {
         reader.read_scalar(path, summary, limits)
     }
 
-    fn neighbours(&self, path: &str, limits: &T::Limits, share: f64, look: NeighbourCallback<Self>) {
+    fn neighbours(
+        &self,
+        path: &str,
+        limits: &T::Limits,
+        share: f64,
+        look: NeighbourCallback<Self>,
+    ) {
         for other in Scalar::neighbours(self, limits, share) {
             look(path, other);
         }
@@ -111,7 +127,13 @@ impl<T: Scalar> Parameter for Option<T> {
         }
     }
 
-    fn neighbours(&self, path: &str, limits: &T::Limits, share: f64, look: NeighbourCallback<Self>) {
+    fn neighbours(
+        &self,
+        path: &str,
+        limits: &T::Limits,
+        share: f64,
+        look: NeighbourCallback<Self>,
+    ) {
         if let Some(value) = self {
             Parameter::neighbours(value, path, limits, share, &mut |path, other| {
                 look(path, Some(other));
@@ -189,7 +211,13 @@ impl<T: Scalar> Parameter for Vec<T> {
         reader.read_list(path, summary, count, each)
     }
 
-    fn neighbours(&self, path: &str, (count, each): &Self::Limits, share: f64, look: NeighbourCallback<Self>) {
+    fn neighbours(
+        &self,
+        path: &str,
+        (count, each): &Self::Limits,
+        share: f64,
+        look: NeighbourCallback<Self>,
+    ) {
         if self.len() > MAX_ITEMS_MOVED_SINGLY {
             let others: Vec<Vec<T>> =
                 self.iter().map(|item| Scalar::neighbours(item, each, share)).collect();
@@ -306,8 +334,8 @@ macro_rules! parameters {
         impl $crate::Parameter for $name {
             type Limits = ();
 
-            fn shape((): &()) -> $crate::Shape {
-                $crate::Shape::Section(
+            fn shape((): &()) -> $crate::FieldShape {
+                $crate::FieldShape::Section(
                     <Self as $crate::Section>::fields(),
                 )
             }
@@ -336,7 +364,7 @@ macro_rules! parameters {
                 path: &str,
                 (): &(),
                 share: f64,
-                look: $crate::Look<Self>,
+                look: $crate::NeighbourCallback<Self>,
             ) {
                 use $crate::Parameter;
                 $(
@@ -356,7 +384,7 @@ macro_rules! parameters {
         }
 
         impl $crate::Section for $name {
-            fn fields() -> Vec<$crate::Field> {
+            fn fields() -> Vec<$crate::FieldDeclaration> {
                 use $crate::{Parameter, summary};
                 let mut fields = Vec::new();
                 $(
@@ -367,7 +395,7 @@ macro_rules! parameters {
                     ));
                 )+
                 // A section without keys cannot be written in a file.
-                fields.retain(|field| !matches!(&field.shape, $crate::Shape::Section(inner) if inner.is_empty()));
+                fields.retain(|field| !matches!(&field.shape, $crate::FieldShape::Section(inner) if inner.is_empty()));
                 fields
             }
         }
@@ -433,7 +461,7 @@ macro_rules! choices {
         }
 
         impl $crate::Scalar for $name {
-            const KIND: $crate::Kind = $crate::Kind::Text;
+            const KIND: $crate::ValueKind = $crate::ValueKind::Text;
             type Limits = ();
 
             fn parse(text: &str) -> Result<Self, $crate::Refusal> {

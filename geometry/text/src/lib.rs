@@ -13,47 +13,49 @@
 //! serde is not used for these files because it stops at the first error and loses the positions of values.
 
 mod declare;
-mod parameter_table;
 mod expression;
 mod facts;
 mod json;
 mod layer;
+mod node_reader;
 mod numbers;
 mod overrides;
+mod parameter_table;
 mod parse;
 mod place;
+mod printable;
 mod problem;
 mod reader;
-mod node_reader;
 mod report;
 mod schema;
 mod setting;
-mod printable;
 mod source;
 mod suggest;
 mod tree;
 mod unknown_path;
 mod value;
 
-pub use declare::{FieldDeclaration, Inline, NeighbourCallback, Parameter, Section, FieldShape, join, summary};
-pub use parameter_table::ParameterTable;
+pub use declare::{
+    FieldDeclaration, FieldShape, Inline, NeighbourCallback, Parameter, Section, join, summary,
+};
 pub use expression::Formula;
 pub use facts::{ProblemFacts, Suggestion, UNKNOWN_PARAMETER, number_and_unit};
 pub use json::{InvalidDocument, JsonFormat};
 pub use layer::TextLayer;
+pub use node_reader::{NodeReader, read_mapping, read_section, take_format, take_word};
 pub use numbers::NumericParameter;
 pub use overrides::{OVERRIDE_FILE_NAME, apply_overrides};
+pub use parameter_table::ParameterTable;
 pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_NODES, Parsed, parse};
-pub use place::{LocatedProblem, TextPlace, WrittenValue, WrittenText};
+pub use place::{LocatedProblem, TextPlace, WrittenText, WrittenValue};
+pub use printable::to_printable;
 pub use problem::{InvalidDesign, Problem};
 pub use reader::{Example, Reader};
-pub use node_reader::{NodeReader, take_format, read_mapping, read_section, take_word};
-pub use report::{BrokenRule, LimitedQuantity, RuleReport, RuleId};
+pub use report::{BrokenRule, LimitedQuantity, RuleId, RuleReport};
 pub use schema::{FamilySchema, root_schema, section_schema};
 pub use serde_json::Value as Json;
 pub use setting::Setting;
-pub use printable::to_printable;
-pub use source::{ValueSource, SourceKind};
-pub use suggest::{did_you_mean, suggest_or_list as suggestion, list_names, find_similar};
-pub use tree::{YamlContent, Dialect, YamlEntry, YamlFault, YamlNode, Position};
-pub use value::{ValueKind, FileSafeName, Refusal, Scalar};
+pub use source::{SourceKind, ValueSource};
+pub use suggest::{did_you_mean, find_similar, list_names, suggest_or_list as suggestion};
+pub use tree::{Dialect, Position, YamlContent, YamlEntry, YamlFault, YamlNode};
+pub use value::{FileSafeName, Refusal, Scalar, ValueKind};

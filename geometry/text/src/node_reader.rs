@@ -3,13 +3,18 @@
 use crate::parse::parse;
 use crate::place::{LocatedProblem, TextPlace};
 use crate::reader::read_scalar_text;
-use crate::tree::{YamlContent, YamlEntry, YamlNode, Position};
-use crate::{ParameterTable, InvalidDesign, Reader, Scalar, Section, printable};
+use crate::tree::{Position, YamlContent, YamlEntry, YamlNode};
+use crate::{InvalidDesign, ParameterTable, Reader, Scalar, Section, to_printable};
 
 /// Parses a text whose top level is a mapping. Reports the problem and returns `None` if it is not.
-pub fn read_mapping(yaml: &str, place: &TextPlace, found: &mut Vec<LocatedProblem>) -> Option<Vec<YamlEntry>> {
-    let (node, duplicates) =
-        parse(yaml, place.dialect).map_err(|fault| found.push(LocatedProblem::from_fault(fault, place))).ok()?;
+pub fn read_mapping(
+    yaml: &str,
+    place: &TextPlace,
+    found: &mut Vec<LocatedProblem>,
+) -> Option<Vec<YamlEntry>> {
+    let (node, duplicates) = parse(yaml, place.dialect)
+        .map_err(|fault| found.push(LocatedProblem::from_fault(fault, place)))
+        .ok()?;
     found.extend(duplicates.into_iter().map(|fault| LocatedProblem::from_fault(fault, place)));
     let (message, at) = match node.content {
         YamlContent::Map(entries) => return Some(entries),
@@ -23,7 +28,11 @@ pub fn read_mapping(yaml: &str, place: &TextPlace, found: &mut Vec<LocatedProble
 }
 
 /// Removes `format:` from the entries and reports a missing or wrong one.
-pub fn take_format(entries: &mut Vec<YamlEntry>, place: &TextPlace, found: &mut Vec<LocatedProblem>) {
+pub fn take_format(
+    entries: &mut Vec<YamlEntry>,
+    place: &TextPlace,
+    found: &mut Vec<LocatedProblem>,
+) {
     let format = place.dialect.format;
     let hint = format!("begin the file with `format: {format}`");
     let before = found.len();
@@ -109,7 +118,8 @@ impl NodeReader {
         message: impl Into<String>,
         hint: impl Into<String>,
     ) {
-        let found = self.place.at(at).problem(&to_printable(path), &to_printable(value), message.into());
+        let found =
+            self.place.at(at).problem(&to_printable(path), &to_printable(value), message.into());
         self.found.push(found.hint(hint));
     }
 
@@ -131,7 +141,13 @@ impl NodeReader {
             YamlContent::Scalar(text) => Some(text.trim()),
             _ => {
                 let message = format!("{key} must be one value");
-                self.report_problem(node.position, key, "", message, format!("write `{key}: VALUE`"));
+                self.report_problem(
+                    node.position,
+                    key,
+                    "",
+                    message,
+                    format!("write `{key}: VALUE`"),
+                );
                 None
             }
         }
@@ -141,7 +157,13 @@ impl NodeReader {
     pub fn read_map<'n>(&mut self, key: &str, node: &'n YamlNode) -> &'n [YamlEntry] {
         if !matches!(node.content, YamlContent::Map(_)) {
             let hint = format!("write `{key}:`, then indented lines `NAME: ...`");
-            self.report_problem(node.position, key, "", format!("{key} must be keys with values"), hint);
+            self.report_problem(
+                node.position,
+                key,
+                "",
+                format!("{key} must be keys with values"),
+                hint,
+            );
         }
         node.entries()
     }
@@ -160,8 +182,10 @@ impl NodeReader {
         let text = self.read_scalar(key, node)?;
         let count = text.parse().ok().filter(|count| (low..=high).contains(count));
         if count.is_none() {
-            let message =
-                format!("{key} is {}; it must be a whole number from {low} to {high}", to_printable(text));
+            let message = format!(
+                "{key} is {}; it must be a whole number from {low} to {high}",
+                to_printable(text)
+            );
             self.report_problem(node.position, key, text, message, "write digits only");
         }
         count

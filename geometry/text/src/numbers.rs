@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use crate::parameter_table::ParameterTable;
 use crate::expression::resolve;
-use crate::place::{TextPlace, WrittenValue, WrittenText};
-use crate::{ValueKind, OVERRIDE_FILE_NAME, Scalar, FieldShape, ValueSource, SourceKind, TextLayer};
+use crate::parameter_table::ParameterTable;
+use crate::place::{TextPlace, WrittenText, WrittenValue};
+use crate::{
+    FieldShape, OVERRIDE_FILE_NAME, Scalar, SourceKind, TextLayer, ValueKind, ValueSource,
+};
 
 /// Parameter that is one number.
 #[derive(Clone, Debug, PartialEq)]

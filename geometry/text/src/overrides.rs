@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use crate::parameter_table::{ParameterTable, read_plain_value};
 use crate::parse::parse;
-use crate::place::{LocatedProblem, TextPlace, WrittenValue, WrittenText};
-use crate::{FieldShape, ValueSource, TextLayer, UNKNOWN_PARAMETER, printable};
+use crate::place::{LocatedProblem, TextPlace, WrittenText, WrittenValue};
+use crate::{FieldShape, TextLayer, UNKNOWN_PARAMETER, ValueSource, to_printable};
 
 /// File name in problems of overrides: the command's option.
 pub const OVERRIDE_FILE_NAME: &str = "--set";
@@ -25,7 +25,8 @@ pub fn apply_overrides(document: &mut ParameterTable, overrides: &[String]) {
         };
         let (path, value) = (path.trim(), value.trim());
         if let Some(first) = first.insert(path, value) {
-            let (path, first, second) = (to_printable(path), to_printable(first), to_printable(value));
+            let (path, first, second) =
+                (to_printable(path), to_printable(first), to_printable(value));
             let message = format!("{path} is set twice: to `{first}` and to `{second}`");
             let found = place.problem(&path, &second, message).hint("keep one of them");
             document.found.push(found.code("set_twice"));
@@ -46,7 +47,9 @@ fn parse_override(
     place: &TextPlace,
 ) -> Result<WrittenValue, Box<LocatedProblem>> {
     let problem = |code, message: String, hint: String| {
-        Box::new(place.problem(&to_printable(path), &to_printable(value), message).hint(hint).code(code))
+        Box::new(
+            place.problem(&to_printable(path), &to_printable(value), message).hint(hint).code(code),
+        )
     };
     // The declaration decides whether the text is parsed as a list.
     let is_list = match document.field(path).map(|field| &field.shape) {
@@ -64,7 +67,9 @@ fn parse_override(
             let found = problem(UNKNOWN_PARAMETER, message, suggest_hint(document, path));
             return Err(match document.find_correction(path) {
                 // A machine-readable correction needs a value to set.
-                Some(meant) if !value.is_empty() => Box::new(found.suggest(&meant, &to_printable(value))),
+                Some(meant) if !value.is_empty() => {
+                    Box::new(found.suggest(&meant, &to_printable(value)))
+                }
                 _ => found,
             });
         }

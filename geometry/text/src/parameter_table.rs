@@ -6,12 +6,12 @@ use std::sync::Arc;
 use fabkit_geometry::{Angle, Length};
 
 use crate::expression::Formula;
-use crate::place::{LocatedProblem, TextPlace, WrittenValue, WrittenText};
+use crate::place::{LocatedProblem, TextPlace, WrittenText, WrittenValue};
 use crate::tree::{YamlContent, YamlEntry, YamlNode};
 use crate::unknown_path::{describe_alternatives, find_similar_paths};
 use crate::{
-    FieldDeclaration, ValueKind, Refusal, Scalar, FieldShape, ValueSource, SourceKind, TextLayer, UNKNOWN_PARAMETER,
-    did_you_mean, join, printable, find_similar,
+    FieldDeclaration, FieldShape, Refusal, Scalar, SourceKind, TextLayer, UNKNOWN_PARAMETER,
+    ValueKind, ValueSource, did_you_mean, find_similar, join, to_printable,
 };
 
 /// All written values, from every layer.
@@ -369,15 +369,18 @@ impl ParameterTable {
                         self.found.push(found.hint("write one short line"));
                     }
                 },
-                ("tolerance", YamlContent::Scalar(text)) => match parse_tolerance(kind, is_list, &text) {
-                    Ok(text) => source.tolerance = Some(text),
-                    Err(Refusal { says, hint, code, .. }) => {
-                        let text = to_printable(&text);
-                        let message = format!("the tolerance of {path} is `{text}`, which {says}");
-                        let found = at.problem(&join(path, "tolerance"), &text, message);
-                        self.found.push(found.hint(hint.unwrap_or_default()).code(code));
+                ("tolerance", YamlContent::Scalar(text)) => {
+                    match parse_tolerance(kind, is_list, &text) {
+                        Ok(text) => source.tolerance = Some(text),
+                        Err(Refusal { says, hint, code, .. }) => {
+                            let text = to_printable(&text);
+                            let message =
+                                format!("the tolerance of {path} is `{text}`, which {says}");
+                            let found = at.problem(&join(path, "tolerance"), &text, message);
+                            self.found.push(found.hint(hint.unwrap_or_default()).code(code));
+                        }
                     }
-                },
+                }
                 ("source" | "note" | "tolerance", _) => {
                     let message = format!("the {key} of {path} is not a text");
                     let found = at.problem(&join(path, &key), "", message);
@@ -430,7 +433,11 @@ pub(crate) fn read_plain_value(
             Ok((WrittenText::List(items?), at))
         }
         (true, content) => {
-            let text = if let YamlContent::Scalar(text) = content { to_printable(&text) } else { "".into() };
+            let text = if let YamlContent::Scalar(text) = content {
+                to_printable(&text)
+            } else {
+                "".into()
+            };
             let message = format!("{path} is a list, not a single value");
             let found = at.problem(path, &text, message).hint("write `[a, b, c]`");
             Err(Box::new(found.code("wrong_shape")))
@@ -499,7 +506,10 @@ fn collect_inputs(values: &BTreeMap<String, WrittenValue>, formula: &Formula) ->
 
 /// Returns the plain inputs of `formula`, direct or indirect, that were written in a layer above the expression: those
 /// the user has just changed.
-pub(crate) fn find_changed_inputs(values: &BTreeMap<String, WrittenValue>, formula: &Formula) -> Vec<String> {
+pub(crate) fn find_changed_inputs(
+    values: &BTreeMap<String, WrittenValue>,
+    formula: &Formula,
+) -> Vec<String> {
     let mut changed: Vec<String> = collect_inputs(values, formula).into_iter().collect();
     let below = formula.layer;
     changed.retain(|path| {

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use granit_parser::{ErrorKind, Event, Marker, Parser, ScalarStyle, Span};
 
-use crate::tree::{YamlContent, Dialect, YamlEntry, YamlFault, YamlNode, Position};
+use crate::tree::{Dialect, Position, YamlContent, YamlEntry, YamlFault, YamlNode};
 
 /// Maximum length of a text, bytes.
 pub const MAX_BYTES: usize = 1 << 20;
@@ -43,7 +43,8 @@ pub fn parse(text: &str, dialect: &'static Dialect) -> Result<Parsed, YamlFault>
             event.map_err(|e| syntax_fault(e.kind(), *e.marker(), text, dialect))?;
         builder.handle_event(event, span)?;
     }
-    let empty = YamlNode { position: Position { line: 1, column: 1 }, content: YamlContent::Nothing };
+    let empty =
+        YamlNode { position: Position { line: 1, column: 1 }, content: YamlContent::Nothing };
     Ok((builder.root.unwrap_or(empty), builder.duplicates))
 }
 
@@ -108,7 +109,11 @@ impl Builder {
     fn handle_event(&mut self, event: Event<'_>, span: Span) -> Result<(), YamlFault> {
         let at = position(span.start);
         let refuse_alias = |at| {
-            Err(YamlFault::at(at, "aliases (`*name`) are not allowed", "write the value out in full"))
+            Err(YamlFault::at(
+                at,
+                "aliases (`*name`) are not allowed",
+                "write the value out in full",
+            ))
         };
         match event {
             Event::Alias(_) | Event::UnresolvedAlias(_) => return refuse_alias(at),
@@ -172,8 +177,11 @@ impl Builder {
             return Err(too_deep(at, self.dialect));
         }
         // A list or mapping in place of a key.
-        if let Some(OpenNode { node: YamlNode { content: YamlContent::Map(_), .. }, key: None, .. }) =
-            self.open.last()
+        if let Some(OpenNode {
+            node: YamlNode { content: YamlContent::Map(_), .. },
+            key: None,
+            ..
+        }) = self.open.last()
         {
             return Err(not_a_key(at));
         }

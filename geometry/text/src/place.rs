@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use crate::expression::Formula;
 use crate::layer::TextLayer;
-use crate::tree::{Dialect, YamlFault, Position};
-use crate::{ProblemFacts, Problem, ValueSource, Suggestion, printable};
+use crate::tree::{Dialect, Position, YamlFault};
+use crate::{Problem, ProblemFacts, Suggestion, ValueSource, to_printable};
 
 /// Place in one of the texts.
 #[derive(Clone, Debug)]

@@ -5,11 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use crate::parameter_table::ParameterTable;
 use crate::expression::resolve;
-use crate::place::{LocatedProblem, TextPlace, WrittenValue, WrittenText};
+use crate::parameter_table::ParameterTable;
+use crate::place::{LocatedProblem, TextPlace, WrittenText, WrittenValue};
 use crate::suggest::join_words;
-use crate::{ValueKind, Refusal, RuleReport, Scalar, Setting, FieldShape, Suggestion, TextLayer, join};
+use crate::{
+    FieldShape, Refusal, RuleReport, Scalar, Setting, Suggestion, TextLayer, ValueKind, join,
+};
 
 /// Reader of parameters by path.
 #[derive(Debug)]
@@ -99,12 +101,21 @@ impl Reader {
     }
 
     /// Adds the expression and its inputs to a problem of a computed value: it cannot be mended where it stands.
-    fn add_formula_context(&self, mut found: LocatedProblem, written: &WrittenValue) -> LocatedProblem {
+    fn add_formula_context(
+        &self,
+        mut found: LocatedProblem,
+        written: &WrittenValue,
+    ) -> LocatedProblem {
         let Some(formula) = &written.formula else { return found };
         let problem = &mut found.problem;
-        problem.message = format!("{} (it is `{}`)", problem.message, crate::to_printable(&formula.text));
-        let inputs: Vec<String> =
-            self.document.ordered_inputs(formula).into_iter().map(|path| format!("`{path}`")).collect();
+        problem.message =
+            format!("{} (it is `{}`)", problem.message, crate::to_printable(&formula.text));
+        let inputs: Vec<String> = self
+            .document
+            .ordered_inputs(formula)
+            .into_iter()
+            .map(|path| format!("`{path}`"))
+            .collect();
         let change = join_words(&inputs, "or");
         problem.hint = Some(match problem.hint.take() {
             Some(hint) if !inputs.is_empty() => format!("{hint}; or change {change}"),
@@ -232,7 +243,12 @@ impl Reader {
     }
 
     /// Describes what a section lacks, with example lines.
-    fn describe_missing(&self, section: &str, paths: &[&str], example: Option<&Example>) -> LocatedProblem {
+    fn describe_missing(
+        &self,
+        section: &str,
+        paths: &[&str],
+        example: Option<&Example>,
+    ) -> LocatedProblem {
         /// Maximum number of examples in a hint, enough to show the form.
         const EXAMPLES: usize = 3;
         let mut keys: Vec<String> = Vec::new();

@@ -7,9 +7,9 @@ use std::panic::Location;
 use fabkit_geometry::{Angle, Length};
 
 use crate::parameter_table::find_changed_inputs;
-use crate::place::{LocatedProblem, TextPlace, WrittenValue, WrittenText};
+use crate::place::{LocatedProblem, TextPlace, WrittenText, WrittenValue};
 use crate::suggest::join_words;
-use crate::{ProblemFacts, InvalidDesign, Parameter, SourceKind, UNKNOWN_PARAMETER, printable};
+use crate::{InvalidDesign, Parameter, ProblemFacts, SourceKind, UNKNOWN_PARAMETER, to_printable};
 
 /// Tolerance when values are compared with limits, for rounding in the computation of a limit.
 const TOLERANCE: f64 = 1e-9;
@@ -246,7 +246,16 @@ impl RuleReport {
                     let rule = RuleId { path: path.clone(), location: stated(at), nth: *nth };
                     let (limit, from) = (broken.limit.clone(), broken.inputs.clone());
                     let (missing, because) = (Some(broken.excess), Some(broken.because.clone()));
-                    BrokenRule { rule, path, excess: missing, limit, because, inputs: from, message, problem }
+                    BrokenRule {
+                        rule,
+                        path,
+                        excess: missing,
+                        limit,
+                        because,
+                        inputs: from,
+                        message,
+                        problem,
+                    }
                 }
                 // Not a limit: a rule of `require`, or a range error that the reader found.
                 (None, at) => {
@@ -255,7 +264,16 @@ impl RuleReport {
                     let nth = rules.iter().filter(same).count();
                     let rule = RuleId { path: path.clone(), location: stated, nth };
                     let (missing, limit, because, from) = (None, None, None, Vec::new());
-                    BrokenRule { rule, path, excess: missing, limit, because, inputs: from, message, problem }
+                    BrokenRule {
+                        rule,
+                        path,
+                        excess: missing,
+                        limit,
+                        because,
+                        inputs: from,
+                        message,
+                        problem,
+                    }
                 }
             });
         }
@@ -445,7 +463,13 @@ impl RuleReport {
     }
 
     /// Adds `input` to the dependencies of those limits that have moved in `other`.
-    fn add_moved_input(&self, other: &Self, input: &str, unknown: &[usize], from: &mut [Vec<String>]) {
+    fn add_moved_input(
+        &self,
+        other: &Self,
+        input: &str,
+        unknown: &[usize],
+        from: &mut [Vec<String>],
+    ) {
         for &i in unknown {
             let constraint = &self.broken[i].constraint;
             // A limit cannot depend on its own value, and neighbours of one input follow each other.
@@ -484,8 +508,10 @@ impl RuleReport {
             .chain(from.iter())
             .filter_map(|path| self.written(path).formula.as_ref())
             .collect();
-        let changed: BTreeSet<String> =
-            formulas.iter().flat_map(|formula| find_changed_inputs(&self.written, formula)).collect();
+        let changed: BTreeSet<String> = formulas
+            .iter()
+            .flat_map(|formula| find_changed_inputs(&self.written, formula))
+            .collect();
         for path in changed {
             if path != *own && !from.contains(&path) {
                 from.push(path);

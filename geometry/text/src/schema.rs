@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value as Json, json};
 
-use crate::{FieldDeclaration, ValueKind, FieldShape, SourceKind, join};
+use crate::{FieldDeclaration, FieldShape, SourceKind, ValueKind, join};
 
 /// Input of the schema for one family.
 pub struct FamilySchema<'a> {
@@ -106,11 +106,17 @@ fn build_section(fields: &[FieldDeclaration], summary: &str, complete: Completen
         let schema = match &field.shape {
             FieldShape::Section(inner) => {
                 let path = complete.map(|(path, _)| join(path, field.name)).unwrap_or_default();
-                build_section(inner, &field.summary, complete.map(|(_, optional)| (&*path, optional)))
+                build_section(
+                    inner,
+                    &field.summary,
+                    complete.map(|(_, optional)| (&*path, optional)),
+                )
             }
             FieldShape::Value { allowed, schema, kind, is_list } => {
-                let expressions =
-                    matches!(kind, ValueKind::Length | ValueKind::Angle | ValueKind::Count | ValueKind::Number);
+                let expressions = matches!(
+                    kind,
+                    ValueKind::Length | ValueKind::Angle | ValueKind::Count | ValueKind::Number
+                );
                 build_value(&field.summary, allowed, schema, expressions, *is_list)
             }
         };
@@ -140,7 +146,13 @@ fn is_optional(field: &FieldDeclaration, path: &str, optional: &BTreeSet<String>
 }
 
 /// Builds the schema of a value: alone, or in a mapping with its source. Numbers may also be expressions.
-fn build_value(summary: &str, allowed: &str, plain: &Json, has_expressions: bool, is_list: bool) -> Json {
+fn build_value(
+    summary: &str,
+    allowed: &str,
+    plain: &Json,
+    has_expressions: bool,
+    is_list: bool,
+) -> Json {
     // Any text that begins with `=`; its grammar is checked when the file is read.
     let expression = json!({ "type": "string", "pattern": "^ *=" });
     let mut plain = plain.clone();

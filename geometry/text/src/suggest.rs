@@ -48,7 +48,11 @@ pub fn list_names(names: &[&str]) -> String {
 }
 
 /// Writes `did you mean ...?`, or lists all known names if none is similar.
-pub fn suggest_or_list<'a>(written: &str, known: impl IntoIterator<Item = &'a str>, what: &str) -> String {
+pub fn suggest_or_list<'a>(
+    written: &str,
+    known: impl IntoIterator<Item = &'a str>,
+    what: &str,
+) -> String {
     let known: Vec<&str> = known.into_iter().collect();
     match find_similar_in(written, known.clone()) {
         similar if similar.is_empty() => format!("{what}: {}", list_names(&known)),
@@ -82,7 +86,10 @@ mod tests {
         assert_eq!(find_similar("Wall-Height", known), ["wall_height"]);
         assert!(find_similar("pitch", known).is_empty());
         assert!(find_similar(&"r".repeat(1 << 20), known).is_empty());
-        assert_eq!(suggest_or_list("pitch", known, "known"), "known: radius, wall_height, field_of_view");
+        assert_eq!(
+            suggest_or_list("pitch", known, "known"),
+            "known: radius, wall_height, field_of_view"
+        );
     }
 
     #[test]

@@ -29,8 +29,10 @@ pub(crate) fn find_similar_paths<'a>(path: &str, known: &'a [String]) -> Vec<&'a
     }
     // Fixtures have a `count` and a `depth` of nearly everything.
     let is_fixture = |path: &str| path.starts_with("fixtures.");
-    let is_same = |other: &&str| split_section(other).1 == word && is_fixture(other) == is_fixture(path);
-    let same: Vec<&str> = known.iter().map(String::as_str).filter(is_same).take(MAX_SUGGESTIONS).collect();
+    let is_same =
+        |other: &&str| split_section(other).1 == word && is_fixture(other) == is_fixture(path);
+    let same: Vec<&str> =
+        known.iter().map(String::as_str).filter(is_same).take(MAX_SUGGESTIONS).collect();
     if !same.is_empty() || path.contains('.') {
         return same;
     }
@@ -46,7 +48,11 @@ pub(crate) fn find_similar_paths<'a>(path: &str, known: &'a [String]) -> Vec<&'a
 
 /// Describes what exists instead of a path that resembles nothing: why there is no such parameter, and the keys of its
 /// section.
-pub(crate) fn describe_alternatives(path: &str, known: &[String], absent: &[(&str, &str)]) -> String {
+pub(crate) fn describe_alternatives(
+    path: &str,
+    known: &[String],
+    absent: &[(&str, &str)],
+) -> String {
     let (section, word) = split_section(path);
     let why = absent.iter().find(|(name, _)| *name == word || *name == path);
     let why = why.map(|(_, why)| format!(": {why}")).unwrap_or_default();

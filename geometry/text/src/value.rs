@@ -35,7 +35,8 @@ impl Refusal {
     pub fn not_a_choice(written: &str, words: &[&str]) -> Self {
         let hint = crate::suggestion(written, words.iter().copied(), "write one of");
         // The most similar word, as a correction for programs.
-        let instead = crate::find_similar(written, words.iter().copied()).first().map(|w| (*w).into());
+        let instead =
+            crate::find_similar(written, words.iter().copied()).first().map(|w| (*w).into());
         Self { instead, ..Self::new("is not one of the choices", &hint).code("unknown_choice") }
     }
 }
@@ -332,7 +333,10 @@ impl Scalar for f64 {
     }
 
     fn neighbours(&self, limits: &Self::Limits, share: f64) -> Vec<Self> {
-        neighbour_numbers(*self, share).into_iter().filter(|other| other.is_within(limits)).collect()
+        neighbour_numbers(*self, share)
+            .into_iter()
+            .filter(|other| other.is_within(limits))
+            .collect()
     }
 
     fn show(&self) -> String {

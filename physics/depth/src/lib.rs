@@ -25,11 +25,12 @@
 //! ```
 
 mod cast;
-mod rendering;
 pub mod ground_truth;
+mod rendering;
 
 pub use cast::{Hit, Scene, SceneScratch};
 pub use rendering::{
-    Actor, Framing, PixelContent, MAX_PIXELS, RenderedImage, RenderError, SectionCut, View, ViewProjection,
-    contact_sheet, render, render_with_framing, render_camera_view, render_with_progress,
+    Actor, Framing, MAX_PIXELS, PixelContent, RenderError, RenderedImage, SectionCut, View,
+    ViewProjection, contact_sheet, render, render_camera_view, render_with_framing,
+    render_with_progress,
 };

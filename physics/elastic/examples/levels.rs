@@ -12,7 +12,8 @@ use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
 
 use fabkit_elastic::{
-    BallIndenter, LayeredBody, MeridianCurve, MeshDensity, FiniteStack, BoundaryCondition, ElasticLayer, ElasticMaterial, Press, ElasticStack,
+    BallIndenter, BoundaryCondition, ElasticLayer, ElasticMaterial, ElasticStack, FiniteStack,
+    LayeredBody, MeridianCurve, MeshDensity, Press,
 };
 use fabkit_geometry::{Point3, Vector3};
 
@@ -49,7 +50,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     ];
     for (name, body, radius_mm, deepest_mm) in bodies {
         println!("{name}");
-        let division = MeshDensity::around_pole(spacing_mm * radius_mm / BALL_MM, 1.25 * radius_mm, 0);
+        let division =
+            MeshDensity::around_pole(spacing_mm * radius_mm / BALL_MM, 1.25 * radius_mm, 0);
         let linear = ElasticStack::new(&body, &division, 1)?;
         let finite = FiniteStack::new(&body, &division)?;
         let ball = BallIndenter::new(Point3::new(0.0, 0.0, 40.0), radius_mm)?;

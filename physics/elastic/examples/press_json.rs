@@ -17,7 +17,8 @@ use std::io::Read;
 use std::time::Instant;
 
 use fabkit_elastic::{
-    LayeredBody, MeridianCurve, MeshDensity, FiniteStack, BoundaryCondition, ElasticLayer, ElasticMaterial, PressOutcome, Press, SolidIndenter, ElasticStack,
+    BoundaryCondition, ElasticLayer, ElasticMaterial, ElasticStack, FiniteStack, LayeredBody,
+    MeridianCurve, MeshDensity, Press, PressOutcome, SolidIndenter,
 };
 use fabkit_geometry::{CompiledSolid, Pose, Solid, Vector3};
 use serde_json::{Value, json};

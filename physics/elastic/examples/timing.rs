@@ -10,7 +10,10 @@
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-use fabkit_elastic::{BallIndenter, LayeredBody, MeridianCurve, MeshDensity, BoundaryCondition, ElasticLayer, ElasticMaterial, Press, ElasticStack};
+use fabkit_elastic::{
+    BallIndenter, BoundaryCondition, ElasticLayer, ElasticMaterial, ElasticStack, LayeredBody,
+    MeridianCurve, MeshDensity, Press,
+};
 use fabkit_geometry::{Point3, Vector3};
 
 const RADII_MM: [f64; 3] = [14.0, 12.5, 11.0];

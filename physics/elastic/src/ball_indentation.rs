@@ -2,7 +2,10 @@
 
 use fabkit_geometry::Point3;
 
-use crate::{BallIndenter, LayeredBody, MeshDensity, ElasticError, FiniteStack, ElasticLayer, ElasticMaterial};
+use crate::{
+    BallIndenter, ElasticError, ElasticLayer, ElasticMaterial, FiniteStack, LayeredBody,
+    MeshDensity,
+};
 
 /// Nodes across the widest contact radius.
 const ACROSS: f64 = 24.0;
@@ -173,7 +176,8 @@ impl BallIndentationTest {
 
     /// Computes the law for a gel of 1 MPa. Its value at depth 0 is Hertz's limit.
     fn law(&self, poisson: f64, is_rim_bonded: bool) -> Result<ForceLaw, ElasticError> {
-        let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(1.0, poisson)? };
+        let gel =
+            ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(1.0, poisson)? };
         let pad = LayeredBody::pad(self.radius_mm, vec![(gel, self.thickness_mm)]);
         let contact_mm = (2.0 * self.ball_radius_mm * self.deepest_mm()).sqrt();
         let division = MeshDensity::around_pole(contact_mm / ACROSS, 2.0 * contact_mm, 0);
@@ -190,7 +194,10 @@ impl BallIndentationTest {
             (-outcome.force_n.z).powf(2.0 / 3.0) / depth_mm
         };
         let slopes = outcomes.iter().zip(&depths_mm).map(slope);
-        Ok(ForceLaw { step_mm, slopes: std::iter::once(hertz.powf(2.0 / 3.0)).chain(slopes).collect() })
+        Ok(ForceLaw {
+            step_mm,
+            slopes: std::iter::once(hertz.powf(2.0 / 3.0)).chain(slopes).collect(),
+        })
     }
 
     /// Finds the modulus with the smallest sum of squares, MPa.
@@ -281,16 +288,17 @@ mod tests {
 
     fn test(young_mpa: f64, off_mm: impl Fn(usize) -> f64) -> BallIndentationTest {
         // Depths at large strain for a gel in a cup that holds it, computed on another mesh than the fit's.
-        let gel =
-            ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(young_mpa, 0.495).unwrap() };
+        let gel = ElasticLayer {
+            name: "gel".to_owned(),
+            material: ElasticMaterial::new(young_mpa, 0.495).unwrap(),
+        };
         let body = LayeredBody { is_rim_bonded: true, ..LayeredBody::pad(25.0, vec![(gel, 12.0)]) };
         let stack = FiniteStack::new(&body, &MeshDensity::around_pole(0.1, 10.0, 0)).unwrap();
         let ball = BallIndenter::new(Point3::new(0.0, 0.0, 20.0), 6.0).unwrap();
         let depths_mm = [0.7, 1.1, 1.5, 1.9, 2.4];
         let outcomes = stack.press(&ball, &depths_mm).unwrap();
-        let reading = |(i, (outcome, depth_mm)): (usize, (&crate::PressOutcome, f64))| IndentationReading {
-            force_n: -outcome.force_n.z,
-            gap_mm: 18.0 - depth_mm + off_mm(i),
+        let reading = |(i, (outcome, depth_mm)): (usize, (&crate::PressOutcome, f64))| {
+            IndentationReading { force_n: -outcome.force_n.z, gap_mm: 18.0 - depth_mm + off_mm(i) }
         };
         BallIndentationTest {
             ball_radius_mm: 6.0,
@@ -332,7 +340,11 @@ mod tests {
         // A calliper that slips by half a millimetre.
         let mut slipped = test(0.07, |_| 0.0);
         slipped.readings[2].gap_mm += 0.5;
-        assert!(matches!(slipped.fit(), Err(BallIndentationError::TooMuchScatter { .. })), "{:?}", slipped.fit());
+        assert!(
+            matches!(slipped.fit(), Err(BallIndentationError::TooMuchScatter { .. })),
+            "{:?}",
+            slipped.fit()
+        );
         // A ball that rises under load.
         let mut upwards = test(0.07, |_| 0.0);
         upwards.readings.iter_mut().for_each(|reading| reading.gap_mm = -reading.gap_mm);

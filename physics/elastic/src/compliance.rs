@@ -117,7 +117,8 @@ impl Compliance {
                     let side = solution.column_mut(load);
                     for &(column, share) in &rings.rings[ring].column_weights {
                         for (direction, part) in directions(mesh, column, component) {
-                            let unknown = solver.unknowns.index_and_sign(column * mesh.rows, direction);
+                            let unknown =
+                                solver.unknowns.index_and_sign(column * mesh.rows, direction);
                             if let Some((row, sign)) = unknown {
                                 side[row] += sign * share * part;
                             }

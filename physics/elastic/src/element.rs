@@ -109,7 +109,11 @@ impl Shape {
     ///
     /// Displacements are `u_r = U cos m phi`, `u_phi = V sin m phi`, `u_z = W cos m phi`; the unknowns are U, V and W,
     /// node after node. Returns `None` for an element without area, whose pressures cannot be eliminated.
-    pub fn stiffness(&self, places: &[[f64; 2]; 9], material: &ElasticMaterial) -> Option<StiffnessPolynomial> {
+    pub fn stiffness(
+        &self,
+        places: &[[f64; 2]; 9],
+        material: &ElasticMaterial,
+    ) -> Option<StiffnessPolynomial> {
         let (shear, lame) = (material.shear_modulus_mpa(), material.lame_mpa());
         let (centre, scale) = centre(places);
         let mut parts = [Stiffness::zeros(); 3];

@@ -10,8 +10,8 @@ use fabkit_geometry::Vector3;
 use crate::ElasticError;
 use crate::compliance::{ALONG, AROUND, NORMAL};
 use crate::contact::{self, Contact};
+use crate::indenter::{Indenter, Press};
 use crate::patch::{Patch, Workspace};
-use crate::indenter::{Press, Indenter};
 use crate::stack::ElasticStack;
 
 /// Tolerance of the motion of sticking nodes, relative to the indenter's step.
@@ -87,8 +87,15 @@ pub(crate) fn solve(
                 (0..count).map(target).collect()
             });
             let limits: Vec<f64> = contact.pressures.iter().map(|p| friction * p).collect();
-            let by_tractions =
-                solve_tractions(patch, &targets, &limits, &areas, step_mm.norm(), &mut tractions, work)?;
+            let by_tractions = solve_tractions(
+                patch,
+                &targets,
+                &limits,
+                &areas,
+                step_mm.norm(),
+                &mut tractions,
+                work,
+            )?;
             let peak = contact.pressures.iter().copied().fold(0.0, f64::max);
             if peak == 0.0 {
                 let gap_mm = gaps.iter().copied().fold(f64::INFINITY, f64::min);
@@ -144,7 +151,11 @@ fn frame(stack: &ElasticStack, ring: usize, node: usize) -> [Vector3<f64>; 3] {
 }
 
 /// Computes the displacements along s and around the axis that pressures alone cause, mm.
-fn compute_pressure_displacements(patch: &Patch<'_>, pressures: &[f64], work: &mut Workspace) -> [Vec<f64>; 2] {
+fn compute_pressure_displacements(
+    patch: &Patch<'_>,
+    pressures: &[f64],
+    work: &mut Workspace,
+) -> [Vec<f64>; 2] {
     let pushed: Vec<f64> = pressures.iter().map(|pressure| -pressure).collect();
     let (mut along, mut around) = (vec![0.0; pushed.len()], vec![0.0; pushed.len()]);
     patch.apply([Some(&pushed), None, None], [None, Some(&mut along), Some(&mut around)], work);
@@ -260,7 +271,8 @@ fn solve_tractions(
         let by_way = compute_shear_displacements(patch, &way, ALONG, work);
         let (slope, bend) = (product(&gradient, &way), product(&way, &by_way));
         energies.push(energy);
-        let highest = energies.iter().rev().take(ENERGY_HISTORY).copied().fold(f64::NEG_INFINITY, f64::max);
+        let highest =
+            energies.iter().rev().take(ENERGY_HISTORY).copied().fold(f64::NEG_INFINITY, f64::max);
         // Nonmonotone line search on the exact quadratic energy.
         let whole = energy + slope + 0.5 * bend;
         let part = match whole <= highest + 1e-4 * slope || bend <= 0.0 {

@@ -3,7 +3,7 @@
 use fabkit_sparse::{Factors, RightHandSides, SparseError, SymmetricPattern};
 
 use crate::ElasticError;
-use crate::element::{StiffnessPolynomial, Shape, UNKNOWNS};
+use crate::element::{Shape, StiffnessPolynomial, UNKNOWNS};
 use crate::mesh::Mesh;
 
 /// Maps each displacement component of each node to an unknown and a sign.
@@ -111,7 +111,8 @@ impl Pattern {
         for element in mesh.elements() {
             for_each_lower_entry(mesh, &unknowns, element, |_, place, _| places.push(place));
         }
-        let matrix = SymmetricPattern::new(unknowns.count, places).map_err(factorisation_error(harmonic))?;
+        let matrix =
+            SymmetricPattern::new(unknowns.count, places).map_err(factorisation_error(harmonic))?;
         Ok(Self { unknowns, matrix })
     }
 }
@@ -153,7 +154,9 @@ impl FactorisedHarmonic<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{LayeredBody, MeridianCurve, MeshDensity, BoundaryCondition, ElasticLayer, ElasticMaterial};
+    use crate::{
+        BoundaryCondition, ElasticLayer, ElasticMaterial, LayeredBody, MeridianCurve, MeshDensity,
+    };
 
     /// A dome of two materials between a half ellipsoid and a ball, with a free rim: every side is curved.
     fn dome(poisson: f64) -> Mesh {
@@ -189,8 +192,10 @@ mod tests {
         for element in mesh.elements() {
             let nodes = mesh.element_nodes(element);
             let material = &mesh.materials[mesh.layer_by_row[element[1]]];
-            let stiffness =
-                shape.stiffness(&mesh.element_places(element), material).unwrap().evaluate(harmonic);
+            let stiffness = shape
+                .stiffness(&mesh.element_places(element), material)
+                .unwrap()
+                .evaluate(harmonic);
             let values: Vec<f64> = nodes.iter().flat_map(|&n| field(mesh.nodes[n])).collect();
             for i in 0..UNKNOWNS {
                 let terms = (0..UNKNOWNS).map(|j| stiffness[(i, j)] * values[j]);
@@ -276,7 +281,10 @@ mod tests {
             solution.column_mut(0)[row] = 1.0;
             solver.solve(&mut solution);
             let solution = solution.column(0);
-            let value = |node: usize, component: usize| match solver.unknowns.index_and_sign(node, component) {
+            let value = |node: usize, component: usize| match solver
+                .unknowns
+                .index_and_sign(node, component)
+            {
                 Some((index, sign)) => sign * solution[index],
                 None => 0.0,
             };
@@ -285,10 +293,13 @@ mod tests {
             for element in mesh.elements() {
                 let nodes = mesh.element_nodes(element);
                 let material = &mesh.materials[mesh.layer_by_row[element[1]]];
-                let stiffness =
-                    shape.stiffness(&mesh.element_places(element), material).unwrap().evaluate(harmonic);
+                let stiffness = shape
+                    .stiffness(&mesh.element_places(element), material)
+                    .unwrap()
+                    .evaluate(harmonic);
                 for i in 0..UNKNOWNS {
-                    let Some((row, sign)) = solver.unknowns.index_and_sign(nodes[i / 3], i % 3) else {
+                    let Some((row, sign)) = solver.unknowns.index_and_sign(nodes[i / 3], i % 3)
+                    else {
                         continue;
                     };
                     let sum: f64 =

@@ -73,38 +73,44 @@
 mod ball_indentation;
 mod compliance;
 mod contact;
-mod mesh_density;
 mod element;
 mod error;
 mod field;
 mod finite;
 mod friction;
 mod harmonic;
+mod indenter;
 mod liquid;
 mod material;
 mod meridian;
 mod mesh;
+mod mesh_density;
 mod outcome;
 mod patch;
-mod indenter;
 mod response;
 mod rings;
 mod slab;
 mod soft;
 mod stack;
 
-pub use ball_indentation::{BallModulus, IndentationReading, BallIndentationTest, BallIndentationError};
-pub use mesh_density::MeshDensity;
+pub use ball_indentation::{
+    BallIndentationError, BallIndentationTest, BallModulus, IndentationReading,
+};
 pub use error::{ElasticError, MAX_POISSON_RATIO};
 pub use field::DisplacementField;
 pub use finite::FiniteStack;
+pub use indenter::{BallIndenter, Indenter, Press, SolidIndenter};
 pub use liquid::{
-    AMBIENT_AIR_MPA, ChannelOutcome, LiquidColumn, LiquidOutcome, LiquidSolver, LiquidStack, SkinNode,
+    AMBIENT_AIR_MPA, ChannelOutcome, LiquidColumn, LiquidOutcome, LiquidSolver, LiquidStack,
+    SkinNode,
 };
 pub use material::ElasticMaterial;
-pub use meridian::{LayeredBody, MeridianCurve, BoundaryCondition, ElasticLayer};
-pub use outcome::{StrainTheory, PressOutcome, SurfaceNode, ContactState};
-pub use indenter::{BallIndenter, Press, Indenter, SolidIndenter};
+pub use meridian::{BoundaryCondition, ElasticLayer, LayeredBody, MeridianCurve};
+pub use mesh_density::MeshDensity;
+pub use outcome::{ContactState, PressOutcome, StrainTheory, SurfaceNode};
 pub use slab::{BrickContents, Slab, SlabField};
-pub use soft::{BondLine, DisplacedMarker, PressPoint, SoftError, SoftLayer, SoftStack, TipPressOutcome, DeformedSurface};
+pub use soft::{
+    BondLine, DeformedSurface, DisplacedMarker, PressPoint, SoftError, SoftLayer, SoftStack,
+    TipPressOutcome,
+};
 pub use stack::ElasticStack;

@@ -2,9 +2,9 @@
 
 use fabkit_geometry::Point3;
 
-use crate::mesh_density::MeshDensity;
 use crate::element::{Shape, quadratic};
 use crate::meridian::LayeredBody;
+use crate::mesh_density::MeshDensity;
 use crate::{ElasticError, ElasticMaterial};
 
 /// Elements and nodes of a meridian section.

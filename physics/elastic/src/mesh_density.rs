@@ -120,7 +120,10 @@ impl MeshDensity {
     ///
     /// # Errors
     /// A curve that fails.
-    pub(crate) fn boundaries_through(&self, body: &LayeredBody) -> Result<Vec<Vec<f64>>, ElasticError> {
+    pub(crate) fn boundaries_through(
+        &self,
+        body: &LayeredBody,
+    ) -> Result<Vec<Vec<f64>>, ElasticError> {
         let mut size_mm = 2.0 * self.spacing_mm;
         let mut through = Vec::new();
         for layer in 0..body.layers.len() {

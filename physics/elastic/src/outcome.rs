@@ -10,10 +10,12 @@ use crate::compliance::{ALONG, AROUND, NORMAL};
 use crate::contact::Contact;
 use crate::friction::{Shear, frames};
 
+use crate::indenter::Press;
 use crate::mesh::Mesh;
 use crate::patch::{Patch, Workspace};
-use crate::indenter::Press;
-use crate::response::{compute_displacement_amplitudes, resultants, compute_surface_nodes, compute_volume_changes};
+use crate::response::{
+    compute_displacement_amplitudes, compute_surface_nodes, compute_volume_changes, resultants,
+};
 use crate::stack::ElasticStack;
 
 /// Theory by which a press is computed.
@@ -142,7 +144,8 @@ impl PressOutcome {
             let those = nodes.iter().filter(|node| node.touch == touch);
             those.map(|node| node.area_mm2).sum::<f64>()
         };
-        let (stick_area_mm2, slip_area_mm2) = (area(ContactState::Sticking), area(ContactState::Slipping));
+        let (stick_area_mm2, slip_area_mm2) =
+            (area(ContactState::Sticking), area(ContactState::Slipping));
         let outwards = |node: &SurfaceNode| node.displacement_mm.dot(&node.outward);
         let contact_area_mm2 = stick_area_mm2 + slip_area_mm2;
         let volume_change_mm3 = compute_volume_changes(patch, components, work);

@@ -175,7 +175,9 @@ impl Patch<'_> {
         let harmonics = self.harmonics();
         // Inverse of the special case in `analyse`: harmonic 1 on the axis is a vector across it.
         let on_axis = match self.rings.start == 0 && harmonics > 0 && moved[ALONG].is_some() {
-            true => Some((work.displacements[ALONG].at(1, 0) - work.displacements[AROUND].at(1, 0)) * 0.5),
+            true => Some(
+                (work.displacements[ALONG].at(1, 0) - work.displacements[AROUND].at(1, 0)) * 0.5,
+            ),
             false => None,
         };
         for (component, values) in moved.into_iter().enumerate() {

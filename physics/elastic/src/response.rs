@@ -6,7 +6,7 @@ use fabkit_geometry::Vector3;
 use rustfft::num_complex::Complex;
 
 use crate::compliance::{AROUND, directions, field_rows};
-use crate::outcome::{SurfaceNode, ContactState, to_body_frame};
+use crate::outcome::{ContactState, SurfaceNode, to_body_frame};
 use crate::patch::{Patch, Workspace};
 use crate::rings::Buffers;
 use crate::stack::ElasticStack;
@@ -42,7 +42,10 @@ pub(crate) fn compute_displacement_amplitudes(
 }
 
 /// Computes the displacements at the nodes of the touched surface.
-pub(crate) fn compute_surface_nodes(stack: &ElasticStack, amplitudes: &[Vec<Complex<f64>>]) -> Vec<SurfaceNode> {
+pub(crate) fn compute_surface_nodes(
+    stack: &ElasticStack,
+    amplitudes: &[Vec<Complex<f64>>],
+) -> Vec<SurfaceNode> {
     let mut nodes = Vec::with_capacity(stack.rings.nodes);
     let (mut buffers, mut values) = (Buffers::default(), [Vec::new(), Vec::new(), Vec::new()]);
     for (ring, of_ring) in stack.rings.rings.iter().enumerate() {
@@ -121,7 +124,11 @@ pub(crate) fn resultants(
 }
 
 /// Computes the volume change of each layer by the tractions in `work.loads`, mm3.
-pub(crate) fn compute_volume_changes(patch: &Patch<'_>, components: &[usize], work: &Workspace) -> Vec<f64> {
+pub(crate) fn compute_volume_changes(
+    patch: &Patch<'_>,
+    components: &[usize],
+    work: &Workspace,
+) -> Vec<f64> {
     let count = patch.stack.rings.rings.len();
     let of_layer = |by_load: &Vec<f64>| {
         let each = components.iter().flat_map(|&component| {

@@ -8,12 +8,12 @@ use fabkit_geometry::{Point3, Vector3};
 use crate::compliance::{self, Compliance, LoadSet};
 use crate::contact;
 use crate::friction::{self, ShearPath};
+use crate::indenter::{Indenter, Press};
 use crate::mesh::Mesh;
 use crate::outcome::PressOutcome;
 use crate::patch::{Patch, Workspace};
-use crate::indenter::{Press, Indenter};
 use crate::rings::Rings;
-use crate::{LayeredBody, MeshDensity, ElasticError};
+use crate::{ElasticError, LayeredBody, MeshDensity};
 
 /// Maximum slope between indenter and surface. Where the gap grows faster than this between two points, they face
 /// different parts of the indenter.
@@ -46,7 +46,11 @@ impl ElasticStack {
     ///
     /// # Errors
     /// An invalid body or division.
-    pub fn new(body: &LayeredBody, division: &MeshDensity, threads: usize) -> Result<Self, ElasticError> {
+    pub fn new(
+        body: &LayeredBody,
+        division: &MeshDensity,
+        threads: usize,
+    ) -> Result<Self, ElasticError> {
         let mesh = Mesh::new(body, division)?;
         let rings = Rings::new(&mesh, division.max_harmonic);
         let dilations = compliance::dilations(&mesh, &rings)?;
@@ -166,7 +170,11 @@ impl ElasticStack {
     /// # Errors
     /// An indenter that does not touch, goes deeper than the soft layers, or is too small for the nodes; a contact that
     /// does not converge.
-    pub fn press(&self, presser: &dyn Indenter, press: &Press) -> Result<PressOutcome, ElasticError> {
+    pub fn press(
+        &self,
+        presser: &dyn Indenter,
+        press: &Press,
+    ) -> Result<PressOutcome, ElasticError> {
         let shift_mm = match &press.approach {
             Some((direction, depth_mm)) => {
                 // Depths count from the first touch.
@@ -200,7 +208,8 @@ impl ElasticStack {
             let (sheared, tractions) = friction::solve(&patch, &way, contact, &mut work)?;
             (contact, shear) = (sheared, Some(tractions));
         }
-        let outcome = PressOutcome::new(&patch, &contact, shear.as_ref(), press, depth_mm, &mut work);
+        let outcome =
+            PressOutcome::new(&patch, &contact, shear.as_ref(), press, depth_mm, &mut work);
         // Linear elasticity cannot raise a bulge above the depth of the press; such a result is numerical nonsense.
         if outcome.bulge_mm > depth_mm {
             return Err(ElasticError::NoConvergence {
@@ -310,8 +319,8 @@ impl ElasticStack {
                             let is_met = gap_mm - own_mm <= MAX_GAP_SLOPE * apart_mm;
                             share * if is_met { gap_mm } else { f64::INFINITY }
                         };
-                        let mean =
-                            of_ring.column_weights.iter().map(share_of).sum::<f64>() / of_ring.weight;
+                        let mean = of_ring.column_weights.iter().map(share_of).sum::<f64>()
+                            / of_ring.weight;
                         // Neighbours miss the indenter: the node is at its edge. This also replaces NaN.
                         if mean.is_finite() { mean } else { f64::INFINITY }
                     }

@@ -1,8 +1,8 @@
 //! Prints the irradiance on a plane in scenes that a path tracer renders too: see `tests/oracles/check_mitsuba.py`.
 
 use fabkit_geometry::{
-    Angle, Assembly, Body, OpticalClarity, LightSourceGroup, Lighting, NominalCamera, NominalLens, Placement,
-    Point3, Pose, Process, Rgb, Sensor, VisibleEffect, Solid, Vector3, WHITE,
+    Angle, Assembly, Body, LightSourceGroup, Lighting, NominalCamera, NominalLens, OpticalClarity,
+    Placement, Point3, Pose, Process, Rgb, Sensor, Solid, Vector3, VisibleEffect, WHITE,
 };
 use fabkit_light::Emitters;
 
@@ -22,8 +22,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let around = [[8.0, 0.0], [-4.0, 7.0], [-4.0, -7.0]];
     let around = around.map(|[x, y]| Pose::translation(x, y, 0.0)).to_vec();
     let colors = vec![[1.0, 0.1, 0.0], [0.0, 1.0, 0.2], [0.1, 0.0, 1.0]];
-    let black =
-        |solid| Body::made("black", "in the way", Process::Laser, solid).with_clarity(OpticalClarity::Opaque);
+    let black = |solid| {
+        Body::made("black", "in the way", Process::Laser, solid)
+            .with_clarity(OpticalClarity::Opaque)
+    };
     let mut glass =
         Body::made("glass", "a slab", Process::Laser, Solid::cuboid(400.0, 400.0, 100.0).at_z(4.0))
             .with_clarity(OpticalClarity::Clear);

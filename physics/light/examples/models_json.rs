@@ -2,8 +2,8 @@
 //! `tests/oracles/check_mitsuba_models.py`.
 
 use fabkit_geometry::{
-    Angle, Assembly, Body, LightSourceGroup, Lighting, NominalCamera, NominalLens, Placement, Point3,
-    Pose, Rgb, Sensor, VisibleEffect, Solid, Vector3,
+    Angle, Assembly, Body, LightSourceGroup, Lighting, NominalCamera, NominalLens, Placement,
+    Point3, Pose, Rgb, Sensor, Solid, Vector3, VisibleEffect,
 };
 use fabkit_light::{Coat, Emitters, RaisedMarker, TwoStream, fluorescence};
 
@@ -80,7 +80,12 @@ fn lamps() -> Result<Emitters, Box<dyn std::error::Error>> {
 }
 
 /// Computes the light that each cell sends straight down, times pi.
-fn compute_reflected_light(coat: Coat, surface: Surface, is_bump: bool, emitters: &Emitters) -> Vec<Rgb> {
+fn compute_reflected_light(
+    coat: Coat,
+    surface: Surface,
+    is_bump: bool,
+    emitters: &Emitters,
+) -> Vec<Rgb> {
     let fine = SIDE * IN_CELL;
     let step = 2.0 * HALF_MM / fine as f64;
     let (mut light, mut tracer) = (vec![[0.0; 3]; SIDE * SIDE], emitters.tracer());
@@ -93,7 +98,8 @@ fn compute_reflected_light(coat: Coat, surface: Surface, is_bump: bool, emitters
             if is_bump && bump().entry(&from, &-found.arrival_direction).is_some() {
                 continue;
             }
-            let sent = found.density * coat.reflect(&normal, &found.arrival_direction, &-Vector3::z());
+            let sent =
+                found.density * coat.reflect(&normal, &found.arrival_direction, &-Vector3::z());
             let cell = &mut light[i / fine / IN_CELL * SIDE + i % fine / IN_CELL];
             let mean = sent / (IN_CELL * IN_CELL) as f64;
             *cell = [0, 1, 2].map(|part| cell[part] + mean * piece.color[part]);

@@ -33,24 +33,24 @@
 
 #![forbid(unsafe_code)]
 
-mod image_sensor_noise;
 mod coat;
 mod defocus;
 mod fit;
 mod fluorescence;
-mod light_sources;
-mod translucent_layer;
-mod raised_marker;
-mod planes;
+mod image_sensor_noise;
 mod layer_blur;
+mod light_sources;
+mod planes;
+mod raised_marker;
+mod translucent_layer;
 
-pub use image_sensor_noise::{ImageSensorNoise, draw_drift, draw_normal};
 pub use coat::Coat;
 pub use defocus::{Defocus, blur_diameter_px};
 pub use fit::{fit_positive, linear_fit};
 pub use fluorescence::fluorescence;
-pub use light_sources::{Emitter, Emitters, LightingError, diffuse_path_ratio};
-pub use translucent_layer::TwoStream;
-pub use raised_marker::{RaisedMarker, RaisedMarkerHit};
-pub use planes::{Arrival, Planes};
+pub use image_sensor_noise::{ImageSensorNoise, draw_drift, draw_normal};
 pub use layer_blur::LayerBlur;
+pub use light_sources::{Emitter, Emitters, LightingError, diffuse_path_ratio};
+pub use planes::{Arrival, Planes};
+pub use raised_marker::{RaisedMarker, RaisedMarkerHit};
+pub use translucent_layer::TwoStream;

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use fabkit_geometry::{
-    Assembly, Body, OpticalClarity, CompiledSolid, InvalidSolid, BodyKind, LightSourceGroup, Lighting, Point3, Ray,
-    Rgb, Sensor, VisibleEffect, Solid, Vector3, WHITE,
+    Assembly, Body, BodyKind, CompiledSolid, InvalidSolid, LightSourceGroup, Lighting,
+    OpticalClarity, Point3, Ray, Rgb, Sensor, Solid, Vector3, VisibleEffect, WHITE,
 };
 use fabkit_optics::{InvalidStack, OpticalStack, Tracer};
 use rayon::prelude::*;
@@ -105,21 +105,35 @@ impl Emitters {
             return Err(no_lamps());
         }
         let spreads = |body: &&Body| {
-            body.clarity() == OpticalClarity::Translucent && body.kind != BodyKind::Cast && body.light_source.is_none()
+            body.clarity() == OpticalClarity::Translucent
+                && body.kind != BodyKind::Cast
+                && body.light_source.is_none()
         };
         // Light is taken to travel straight except through level plates; other refraction is neglected.
         let planes = Planes::from_sensor(sensor)?;
         let stack = OpticalStack::without_refraction(&without_displayed_bodies(sensor, lighting))?;
-        let own =
-            Self { emitters: lamps, planes, stack, description: format!("{}s", lighting.light_sources[0].body) };
+        let own = Self {
+            emitters: lamps,
+            planes,
+            stack,
+            description: format!("{}s", lighting.light_sources[0].body),
+        };
         // The light that excites fluorescence does not pass a diffuser: white plastic absorbs it.
         let diffuser = sensor.bodies.iter().find(spreads).filter(|_| !lighting.is_fluorescent());
         let Some(diffuser) = diffuser else { return Ok(own) };
-        let mut spread = sample_faces(diffuser, &diffuser.solid, EmittingFaces::AllAround, SAMPLING_LINES_PER_AXIS)?;
+        let mut spread = sample_faces(
+            diffuser,
+            &diffuser.solid,
+            EmittingFaces::AllAround,
+            SAMPLING_LINES_PER_AXIS,
+        )?;
         for piece in &mut spread {
             let from_behind = |lamp: &Emitter| lamp.form_factor(&piece.place, &-piece.outward);
             // A Lambertian diffuser spreads the transmitted light: radiance is irradiance over pi.
-            let lit = own.emitters.iter().map(|lamp| DIFFUSER_TRANSMITTANCE * lamp.power * from_behind(lamp) / PI);
+            let lit = own
+                .emitters
+                .iter()
+                .map(|lamp| DIFFUSER_TRANSMITTANCE * lamp.power * from_behind(lamp) / PI);
             let color = [0, 1, 2].map(|part| {
                 let colored = own.emitters.iter().zip(lit.clone());
                 colored.map(|(lamp, lit)| lit * lamp.color[part]).sum::<f64>()
@@ -156,7 +170,12 @@ impl Emitters {
             // Each straight part of a refracted path is tested for shadows.
             let corners = match self.planes.is_empty() {
                 true => vec![*place, emitter.place],
-                false => vec![*place, found.refraction_points[1], found.refraction_points[0], emitter.place],
+                false => vec![
+                    *place,
+                    found.refraction_points[1],
+                    found.refraction_points[0],
+                    emitter.place,
+                ],
             };
             corners.windows(2).all(|pair| is_free(&pair[0], &pair[1], tracer))
         };
@@ -177,7 +196,11 @@ impl Emitters {
     /// Computes the same irradiance with each contribution multiplied by its path length through a layer of refractive
     /// index `index`, relative to the thickness. Light from air is refracted where it enters; light from level plates
     /// has been refracted already.
-    pub fn irradiance_times_path(&self, places: &[(Point3<f64>, Vector3<f64>)], index: f64) -> Vec<Rgb> {
+    pub fn irradiance_times_path(
+        &self,
+        places: &[(Point3<f64>, Vector3<f64>)],
+        index: f64,
+    ) -> Vec<Rgb> {
         let index = if self.planes.is_empty() { index } else { 1.0 };
         self.sum_light(places, |cosine| cosine / refracted_cosine(cosine, index))
     }
@@ -253,7 +276,9 @@ fn without_displayed_bodies(sensor: &Sensor, lighting: &Lighting) -> Sensor {
     let is_shown = |name: &String| match &lighting.effect {
         VisibleEffect::Slopes { coat, printed } => name == coat || printed.as_ref() == Some(name),
         VisibleEffect::Markers { marks } => name == marks,
-        VisibleEffect::Thickness { .. } | VisibleEffect::Fluorescence { .. } | VisibleEffect::LiquidColumns { .. } => false,
+        VisibleEffect::Thickness { .. }
+        | VisibleEffect::Fluorescence { .. }
+        | VisibleEffect::LiquidColumns { .. } => false,
     };
     without.bodies.retain(|body| !is_shown(&body.name));
     without

@@ -43,7 +43,8 @@ impl Planes {
         let mut faces_at = |x: f64, y: f64| {
             let ray = Ray { origin: pupil + Vector3::new(x, y, 0.0), direction: Vector3::z() };
             tracer.follow(&ray);
-            let is_level = tracer.bends().iter().all(|bend| bend.normal.xy().norm() < MAX_INCLINATION);
+            let is_level =
+                tracer.bends().iter().all(|bend| bend.normal.xy().norm() < MAX_INCLINATION);
             let faces = tracer.bends().iter().map(|bend| (bend.place.z, bend.indices[1]));
             is_level.then(|| faces.collect::<Vec<_>>())
         };
@@ -51,8 +52,9 @@ impl Planes {
         let beside = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.5], [-2.0, 0.5]];
         let all: Option<Vec<_>> = beside.into_iter().map(|[x, y]| faces_at(x, y)).collect();
         let is_same = |a: &[(f64, f64)], b: &[(f64, f64)]| {
-            let near =
-                |(a, b): (&(f64, f64), &(f64, f64))| (a.0 - b.0).abs() < HEIGHT_TOLERANCE_MM && a.1 == b.1;
+            let near = |(a, b): (&(f64, f64), &(f64, f64))| {
+                (a.0 - b.0).abs() < HEIGHT_TOLERANCE_MM && a.1 == b.1
+            };
             a.len() == b.len() && a.iter().zip(b).all(near)
         };
         Ok(match all.as_deref() {
@@ -187,7 +189,8 @@ mod tests {
         let (lamp, place) = (Point3::new(-9.0, 2.0, 0.0), Point3::new(3.0, -1.0, 8.0));
         let found = planes.arrival(&lamp, &place).unwrap();
         // Traced face by face.
-        let [mut at, mut way, mut index] = [lamp.coords, found.departure_direction, Vector3::repeat(1.0)];
+        let [mut at, mut way, mut index] =
+            [lamp.coords, found.departure_direction, Vector3::repeat(1.0)];
         for (z, above) in PLATE {
             at += way * ((z - at.z) / way.z);
             let sine = way.xy() * (index.x / above);
@@ -197,7 +200,10 @@ mod tests {
         at += way * ((8.0 - at.z) / way.z);
         assert!((at - place.coords).norm() < 1e-9, "{at}");
         assert!((way - found.arrival_direction).norm() < 1e-12);
-        assert!((found.refraction_points[1].z - 4.0).abs() < 1e-12 && (found.refraction_points[0].z - 1.0).abs() < 1e-12);
+        assert!(
+            (found.refraction_points[1].z - 4.0).abs() < 1e-12
+                && (found.refraction_points[0].z - 1.0).abs() < 1e-12
+        );
     }
 
     #[test]
@@ -218,7 +224,8 @@ mod tests {
             let r = reach * (f64::from(i) + 0.5) / f64::from(steps);
             let found = planes.arrival(&lamp, &Point3::new(r, 0.0, 8.0)).unwrap();
             let kept = (1.0 - found.departure_direction.z.powi(2)).sqrt();
-            let passed = fresnel_transmittance(1.0, 1.49, kept) * fresnel_transmittance(1.49, 1.41, kept);
+            let passed =
+                fresnel_transmittance(1.0, 1.49, kept) * fresnel_transmittance(1.49, 1.41, kept);
             found.density * found.arrival_direction.z / passed * TAU * r * reach / f64::from(steps)
         };
         let sum: f64 = (0..steps).map(arrives).sum();

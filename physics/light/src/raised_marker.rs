@@ -79,7 +79,8 @@ mod tests {
             Solid::ellipsoid([0.5; 3]).at_z(2.0),
         ]);
         let drawn = CompiledSolid::new(&drawn).unwrap();
-        let peg = RaisedMarker { centre: Point3::new(0.0, 0.0, 2.0), axis: Vector3::z(), radius_mm: 0.5 };
+        let peg =
+            RaisedMarker { centre: Point3::new(0.0, 0.0, 2.0), axis: Vector3::z(), radius_mm: 0.5 };
         let mut hits = 0;
         for i in 0..2_000 {
             let angle = f64::from(i) * 0.7;

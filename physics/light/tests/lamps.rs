@@ -1,8 +1,8 @@
 //! Light sources of a sensor with up to three bodies.
 
 use fabkit_geometry::{
-    Angle, Assembly, Body, OpticalClarity, Lighting, NominalCamera, NominalLens, Placement, Point3, Pose,
-    Process, Sensor, VisibleEffect, Solid, MaterialProperties, Vector3,
+    Angle, Assembly, Body, Lighting, MaterialProperties, NominalCamera, NominalLens,
+    OpticalClarity, Placement, Point3, Pose, Process, Sensor, Solid, Vector3, VisibleEffect,
 };
 use fabkit_light::{Emitters, LightingError};
 
@@ -24,7 +24,10 @@ fn sensor(lamps: bool, others: Vec<Body>) -> Sensor {
 }
 
 fn emitters(sensor: &Sensor) -> Result<Emitters, LightingError> {
-    Emitters::new(sensor, &Lighting::from_body("white", "lamp", VisibleEffect::Thickness { layers: Vec::new() }))
+    Emitters::new(
+        sensor,
+        &Lighting::from_body("white", "lamp", VisibleEffect::Thickness { layers: Vec::new() }),
+    )
 }
 
 fn on_axis_and_aside(emitters: &Emitters) -> [f64; 2] {
@@ -50,7 +53,8 @@ fn light_falls_with_both_cosines_and_the_square_of_the_distance() {
 fn opaque_bodies_cast_shadows_and_clear_ones_do_not() {
     let plate = |clarity| {
         let solid = Solid::cuboid(2.0, 2.0, 0.5).at_z(4.0);
-        let mut plate = Body::made("plate", "in the way", Process::Laser, solid).with_clarity(clarity);
+        let mut plate =
+            Body::made("plate", "in the way", Process::Laser, solid).with_clarity(clarity);
         plate.substance.refractive_index = Some(1.0);
         plate
     };
@@ -66,8 +70,8 @@ fn opaque_bodies_cast_shadows_and_clear_ones_do_not() {
 #[test]
 fn a_diffuser_shines_instead_of_the_lamps() {
     let solid = Solid::cuboid(6.0, 6.0, 1.0).at_z(2.0);
-    let diffuser =
-        Body::made("diffuser", "frosted", Process::Laser, solid).with_clarity(OpticalClarity::Translucent);
+    let diffuser = Body::made("diffuser", "frosted", Process::Laser, solid)
+        .with_clarity(OpticalClarity::Translucent);
     let emitters = emitters(&sensor(true, vec![diffuser])).unwrap();
     assert!(emitters.description.contains("diffuser"), "{}", emitters.description);
     let [on_axis, aside] = on_axis_and_aside(&emitters);
@@ -86,7 +90,8 @@ fn light_below_a_plate_is_bent_into_it() {
     // A wide glass plate from 4 mm on: light arrives more steeply than along the straight line.
     let solid = Solid::cuboid(200.0, 200.0, 100.0).at_z(4.0);
     let glass = MaterialProperties { refractive_index: Some(1.5), ..MaterialProperties::default() };
-    let mut plate = Body::made("plate", "clear", Process::Laser, solid).with_clarity(OpticalClarity::Clear);
+    let mut plate =
+        Body::made("plate", "clear", Process::Laser, solid).with_clarity(OpticalClarity::Clear);
     plate.substance = glass;
     let emitters = emitters(&sensor(true, vec![plate])).unwrap();
     let place = Point3::new(10.0, 0.0, 10.0);
@@ -103,7 +108,8 @@ fn light_from_aside_goes_a_longer_way_through_a_layer() {
     let lit = |clear: Vec<Body>, index: f64| {
         let emitters = emitters(&sensor(true, clear)).unwrap();
         let places = [0.0, 10.0].map(|x| (Point3::new(x, 0.0, 10.0), -Vector3::z()));
-        let [slanted, lit] = [emitters.irradiance_times_path(&places, index), emitters.irradiance(&places)];
+        let [slanted, lit] =
+            [emitters.irradiance_times_path(&places, index), emitters.irradiance(&places)];
         [0, 1].map(|place| slanted[place][1] / lit[place][1])
     };
     // The path is 1 straight through and sqrt(2) at 45 degrees; the size of the source changes this by the relative
@@ -117,7 +123,8 @@ fn light_from_aside_goes_a_longer_way_through_a_layer() {
     assert!((aside - (1.0 - sine * sine).sqrt().recip()).abs() < 1e-3, "{aside}");
     // Light that a plate has refracted is not refracted again.
     let solid = Solid::cuboid(200.0, 200.0, 100.0).at_z(4.0);
-    let mut plate = Body::made("plate", "clear", Process::Laser, solid).with_clarity(OpticalClarity::Clear);
+    let mut plate =
+        Body::made("plate", "clear", Process::Laser, solid).with_clarity(OpticalClarity::Clear);
     plate.substance.refractive_index = Some(1.41);
     let [once, again] = [1.0, 1.41].map(|index| lit(vec![plate.clone()], index)[1]);
     assert!(once == again && once < f64::sqrt(2.0), "{once} {again}");

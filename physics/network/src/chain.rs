@@ -3,7 +3,7 @@
 use crate::NetworkError;
 use crate::convolution::Convolution;
 use crate::onnx::{Attribute, Graph, Node, Tensor, read_graph, read_tensor};
-use crate::pointwise::{PointwiseConstant, Pointwise};
+use crate::pointwise::{Pointwise, PointwiseConstant};
 
 /// Maximum number of channels between two layers: a tile of them must fit in memory.
 const MAX_CHANNELS: usize = 1024;
@@ -34,11 +34,18 @@ pub fn read_chain(bytes: &[u8]) -> Result<Chain, NetworkError> {
     let [input] = &graph.inputs[..] else {
         return Err(NetworkError::Inputs { takes: quote_names(&graph.inputs) });
     };
-    let mut reading =
-        ChainBuilder { current: input.clone(), channels: 1, reach: [0, 0], chain: Chain::default() };
+    let mut reading = ChainBuilder {
+        current: input.clone(),
+        channels: 1,
+        reach: [0, 0],
+        chain: Chain::default(),
+    };
     let nodes = std::mem::take(&mut graph.nodes);
     for (number, node) in nodes.into_iter().enumerate() {
-        let at = NodeContext { node: &format!("{} `{}`", number + 1, node.name), operator: &node.operator };
+        let at = NodeContext {
+            node: &format!("{} `{}`", number + 1, node.name),
+            operator: &node.operator,
+        };
         // Both names stand for the standard operators.
         if !matches!(&node.domain[..], "" | "ai.onnx") {
             let operator = format!("{}.{}", node.domain, node.operator);
@@ -104,7 +111,12 @@ struct ChainBuilder {
 
 impl ChainBuilder {
     /// Adds a node to the chain.
-    fn add_node(&mut self, graph: &Graph, at: NodeContext, node: &Node) -> Result<(), NetworkError> {
+    fn add_node(
+        &mut self,
+        graph: &Graph,
+        at: NodeContext,
+        node: &Node,
+    ) -> Result<(), NetworkError> {
         let known = ["Conv", "Relu", "Clip", "Sigmoid", "Identity", "Add", "Sub", "Mul", "Div"];
         if !known.contains(&at.operator) {
             let (node, operator) = (at.node.to_owned(), at.operator.to_owned());
@@ -131,7 +143,10 @@ impl ChainBuilder {
                     None => Ok(node.attributes.get(key).and_then(|key| key.float).unwrap_or(none)),
                 };
                 let least = limit(0, "min", f32::NEG_INFINITY)?;
-                self.push_pointwise(Pointwise::Clip { least, most: limit(1, "max", f32::INFINITY)? });
+                self.push_pointwise(Pointwise::Clip {
+                    least,
+                    most: limit(1, "max", f32::INFINITY)?,
+                });
             }
             "Identity" => {}
             operator => {
@@ -210,7 +225,9 @@ impl ChainBuilder {
             Some(name) => find_constant(graph, name)?.values,
         };
         if bias.len() != outputs {
-            return Err(at.attribute_error(format!("{} offsets", bias.len()), "one for each output"));
+            return Err(
+                at.attribute_error(format!("{} offsets", bias.len()), "one for each output")
+            );
         }
         let groups = node.attributes.get("group").and_then(|group| group.integer).unwrap_or(1);
         let groups = usize::try_from(groups).unwrap_or(0);
@@ -220,7 +237,9 @@ impl ChainBuilder {
                 "{outputs} x {per_group} channels in {groups} groups after {} channels",
                 self.channels
             );
-            return Err(at.attribute_error(found, "as many inputs as there are, groups of equal size"));
+            return Err(
+                at.attribute_error(found, "as many inputs as there are, groups of equal size")
+            );
         }
         if outputs > MAX_CHANNELS {
             let found = format!("{outputs} channels");
@@ -277,7 +296,10 @@ fn check_window(at: NodeContext, node: &Node, kernel: [usize; 2]) -> Result<(), 
         other => return Err(at.attribute_error(format!("auto_pad {other}"), "SAME_UPPER or pads")),
     };
     if pads != half && !(pads.is_empty() && half == [0; 4]) {
-        return Err(at.attribute_error(format!("pads {pads:?}"), &format!("{half:?}: maps keep their size")));
+        return Err(at.attribute_error(
+            format!("pads {pads:?}"),
+            &format!("{half:?}: maps keep their size"),
+        ));
     }
     Ok(())
 }

@@ -184,7 +184,9 @@ impl WithSimd for Evaluation<'_> {
         let weights_of = convolution.weights.len() / panels.len();
         let mut sums = vec![0.0; PIXELS_PER_BLOCK * width];
         let mut starts = [0; PIXELS_PER_BLOCK];
-        for (windows, pixels) in places.windows.chunks(PIXELS_PER_BLOCK).zip(places.pixels.chunks(PIXELS_PER_BLOCK)) {
+        for (windows, pixels) in
+            places.windows.chunks(PIXELS_PER_BLOCK).zip(places.pixels.chunks(PIXELS_PER_BLOCK))
+        {
             // An incomplete last block repeats its last pixel; these results are not read.
             let last = windows[windows.len() - 1];
             for (i, start) in starts.iter_mut().enumerate() {

@@ -65,7 +65,9 @@ impl Network {
     pub fn read(bytes: &[u8]) -> Result<Self, NetworkError> {
         let chain = chain::read_chain(bytes)?;
         // Each weight is multiplied once per pixel; each output has a bias.
-        let of = |convolution: &Convolution| convolution.multiplications_per_pixel() as usize + convolution.outputs;
+        let of = |convolution: &Convolution| {
+            convolution.multiplications_per_pixel() as usize + convolution.outputs
+        };
         let parameters = chain.stages.iter().map(|stage| of(&stage.convolution)).sum();
         Ok(Self { chain, parameters })
     }

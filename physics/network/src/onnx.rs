@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use crate::NetworkError;
-use crate::wire::{Fields, FieldValue, floats, integers, message, text};
+use crate::wire::{FieldValue, Fields, floats, integers, message, text};
 
 /// `TensorProto.DataType.FLOAT`.
 const FLOAT: u64 = 1;
@@ -158,7 +158,9 @@ pub fn read_tensor(name: &str, fields: Fields<'_>) -> Result<Tensor, NetworkErro
             }
             (4, value) => floats(value, &mut values)?,
             (9, FieldValue::Bytes(bytes)) => raw = Some(FieldValue::Bytes(bytes)),
-            (14, FieldValue::Varint(EXTERNAL)) => return Err(wrong("its numbers are in another file")),
+            (14, FieldValue::Varint(EXTERNAL)) => {
+                return Err(wrong("its numbers are in another file"));
+            }
             _ => {}
         }
     }

@@ -19,7 +19,13 @@ impl PointwiseConstant {
     /// Applies `f` to each number and its constant; `values` are pixels of `width` channels, beginning with channel
     /// `first`.
     #[inline(always)]
-    fn apply_each(&self, values: &mut [f32], width: usize, first: usize, f: impl Fn(f32, f32) -> f32) {
+    fn apply_each(
+        &self,
+        values: &mut [f32],
+        width: usize,
+        first: usize,
+        f: impl Fn(f32, f32) -> f32,
+    ) {
         match self {
             Self::Scalar(constant) => {
                 values.iter_mut().for_each(|value| *value = f(*value, *constant))

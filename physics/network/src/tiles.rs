@@ -100,7 +100,9 @@ pub fn evaluate(chain: &Chain, values: &[f32], columns: usize, wanted: OutputReg
     };
     let tiles: Vec<Option<Vec<f32>>> = (0..count)
         .into_par_iter()
-        .map_init(Workspace::default, |room, tile| evaluate_tile(chain, given, part(tile), wanted, room))
+        .map_init(Workspace::default, |room, tile| {
+            evaluate_tile(chain, given, part(tile), wanted, room)
+        })
         .collect();
     for (tile, found) in tiles.into_iter().enumerate() {
         let (Rectangle { first, size }, Some(found)) = (part(tile), found) else { continue };
@@ -167,8 +169,12 @@ fn evaluate_tile(
         } else {
             list_windows(*part, asked, given.size, columns, room);
         }
-        let places =
-            EvaluationPixels { map: &room.before, columns, windows: &room.windows, pixels: &room.pixels };
+        let places = EvaluationPixels {
+            map: &room.before,
+            columns,
+            windows: &room.windows,
+            pixels: &room.pixels,
+        };
         stage.convolution.evaluate(places, &stage.pointwise, &mut room.after);
         std::mem::swap(&mut room.before, &mut room.after);
         columns = part.size[1];
@@ -181,7 +187,13 @@ fn evaluate_tile(
 
 /// Lists the requested pixels of a rectangle that lie in the image, and the first pixel of each window in the input
 /// map, which has `columns` columns.
-fn list_windows(part: Rectangle, asked: &[bool], picture: [usize; 2], columns: usize, room: &mut Workspace) {
+fn list_windows(
+    part: Rectangle,
+    asked: &[bool],
+    picture: [usize; 2],
+    columns: usize,
+    room: &mut Workspace,
+) {
     let [rows, inside] = part.inside(picture);
     room.windows.clear();
     room.pixels.clear();

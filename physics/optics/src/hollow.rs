@@ -21,7 +21,9 @@ impl Hollow {
             Solid::Placed { pose, of } => Self::from_solid(of, &sensor_from_solid.then_in(*pose)),
             Solid::Feature { of, .. } => Self::from_solid(of, sensor_from_solid),
             Solid::Difference { of, minus } => {
-                let within = minus.iter().flat_map(|tool| Self::inscribed_ellipsoids(tool, sensor_from_solid));
+                let within = minus
+                    .iter()
+                    .flat_map(|tool| Self::inscribed_ellipsoids(tool, sensor_from_solid));
                 Self::from_solid(of, sensor_from_solid).into_iter().chain(within).collect()
             }
             Solid::Intersection(solids) => {
@@ -40,7 +42,9 @@ impl Hollow {
             }
             Solid::Feature { of, .. } => return Self::inscribed_ellipsoids(of, sensor_from_solid),
             Solid::Union(solids) => {
-                let within = solids.iter().flat_map(|solid| Self::inscribed_ellipsoids(solid, sensor_from_solid));
+                let within = solids
+                    .iter()
+                    .flat_map(|solid| Self::inscribed_ellipsoids(solid, sensor_from_solid));
                 return within.collect();
             }
             Solid::Sphere(sphere) => [sphere.radius_mm; 3],
@@ -95,7 +99,9 @@ mod tests {
             let room = Solid::ellipsoid_offset(9.0, 24.0, offset_mm).at(0.0, 0.0, 1.0);
             let body = Solid::cylinder(30.0, 80.0).at(0.0, 0.0, -40.0).minus(room);
             let solid = CompiledSolid::new(&body).unwrap();
-            let [hollow] = Hollow::from_solid(&body, &Pose::identity())[..] else { panic!("{offset_mm}") };
+            let [hollow] = Hollow::from_solid(&body, &Pose::identity())[..] else {
+                panic!("{offset_mm}")
+            };
             for number in 0..500 {
                 let (sin, cos) = (f64::from(number) * 2.4).sin_cos();
                 let up = f64::from(number) / 250.0 - 1.0;

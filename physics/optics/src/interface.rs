@@ -10,7 +10,7 @@ use crate::error::InvalidStack;
 use crate::inverse::{SightLineSolver, ViewStacks};
 use crate::last_face::LastFace;
 use crate::stack::OpticalStack;
-use crate::trace::{Refraction, RayEnd};
+use crate::trace::{RayEnd, Refraction};
 use crate::viewer::CameraView;
 
 /// Number of rays along the longer side of the image.
@@ -54,10 +54,11 @@ impl FirstInterface {
         let guesses = (0..rays.len()).step_by(stride);
         // Each ray is paired with one far away in the list, so that their normals differ.
         let pairs = guesses.map(|i| (&rays[i], &rays[(i + rays.len() / 2) % rays.len()]));
-        let counted = pairs.filter_map(|(ray, other)| InterfaceCandidate::guess(ray, other)).map(|faces| {
-            let passing = rays.iter().filter(|bends| faces.are_passed_by(bends)).count();
-            (passing, faces)
-        });
+        let counted =
+            pairs.filter_map(|(ray, other)| InterfaceCandidate::guess(ray, other)).map(|faces| {
+                let passing = rays.iter().filter(|bends| faces.are_passed_by(bends)).count();
+                (passing, faces)
+            });
         let best = counted.reduce(|best, next| if next.0 > best.0 { next } else { best });
         let Some((passing, faces)) = best else { return Self::Other };
         let share = passing as f64 / rays.len() as f64;
@@ -76,7 +77,9 @@ impl FirstInterface {
         place_in_sensor: &Point3<f64>,
         seeker: &mut SightLineSolver<'_>,
     ) -> Option<Vector3<f64>> {
-        let Self::Single { interface, again: true, .. } = self else { return Some(Vector3::zeros()) };
+        let Self::Single { interface, again: true, .. } = self else {
+            return Some(Vector3::zeros());
+        };
         // Number of faces of the first interface.
         let faces = match interface {
             Interface::None | Interface::FromDrawing => 0,
@@ -96,8 +99,13 @@ impl FirstInterface {
 fn drawn_behind(interface: Interface, is_drawn_behind: bool) -> Interface {
     match interface {
         Interface::None | Interface::FromDrawing => interface,
-        Interface::Flat(flat) => Interface::Flat(FlatInterface { has_drawn_bodies_behind: is_drawn_behind, ..flat }),
-        Interface::Sphere(sphere) => Interface::Sphere(SphericalInterface { has_drawn_bodies_behind: is_drawn_behind, ..sphere }),
+        Interface::Flat(flat) => {
+            Interface::Flat(FlatInterface { has_drawn_bodies_behind: is_drawn_behind, ..flat })
+        }
+        Interface::Sphere(sphere) => Interface::Sphere(SphericalInterface {
+            has_drawn_bodies_behind: is_drawn_behind,
+            ..sphere
+        }),
     }
 }
 
@@ -113,7 +121,9 @@ impl OpticalStack {
         sensor_from_camera: &Pose,
     ) -> Result<Self, InvalidStack> {
         let last = match window {
-            FirstInterface::Single { interface, .. } => LastFace::from_interface(interface, sensor_from_camera),
+            FirstInterface::Single { interface, .. } => {
+                LastFace::from_interface(interface, sensor_from_camera)
+            }
             FirstInterface::NothingVisible | FirstInterface::Other => None,
         };
         self.modelled_face = Some(last.ok_or(InvalidStack::NoInterface)?);
@@ -133,7 +143,11 @@ impl OpticalStack {
 }
 
 /// Returns the refractions of the rays that end at the sensing surface, for a lattice of pixels, in the camera's frame.
-fn rays_to_surface(camera: &Camera, sensor_from_camera: &Pose, sights: &ViewStacks) -> Vec<Vec<Refraction>> {
+fn rays_to_surface(
+    camera: &Camera,
+    sensor_from_camera: &Pose,
+    sights: &ViewStacks,
+) -> Vec<Vec<Refraction>> {
     let mut viewer = CameraView::new(camera, sensor_from_camera, sights);
     let camera_from_sensor = sensor_from_camera.inverse();
     let size = [camera.width_px(), camera.height_px()].map(f64::from);

@@ -9,9 +9,9 @@ mod all_rays;
 use fabkit_geometry::{Point3, Ray, Vector3};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3x2, Vector2};
 
-use crate::tile_tracing::{RefractionSequence, FaceSurfaces};
 use crate::stack::OpticalStack;
-use crate::trace::{RayEnd, LightPath, Tracer};
+use crate::tile_tracing::{FaceSurfaces, RefractionSequence};
+use crate::trace::{LightPath, RayEnd, Tracer};
 
 /// Offset at which a ray counts as passing through a point, mm: a few roundings of its coordinates.
 const OFFSET_TOLERANCE_MM: f64 = 1e-12;
@@ -151,7 +151,11 @@ impl SightLineSolver<'_> {
     /// Finds a ray from a pupil through a point, sensor frame, mm. If there are several, one that nothing hides is
     /// preferred; the search begins at the straight line, so it usually finds the ray closest to that. Returns `None`
     /// if there is none, because light from the point is totally reflected or bent past the pupil.
-    pub fn find_sight_line(&mut self, pupil: &Point3<f64>, place: &Point3<f64>) -> Option<SightLine> {
+    pub fn find_sight_line(
+        &mut self,
+        pupil: &Point3<f64>,
+        place: &Point3<f64>,
+    ) -> Option<SightLine> {
         let straight = (place - pupil).try_normalize(0.0)?;
         // A closed-form solution that the real ray does not follow passes other faces; it is a good start for another
         // search. Among several rays to a point, one that is not hidden is preferred.
@@ -196,7 +200,8 @@ impl SightLineSolver<'_> {
         let mut direction = start;
         loop {
             let ray = Ray { origin: *pupil, direction };
-            let way_mm = self.closest_approach(pupil, place, &direction).map_or(f64::INFINITY, |m| m.way_mm);
+            let way_mm =
+                self.closest_approach(pupil, place, &direction).map_or(f64::INFINITY, |m| m.way_mm);
             let chain = RefractionSequence::from_ray(&mut self.clear, self.surfaces, &ray, way_mm);
             let Some(chain) = chain else { break };
             // The same faces again: the search goes round in a circle.
@@ -226,7 +231,8 @@ impl SightLineSolver<'_> {
     /// Remembers the surface sequence of a ray, for neighbouring points.
     fn remember(&mut self, pupil: &Point3<f64>, sight: &SightLine) {
         let ray = Ray { origin: *pupil, direction: sight.direction };
-        let chain = RefractionSequence::from_ray(&mut self.clear, self.surfaces, &ray, sight.way_mm);
+        let chain =
+            RefractionSequence::from_ray(&mut self.clear, self.surfaces, &ray, sight.way_mm);
         let Some(chain) = chain else { return };
         self.chains.retain(|known| !known.has_same_faces(&chain));
         self.chains.insert(0, chain);
@@ -267,10 +273,15 @@ impl SightLineSolver<'_> {
                 let (last, lead_mm) = chain.follow(pupil, direction)?;
                 Some(ClosestApproach::from_piece(place, &last, lead_mm))
             }),
-            None => offset_by_direction(&sight.direction, |direction| self.closest_approach(pupil, place, direction)),
+            None => offset_by_direction(&sight.direction, |direction| {
+                self.closest_approach(pupil, place, direction)
+            }),
         }?;
         // If the point moves across the ray, the direction changes by the inverse of the offset's derivative.
-        Some(by_direction.try_inverse()? * SightLine::transverse_axes(&sight.direction_at_point).transpose())
+        Some(
+            by_direction.try_inverse()?
+                * SightLine::transverse_axes(&sight.direction_at_point).transpose(),
+        )
     }
 
     /// Returns the corners of a ray's path, sensor frame, mm: the pupil, the points of refraction, and the point.
@@ -295,7 +306,12 @@ impl SightLineSolver<'_> {
     }
 
     /// Returns the remembered surface sequence past which a point was found.
-    fn find_sequence(&self, pupil: &Point3<f64>, place: &Point3<f64>, sight: &SightLine) -> Option<RefractionSequence> {
+    fn find_sequence(
+        &self,
+        pupil: &Point3<f64>,
+        place: &Point3<f64>,
+        sight: &SightLine,
+    ) -> Option<RefractionSequence> {
         let leads_there = |chain: &&RefractionSequence| {
             chain.follow(pupil, &sight.direction).is_some_and(|(last, lead_mm)| {
                 let miss = ClosestApproach::from_piece(place, &last, lead_mm);
@@ -307,7 +323,11 @@ impl SightLineSolver<'_> {
     }
 
     /// Returns the directions of the fan whose rays pass closest to a point.
-    fn nearest_fan_directions(&mut self, pupil: &Point3<f64>, place: &Point3<f64>) -> Vec<Vector3<f64>> {
+    fn nearest_fan_directions(
+        &mut self,
+        pupil: &Point3<f64>,
+        place: &Point3<f64>,
+    ) -> Vec<Vector3<f64>> {
         if self.fan.as_ref().is_none_or(|fan| fan.pupil != *pupil) {
             let rays = fibonacci_directions(STARTS).map(|direction| {
                 let path = self.clear.follow(&Ray { origin: *pupil, direction });
@@ -360,7 +380,8 @@ impl ClosestApproach {
         }
         let miss = Self::from_piece(place, &path.last, lead_mm);
         // A ray that is totally reflected may pass the point before.
-        let is_lost = matches!(path.end, RayEnd::TotalReflection(_)) && miss.way_mm > lead_mm + path.end_mm;
+        let is_lost =
+            matches!(path.end, RayEnd::TotalReflection(_)) && miss.way_mm > lead_mm + path.end_mm;
         (!is_lost && miss.way_mm > 0.0).then_some(miss)
     }
 }
@@ -408,9 +429,12 @@ fn newton(
         let is_old = inverse.is_some();
         let by_place = match inverse {
             Some(inverse) => inverse,
-            None => offset_by_direction_one_sided(&direction, &miss, &mut miss_of)?.try_inverse()?,
+            None => {
+                offset_by_direction_one_sided(&direction, &miss, &mut miss_of)?.try_inverse()?
+            }
         };
-        let step = by_place * (SightLine::transverse_axes(&miss.direction).transpose() * miss.offset_mm);
+        let step =
+            by_place * (SightLine::transverse_axes(&miss.direction).transpose() * miss.offset_mm);
         match damp_step(&direction, step, off_mm, &mut miss_of) {
             Some((moved, nearer)) => {
                 // A step that gains little means that the old derivatives no longer suffice.

@@ -49,26 +49,26 @@
 //! # Ok::<(), fabkit_optics::InvalidStack>(())
 //! ```
 
-mod tile_tracing;
 mod error;
 mod hollow;
 mod interface;
 mod inverse;
 mod last_face;
-mod visibility;
 mod sensing;
 mod snell;
 mod stack;
+mod tile_tracing;
 mod trace;
 mod viewer;
+mod visibility;
 
-pub use tile_tracing::{TileTracing, TILE, TileTracer};
 pub use error::InvalidStack;
 pub use interface::FirstInterface;
-pub use inverse::{SightLineSolver, SightLine, ViewStacks};
-pub use visibility::{OUTSIDE_IMAGE, InvisibleReason, REFRACTION, describe_losses};
+pub use inverse::{SightLine, SightLineSolver, ViewStacks};
 pub use sensing::{START_TOLERANCE_MM, SensingSurface};
 pub use snell::refract;
 pub use stack::{MAX_NAMES, OpticalRole, OpticalStack};
-pub use trace::{Refraction, RayEnd, LightPath, Tracer};
-pub use viewer::{PointProjection, ProjectionError, CameraView};
+pub use tile_tracing::{TILE, TileTracer, TileTracing};
+pub use trace::{LightPath, RayEnd, Refraction, Tracer};
+pub use viewer::{CameraView, PointProjection, ProjectionError};
+pub use visibility::{InvisibleReason, OUTSIDE_IMAGE, REFRACTION, describe_losses};

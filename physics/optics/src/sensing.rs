@@ -315,7 +315,8 @@ mod tests {
             key: None,
             threads: Vec::new(),
         };
-        let surface = PlaneSurface { outline, top_z_mm: 4.0, foot_z_mm: 1.0, max_indentation_mm: 2.0, grip };
+        let surface =
+            PlaneSurface { outline, top_z_mm: 4.0, foot_z_mm: 1.0, max_indentation_mm: 2.0, grip };
         let plane = PadVolume::new(&surface).unwrap();
         let [low, high] = plane.inner_box;
         assert!(low[0] < -5.0 && high[0] > 5.0 && low[1] < -4.0 && high[1] > 4.0);

@@ -1,7 +1,7 @@
 //! Optical stack: the bodies of a sensor as light meets them.
 
 use fabkit_geometry::{
-    Aabb, Assembly, Body, OpticalClarity, CompiledSolid, BodyKind, Point3, Ray, Sensor, Vector3,
+    Aabb, Assembly, Body, BodyKind, CompiledSolid, OpticalClarity, Point3, Ray, Sensor, Vector3,
 };
 
 use crate::InvalidStack;
@@ -79,10 +79,12 @@ impl OpticalStack {
     pub fn from_sensor(sensor: &Sensor) -> Result<Self, InvalidStack> {
         let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
         let place = Assembly::sensor();
-        let mut stack = Self { items: Vec::new(), sensing: None, names: Vec::new(), modelled_face: None };
+        let mut stack =
+            Self { items: Vec::new(), sensing: None, names: Vec::new(), modelled_face: None };
         for body in &sensor.bodies {
             let places = body.placements.iter().filter(|placed| placed.assembly == place);
-            let Some(part) = places.clone().next().map(|_| OpticalRole::from_body(sensor, body)) else {
+            let Some(part) = places.clone().next().map(|_| OpticalRole::from_body(sensor, body))
+            else {
                 continue;
             };
             let part = part?;
@@ -95,7 +97,8 @@ impl OpticalStack {
                 if !part.is_stop() || !solid.contains(&pupil) {
                     let bounds = solid.bounds().grown(BOX_SLACK_MM);
                     // Other hollows may be many, and rays do not start in them.
-                    let mut hollows = Hollow::from_solid(&body.solid, &placement.assembly_from_body);
+                    let mut hollows =
+                        Hollow::from_solid(&body.solid, &placement.assembly_from_body);
                     hollows.retain(|hollow| hollow.contains(&pupil));
                     stack.items.push(Item { solid, bounds, hollows, part, name: count as u8 });
                 } else if body.kind != BodyKind::Bought {

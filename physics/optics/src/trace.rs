@@ -137,7 +137,11 @@ impl<'a> Tracer<'a> {
                     let ratio = from_index / to_index;
                     let Some(direction) = refract(&path.last.direction, &normal, ratio) else {
                         let name = self.stack.items[item as usize].name;
-                        return LightPath { end_mm: at_mm, end: RayEnd::TotalReflection(name), ..path };
+                        return LightPath {
+                            end_mm: at_mm,
+                            end: RayEnd::TotalReflection(name),
+                            ..path
+                        };
                     };
                     path.last = Ray { origin: path.last.at(at_mm), direction };
                     path.lead_mm += at_mm;
@@ -154,7 +158,11 @@ impl<'a> Tracer<'a> {
     }
 
     /// Finds the first part of a line that lies in two media of different refractive index, and both of them.
-    pub(crate) fn find_overlap(&mut self, ray: &Ray, least_mm: f64) -> Option<(f64, f64, [usize; 2])> {
+    pub(crate) fn find_overlap(
+        &mut self,
+        ray: &Ray,
+        least_mm: f64,
+    ) -> Option<(f64, f64, [usize; 2])> {
         self.begin_line(ray);
         self.intersect_until(ray, f64::INFINITY);
         let index = |inside: &BodyInterval| match self.stack.items[inside.item as usize].part {
@@ -205,7 +213,9 @@ impl<'a> Tracer<'a> {
             };
             let item = &stack.items[inside.item as usize];
             match item.part {
-                OpticalRole::Opaque { .. } => return PieceEnd::End { at_mm: t_mm, end: RayEnd::Body(item.name) },
+                OpticalRole::Opaque { .. } => {
+                    return PieceEnd::End { at_mm: t_mm, end: RayEnd::Body(item.name) };
+                }
                 OpticalRole::Skin => return self.trace_skin(ray, t_mm, item.name),
                 OpticalRole::Medium { index: to_index, .. } => {
                     if *index.get_or_insert(to_index) != to_index {
@@ -253,7 +263,9 @@ impl<'a> Tracer<'a> {
             self.intersect_until(ray, t_mm + TOUCH_TOLERANCE_MM);
             let Some(inside) = self.body_at(t_mm + TOUCH_TOLERANCE_MM) else { return hidden };
             match self.stack.items[inside.item as usize].part {
-                OpticalRole::Skin | OpticalRole::Medium { is_skin: true, .. } | OpticalRole::Opaque { is_skin: true } => {
+                OpticalRole::Skin
+                | OpticalRole::Medium { is_skin: true, .. }
+                | OpticalRole::Opaque { is_skin: true } => {
                     t_mm = inside.to_mm;
                 }
                 OpticalRole::Opaque { .. } | OpticalRole::Medium { .. } => return hidden,
@@ -272,8 +284,12 @@ impl<'a> Tracer<'a> {
     /// Returns the normal of the face that a ray passes at a distance.
     fn normal(&mut self, ray: &Ray, item: u32, at_mm: f64, entering: bool) -> Vector3<f64> {
         let solid = &self.stack.items[item as usize].solid;
-        let crossing =
-            solid.first_crossing(ray, at_mm - 2.0 * TOUCH_TOLERANCE_MM, entering, &mut self.scratch);
+        let crossing = solid.first_crossing(
+            ray,
+            at_mm - 2.0 * TOUCH_TOLERANCE_MM,
+            entering,
+            &mut self.scratch,
+        );
         // Only a stretch too short to count has no such crossing.
         crossing.map_or(ray.direction, |crossing| crossing.normal)
     }
@@ -304,7 +320,11 @@ impl<'a> Tracer<'a> {
             let solid = &self.stack.items[item as usize].solid;
             solid.stretches_into(ray, &mut self.scratch, &mut self.stretches);
             let ahead = self.stretches.iter().filter(|[_, to_mm]| *to_mm > START_TOLERANCE_MM);
-            self.insides.extend(ahead.map(|&[from_mm, to_mm]| BodyInterval { from_mm, to_mm, item }));
+            self.insides.extend(ahead.map(|&[from_mm, to_mm]| BodyInterval {
+                from_mm,
+                to_mm,
+                item,
+            }));
         }
     }
 

@@ -4,8 +4,8 @@ use fabkit_camera::{Camera, Interface, OutsideDomain, Point2};
 use fabkit_geometry::{Point3, Pose, Ray};
 use nalgebra::Matrix2x3;
 
-use crate::inverse::{SightLineSolver, SightLine, ViewStacks};
-use crate::trace::{Refraction, LightPath, Tracer};
+use crate::inverse::{SightLine, SightLineSolver, ViewStacks};
+use crate::trace::{LightPath, Refraction, Tracer};
 
 /// Camera at its place; one is needed per thread.
 #[derive(Debug)]
@@ -91,7 +91,10 @@ impl<'a> CameraView<'a> {
     ///
     /// # Errors
     /// [`Unseen`].
-    pub fn project(&mut self, place_in_sensor: &Point3<f64>) -> Result<PointProjection, ProjectionError> {
+    pub fn project(
+        &mut self,
+        place_in_sensor: &Point3<f64>,
+    ) -> Result<PointProjection, ProjectionError> {
         let sight = self.seeker.find_sight_line(&self.pupil(), place_in_sensor);
         let sight = sight.ok_or(ProjectionError::NoLight { place_in_sensor: *place_in_sensor })?;
         let direction = self.camera_from_sensor.vector(sight.direction);
@@ -106,7 +109,10 @@ impl<'a> CameraView<'a> {
         let sights = self.seeker.find_all_sight_lines(&self.pupil(), place_in_sensor);
         let looks = sights.into_iter().filter_map(|sight| {
             let direction = self.camera_from_sensor.vector(sight.direction);
-            Some(PointProjection { pixel: self.camera.project(&Point3::from(direction)).ok()?, sight })
+            Some(PointProjection {
+                pixel: self.camera.project(&Point3::from(direction)).ok()?,
+                sight,
+            })
         });
         looks.collect()
     }
@@ -120,14 +126,20 @@ impl<'a> CameraView<'a> {
     ) -> Option<Matrix2x3<f64>> {
         let direction = self.camera_from_sensor.vector(look.sight.direction);
         let lens = self.camera.project_with_jacobians(&Point3::from(direction)).ok()?;
-        let by_place = self.seeker.direction_by_point(&self.pupil(), place_in_sensor, &look.sight)?;
-        let across = self.camera_from_sensor.rotation() * SightLine::transverse_axes(&look.sight.direction);
+        let by_place =
+            self.seeker.direction_by_point(&self.pupil(), place_in_sensor, &look.sight)?;
+        let across =
+            self.camera_from_sensor.rotation() * SightLine::transverse_axes(&look.sight.direction);
         // Chain rule: pixel by direction, direction by its two components, these by the point.
         Some(lens.by_point * across * by_place)
     }
 
     /// Returns the corners of the path to a point that was looked at, sensor frame, mm, from the pupil on.
-    pub fn path_corners(&mut self, place_in_sensor: &Point3<f64>, look: &PointProjection) -> Vec<Point3<f64>> {
+    pub fn path_corners(
+        &mut self,
+        place_in_sensor: &Point3<f64>,
+        look: &PointProjection,
+    ) -> Vec<Point3<f64>> {
         self.seeker.corners(&self.pupil(), place_in_sensor, &look.sight)
     }
 }

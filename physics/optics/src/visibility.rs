@@ -5,7 +5,7 @@ use fabkit_geometry::Point3;
 
 use crate::stack::OpticalStack;
 use crate::trace::RayEnd;
-use crate::viewer::{ProjectionError, CameraView};
+use crate::viewer::{CameraView, ProjectionError};
 
 /// Label of points outside the image. See [`Lost::word`].
 pub const OUTSIDE_IMAGE: &str = "beside the picture";
@@ -51,14 +51,20 @@ impl CameraView<'_> {
     ///
     /// # Errors
     /// The reason why it is not seen.
-    pub fn visible_pixel(&mut self, place_in_sensor: &Point3<f64>) -> Result<Point2<f64>, InvisibleReason> {
+    pub fn visible_pixel(
+        &mut self,
+        place_in_sensor: &Point3<f64>,
+    ) -> Result<Point2<f64>, InvisibleReason> {
         match self.project(place_in_sensor) {
             Err(ProjectionError::NoLight { .. }) => Err(InvisibleReason::Refraction),
             Err(ProjectionError::Lens(_)) => Err(InvisibleReason::OutsideImage),
-            Ok(look) if !self.camera().is_in_image(&look.pixel) => Err(InvisibleReason::OutsideImage),
-            Ok(look) => {
-                look.sight.hidden_by(END_TOLERANCE_MM).map_or(Ok(look.pixel), |by| Err(InvisibleReason::from_end(by)))
+            Ok(look) if !self.camera().is_in_image(&look.pixel) => {
+                Err(InvisibleReason::OutsideImage)
             }
+            Ok(look) => look
+                .sight
+                .hidden_by(END_TOLERANCE_MM)
+                .map_or(Ok(look.pixel), |by| Err(InvisibleReason::from_end(by))),
         }
     }
 }

@@ -54,7 +54,10 @@ impl SymmetricPattern {
         size: usize,
         places: impl IntoIterator<Item = [usize; 2]>,
     ) -> Result<Self, SparseError> {
-        Self::from_pairs(size, &places.into_iter().map(|[row, col]| Pair { row, col }).collect::<Vec<_>>())
+        Self::from_pairs(
+            size,
+            &places.into_iter().map(|[row, col]| Pair { row, col }).collect::<Vec<_>>(),
+        )
     }
 
     fn from_pairs(size: usize, places: &[Pair<usize, usize>]) -> Result<Self, SparseError> {

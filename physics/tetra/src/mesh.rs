@@ -214,7 +214,8 @@ impl MeshPlan {
             let (least, most) = thickness(upper, interface);
             upper = interface;
             // By the geometric mean of the extreme thicknesses.
-            let parts = ((least * most).sqrt() / (PRISM_HEIGHT_PER_EDGE * edge_mm)).round().max(1.0) as usize;
+            let parts = ((least * most).sqrt() / (PRISM_HEIGHT_PER_EDGE * edge_mm)).round().max(1.0)
+                as usize;
             MeshedLayer { layer, interface, parts }
         });
         Self { layers: layers.collect(), edge_mm, simplifications }
@@ -335,12 +336,13 @@ impl SurfaceTriangles {
             }
         }
         let bonded = self.find_bonded_faces(soft, &levels, level);
-        let layers = kept.layers.iter().map(|kept| &soft.layers[kept.layer]).map(|layer| MeshLayer {
-            name: layer.name.clone(),
-            material: layer.material.clone(),
-            young_mpa: layer.elasticity.young_mpa,
-            poissons_ratio: layer.elasticity.poissons_ratio,
-        });
+        let layers =
+            kept.layers.iter().map(|kept| &soft.layers[kept.layer]).map(|layer| MeshLayer {
+                name: layer.name.clone(),
+                material: layer.material.clone(),
+                young_mpa: layer.elasticity.young_mpa,
+                poissons_ratio: layer.elasticity.poissons_ratio,
+            });
         Ok(Tetrahedra {
             cells,
             cell_layers: layer_of,
@@ -349,7 +351,12 @@ impl SurfaceTriangles {
             bonded_faces: bonded,
             points_mm,
             edge_mm,
-            simplifications: soft.simplifications.iter().chain(&kept.simplifications).cloned().collect(),
+            simplifications: soft
+                .simplifications
+                .iter()
+                .chain(&kept.simplifications)
+                .cloned()
+                .collect(),
         })
     }
 

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use fabkit_elastic::MeridianCurve;
 
-use crate::mesh::{Face, DomeNode};
+use crate::mesh::{DomeNode, Face};
 
 /// Sample points by which the length of the meridian is measured.
 const LENGTH_STEPS: usize = 4000;
@@ -15,7 +15,10 @@ const MIN_RING_NODES: usize = 5;
 
 /// Triangulates a surface with edges about `edge_mm` long. Returns nodes by s and azimuth, triangles, and the nodes of
 /// the rim in order.
-pub(crate) fn triangulate(surface: &MeridianCurve, edge_mm: f64) -> (Vec<DomeNode>, Vec<Face>, Vec<u32>) {
+pub(crate) fn triangulate(
+    surface: &MeridianCurve,
+    edge_mm: f64,
+) -> (Vec<DomeNode>, Vec<Face>, Vec<u32>) {
     let lengths = arc_lengths(surface);
     let total_mm = lengths[LENGTH_STEPS];
     let rows = ((total_mm / (HEIGHT * edge_mm)).round() as usize).max(2);

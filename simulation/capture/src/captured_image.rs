@@ -40,7 +40,11 @@ impl Explained for SizeMismatch {
 ///
 /// # Errors
 /// [`OtherSize`].
-pub fn check_size(file: &Path, picture: &CapturedImage, expected_px: [usize; 2]) -> Result<(), SizeMismatch> {
+pub fn check_size(
+    file: &Path,
+    picture: &CapturedImage,
+    expected_px: [usize; 2],
+) -> Result<(), SizeMismatch> {
     if picture.size_px == expected_px {
         return Ok(());
     }
@@ -87,9 +91,10 @@ impl CapturedImage {
     pub fn grey(self) -> Vec<f32> {
         let (colors, _) = self.values.as_chunks::<3>();
         match self.channels {
-            3 => {
-                colors.iter().map(|color| (0..3).map(|k| LUMINANCE_WEIGHTS[k] * color[k]).sum()).collect()
-            }
+            3 => colors
+                .iter()
+                .map(|color| (0..3).map(|k| LUMINANCE_WEIGHTS[k] * color[k]).sum())
+                .collect(),
             // A greyscale image is its own luminance.
             _ => self.values,
         }

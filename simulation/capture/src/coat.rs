@@ -1,9 +1,12 @@
 //! Rendering of a reflective coat under coloured light sources: shading by slopes, and shadows on the coat.
 
-use fabkit_depth::ground_truth::{DepthMap, NO_LABEL, StandardDeviations, SurfaceDisplacement as _};
+use fabkit_depth::ground_truth::{
+    DepthMap, NO_LABEL, StandardDeviations, SurfaceDisplacement as _,
+};
 use fabkit_files::Error;
 use fabkit_geometry::{
-    Lighting, Marker, Point3, Rgb, Scratch, Sensor, VisibleEffect, SurfacePoints, TouchSurface, Vector3,
+    Lighting, Marker, Point3, Rgb, Scratch, Sensor, SurfacePoints, TouchSurface, Vector3,
+    VisibleEffect,
 };
 use fabkit_light::{Coat, Emitter, Emitters, RaisedMarker};
 use fabkit_scene::CastResult;
@@ -12,7 +15,7 @@ use rayon::prelude::*;
 
 use super::marker_index::{BoundingBall, MarkerIndex};
 use super::scene::surface_middle;
-use super::surface_table::{SurfacePlace, SurfaceGrid};
+use super::surface_table::{SurfaceGrid, SurfacePlace};
 use super::{CaptureError, LightConstants, RenderedLight, displaced_markers};
 
 /// Distance beyond which markers that stand out of the coat throw no shadow, mm.
@@ -144,7 +147,9 @@ impl<'a> CoatScene<'a> {
         constants: &'a LightConstants,
     ) -> Result<Self, Error> {
         let missing = || CaptureError::UnknownLighting { sensor: sensor.name.clone() };
-        let VisibleEffect::Slopes { coat, printed } = &lighting.effect else { return Err(missing().into()) };
+        let VisibleEffect::Slopes { coat, printed } = &lighting.effect else {
+            return Err(missing().into());
+        };
         let touch = sensor.touch.as_ref();
         let touch = touch.ok_or_else(|| CaptureError::NoSurface { sensor: sensor.name.clone() })?;
         let (middle, outward) = surface_middle(touch).ok_or_else(missing)?;
@@ -165,7 +170,9 @@ impl<'a> CoatScene<'a> {
                 let mut tracer = emitters.tracer();
                 let mut arrives = |place: &Point3<f64>| {
                     let found = emitters.arrival(piece, place, &mut tracer);
-                    found.map_or_else(Vector3::zeros, |found| found.density * found.arrival_direction)
+                    found.map_or_else(Vector3::zeros, |found| {
+                        found.density * found.arrival_direction
+                    })
                 };
                 known
                     .iter()
@@ -175,7 +182,8 @@ impl<'a> CoatScene<'a> {
             emitters.pieces().par_iter().map(of_piece).collect()
         };
         // Two depths suffice: irradiance in between is interpolated linearly.
-        let [at_rest, deep] = [coat_mm + SHADOW_OFFSET_MM, coat_mm + SHADOW_OFFSET_MM + soft_mm].map(arrives);
+        let [at_rest, deep] =
+            [coat_mm + SHADOW_OFFSET_MM, coat_mm + SHADOW_OFFSET_MM + soft_mm].map(arrives);
         let colors: Vec<Rgb> = emitters.pieces().iter().map(|piece| piece.color).collect();
         let blocks = colors.len().div_ceil(LANES);
         let mut arrives = vec![Beams::default(); places.len() * blocks];
@@ -265,8 +273,9 @@ impl<'a> CoatScene<'a> {
         let around = self.plan.weights_at(rest).map(|(i, share)| (self.beams_at(i), share));
         let mut colors: Vec<(Rgb, [Vector3<f64>; 2])> = Vec::new();
         for (piece, color) in self.colors.iter().enumerate() {
-            let both: [Vector3<f64>; 2] =
-                [0, 1].map(|k| around.iter().map(|(at, share)| *share * irradiance_vectors(at, piece)[k]).sum());
+            let both: [Vector3<f64>; 2] = [0, 1].map(|k| {
+                around.iter().map(|(at, share)| *share * irradiance_vectors(at, piece)[k]).sum()
+            });
             match colors.iter_mut().find(|(known, _)| known == color) {
                 Some((_, sums)) => (0..2).for_each(|k| sums[k] += both[k]),
                 None => colors.push((*color, both)),
@@ -334,8 +343,14 @@ impl<'a> CoatScene<'a> {
     /// Renders the surface at rest, so that captures of presses only render what has changed.
     pub(super) fn prepare(&mut self, map: &DepthMap<'_>) {
         let sigmas = StandardDeviations::default();
-        let seen =
-            CastResult { map, sigmas: &sigmas, deepest: None, surface_px: 0, answer: None, gap: None };
+        let seen = CastResult {
+            map,
+            sigmas: &sigmas,
+            deepest: None,
+            surface_px: 0,
+            answer: None,
+            gap: None,
+        };
         self.at_rest = Some((self.paint(&seen).light, map.normal_in_sensor()));
     }
 
@@ -372,8 +387,9 @@ impl<'a> CoatScene<'a> {
             let mut from = at + SHADOW_OFFSET_MM * facing;
             let mut send = 1.0;
             if self.is_printed {
-                let is_in =
-                    |peg: &RaisedMarker| (peg.centre + peg.radius_mm * peg.axis - at).norm() < peg.radius_mm;
+                let is_in = |peg: &RaisedMarker| {
+                    (peg.centre + peg.radius_mm * peg.axis - at).norm() < peg.radius_mm
+                };
                 if pegs.near(&at).any(is_in) {
                     let [_, dark] = &self.constants.marks;
                     // The shading below uses the coat's diffuse reflectance, so the dark one is set relative to it.
@@ -411,11 +427,7 @@ impl<'a> CoatScene<'a> {
 
     /// Finds where a ray that grazes a marker's rim would meet the surface. Such a ray ends on the coat's solid without
     /// a valid surface point, but the rim is visible.
-    fn grazing_hit(
-        &self,
-        map: &DepthMap<'_>,
-        pixel: usize,
-    ) -> Option<(Point3<f64>, Vector3<f64>)> {
+    fn grazing_hit(&self, map: &DepthMap<'_>, pixel: usize) -> Option<(Point3<f64>, Vector3<f64>)> {
         let rays = map.rays();
         let name = rays.seen_by_names().get(usize::from(*rays.seen_by().get(pixel)?))?;
         let ray = rays.ray(pixel).filter(|_| !self.is_printed && *name == self.coat_name)?;

@@ -6,9 +6,10 @@ use fabkit_depth::ground_truth::PixelRays;
 use fabkit_elastic::ChannelOutcome;
 use fabkit_files::Error;
 use fabkit_geometry::{
-    MarkerCarrier, LiquidColumn, CompiledSolid, Lighting, Marker, Ray, Rgb, Scratch, Sensor, VisibleEffect, Vector3,
+    CompiledSolid, Lighting, LiquidColumn, Marker, MarkerCarrier, Ray, Rgb, Scratch, Sensor,
+    Vector3, VisibleEffect,
 };
-use fabkit_optics::{ViewStacks, OpticalStack};
+use fabkit_optics::{OpticalStack, ViewStacks};
 use fabkit_scene::SceneError;
 use fabkit_scene::ground_truth::Viewpoint;
 use fabkit_scene::press_simulation::MarkerDisplacement;
@@ -116,7 +117,11 @@ impl<'a> ColumnScene<'a> {
     }
 
     /// Finds the column whose channel a ray passes at the height of the column's end.
-    fn find_column<'m>(&self, ray: &Ray, marks: &'m [MarkerDisplacement]) -> Option<(&'a LiquidColumn, &'m MarkerDisplacement)> {
+    fn find_column<'m>(
+        &self,
+        ray: &Ray,
+        marks: &'m [MarkerDisplacement],
+    ) -> Option<(&'a LiquidColumn, &'m MarkerDisplacement)> {
         self.columns.iter().zip(marks).find(|(column, _)| {
             let down_mm = (column.end.z - ray.origin.z) / ray.direction.z;
             let off = ray.at(down_mm) - column.end;
@@ -127,7 +132,10 @@ impl<'a> ColumnScene<'a> {
 }
 
 /// Returns the columns as markers at their ends, displaced by the channels' liquid.
-pub fn column_ends(columns: &[LiquidColumn], channels: &[ChannelOutcome]) -> Vec<MarkerDisplacement> {
+pub fn column_ends(
+    columns: &[LiquidColumn],
+    channels: &[ChannelOutcome],
+) -> Vec<MarkerDisplacement> {
     let end = |(i, column): (usize, &LiquidColumn)| {
         let moves_mm = channels.get(i).map_or(0.0, |channel| channel.column_displacement_mm);
         let mark = Marker {
@@ -137,7 +145,11 @@ pub fn column_ends(columns: &[LiquidColumn], channels: &[ChannelOutcome]) -> Vec
             radius_mm: 0.5 * column.width_mm,
             carrier: MarkerCarrier::Gel,
         };
-        MarkerDisplacement { displacement_mm: Some(moves_mm * column.direction), axis: mark.axis, mark }
+        MarkerDisplacement {
+            displacement_mm: Some(moves_mm * column.direction),
+            axis: mark.axis,
+            mark,
+        }
     };
     columns.iter().enumerate().map(end).collect()
 }

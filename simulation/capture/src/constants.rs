@@ -1,6 +1,8 @@
 //! Optical constants of captures, with their sources.
 
-use fabkit_geometry::{Assembly, Body, OpticalClarity, CompiledSolid, BodyKind, Sensor, VisibleEffect, Vector3};
+use fabkit_geometry::{
+    Assembly, Body, BodyKind, CompiledSolid, OpticalClarity, Sensor, Vector3, VisibleEffect,
+};
 use fabkit_light::{ImageSensorNoise, TwoStream};
 use serde_json::{Value, json};
 
@@ -188,15 +190,21 @@ impl LightConstants {
                 let dark = printed.iter().map(|_| &self.marks[1]);
                 self.coat.iter().chain([&self.bounce]).chain(dark).collect()
             }
-            VisibleEffect::Fluorescence { .. } => vec![&self.uv_per_mm, &self.spread_mm, &self.bounce],
+            VisibleEffect::Fluorescence { .. } => {
+                vec![&self.uv_per_mm, &self.spread_mm, &self.bounce]
+            }
             VisibleEffect::Markers { .. } => self.marks.iter().chain([&self.bounce]).collect(),
-            VisibleEffect::LiquidColumns { .. } => self.marks.iter().chain([&self.dye_per_mm]).collect(),
+            VisibleEffect::LiquidColumns { .. } => {
+                self.marks.iter().chain([&self.dye_per_mm]).collect()
+            }
         };
         // These matter whatever the lighting shows.
         all.extend([&self.beside_grey, &self.read_noise, &self.shot_noise, &self.drift]);
         match shows {
             // Marker lightings are exposed for the brightest marker, others for the middle of the surface.
-            VisibleEffect::Markers { .. } | VisibleEffect::LiquidColumns { .. } => all.push(&self.mark_grey),
+            VisibleEffect::Markers { .. } | VisibleEffect::LiquidColumns { .. } => {
+                all.push(&self.mark_grey)
+            }
             _ => all.extend(&self.middle_grey),
         }
         all

@@ -7,7 +7,7 @@ use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained};
 use fabkit_geometry::Sensor;
 use serde_json::Value;
 
-use super::{Constant, Provenance, LightConstants};
+use super::{Constant, LightConstants, Provenance};
 
 /// Name of the file format.
 pub(super) const FORMAT: &str = "fabkit-fit-light";

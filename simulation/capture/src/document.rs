@@ -7,12 +7,17 @@ use fabkit_scene::ground_truth::Viewpoint;
 use fabkit_scene::press_simulation::marks_document;
 use serde_json::{Value, json};
 
-use super::{SimulatedCapture, CaptureRequest, lens, unit_document};
+use super::{CaptureRequest, SimulatedCapture, lens, unit_document};
 
 /// Returns what the simulation leaves out, as phrases for people.
-pub(super) fn omitted_effects(shows: &VisibleEffect, of_lens: Vec<&'static str>) -> Vec<&'static str> {
+pub(super) fn omitted_effects(
+    shows: &VisibleEffect,
+    of_lens: Vec<&'static str>,
+) -> Vec<&'static str> {
     let own: &[&str] = match shows {
-        VisibleEffect::Thickness { .. } => &["the bending of light between lamps and curved layers"],
+        VisibleEffect::Thickness { .. } => {
+            &["the bending of light between lamps and curved layers"]
+        }
         VisibleEffect::Slopes { .. } => {
             &["light that the coat sends onto itself", "what lamps' own lenses do to their light"]
         }
@@ -20,7 +25,9 @@ pub(super) fn omitted_effects(shows: &VisibleEffect, of_lens: Vec<&'static str>)
             &["light that one ink takes up of the other", "light that is scattered"]
         }
         VisibleEffect::Markers { .. } => &["shadows of marks on marks", "how the ground moves"],
-        VisibleEffect::LiquidColumns { .. } => &["the bending of light in the display", "menisci", "shadows"],
+        VisibleEffect::LiquidColumns { .. } => {
+            &["the bending of light in the display", "menisci", "shadows"]
+        }
     };
     let all = ["what the camera sees beside the surface, but for a constant"];
     let bounces = ["what bounces on, but for a constant"];
@@ -89,7 +96,11 @@ fn marks(captured: &SimulatedCapture) -> Value {
 }
 
 /// Returns one line about the origin of a capture, to be embedded in its files.
-pub fn capture_comment(project: &Project, capturing: &CaptureRequest<'_>, captured: &SimulatedCapture) -> String {
+pub fn capture_comment(
+    project: &Project,
+    capturing: &CaptureRequest<'_>,
+    captured: &SimulatedCapture,
+) -> String {
     let presses: Vec<&str> = capturing.cast.presses.iter().map(|p| p.id.as_str()).collect();
     let pressed = if presses.is_empty() { "no contact".to_owned() } else { presses.join(" ") };
     let noise = capturing.seed.map_or("no noise".to_owned(), |seed| format!("seed {seed}"));

@@ -2,7 +2,7 @@
 
 use fabkit_depth::ground_truth::{DepthMap, NO_LABEL};
 use fabkit_files::Error;
-use fabkit_geometry::{Lighting, Point3, Ray, Rgb, Scratch, Sensor, VisibleEffect, Vector3};
+use fabkit_geometry::{Lighting, Point3, Ray, Rgb, Scratch, Sensor, Vector3, VisibleEffect};
 use fabkit_light::fluorescence;
 use fabkit_scene::press_simulation::ContactSolution;
 use rayon::prelude::*;
@@ -29,7 +29,9 @@ impl<'a> GlowScene<'a> {
         constants: &'a LightConstants,
     ) -> Result<Self, Error> {
         let scene = LayerGeometry::new(sensor, lighting, constants)?;
-        let VisibleEffect::Fluorescence { layers } = &lighting.effect else { return Err(Error::bug("no glow")) };
+        let VisibleEffect::Fluorescence { layers } = &lighting.effect else {
+            return Err(Error::bug("no glow"));
+        };
         let colors = layers.iter().map(|(_, color)| *color).collect();
         let mut own = Self { scene, colors, constants, exposure: 1.0 };
         let brightest = surface_middle(own.scene.touch).map_or(0.0, |(rest, outward)| {
@@ -39,7 +41,8 @@ impl<'a> GlowScene<'a> {
         });
         // The exposure puts the middle of the surface at rest at `middle_grey`.
         if let Some(middle) = constants.middle_grey.as_ref().filter(|_| brightest > 0.0) {
-            own.exposure = middle.value / brightest * constants.exposure_limit_factor(own.scene.relative_peak());
+            own.exposure = middle.value / brightest
+                * constants.exposure_limit_factor(own.scene.relative_peak());
         }
         Ok(own)
     }
@@ -48,7 +51,11 @@ impl<'a> GlowScene<'a> {
         [format!("glow of {}", self.scene.layers.join(" and ")), self.scene.lamps.clone()]
     }
 
-    pub(super) fn paint(&self, map: &DepthMap<'_>, answer: Option<&ContactSolution<'_>>) -> RenderedLight {
+    pub(super) fn paint(
+        &self,
+        map: &DepthMap<'_>,
+        answer: Option<&ContactSolution<'_>>,
+    ) -> RenderedLight {
         let scene = &self.scene;
         let beside = ([self.constants.beside_grey.value; 3], f64::NAN);
         let lower = answer.and_then(|answer| answer.lower_face(scene.innermost()));
@@ -70,11 +77,13 @@ impl<'a> GlowScene<'a> {
                 let thickness_mm = (thick_mm - depth_mm - lower_mm).max(0.0);
                 // The layers here were beside this place at rest: material keeps its order and its shares of the
                 // thickness.
-                let aside_mm =
-                    aside.as_ref().map_or_else(Vector3::zeros, |aside| aside.displacement_mm(&foot, &outward));
+                let aside_mm = aside
+                    .as_ref()
+                    .map_or_else(Vector3::zeros, |aside| aside.displacement_mm(&foot, &outward));
                 let (off_mm, outward) = scene.touch.depth_mm(&(foot - aside_mm));
                 let rest = foot - aside_mm + off_mm * outward;
-                match self.ray_light((&rest, &outward), direction, thickness_mm / thick_mm, scratch) {
+                match self.ray_light((&rest, &outward), direction, thickness_mm / thick_mm, scratch)
+                {
                     Some(light) => (light, thickness_mm),
                     None => beside,
                 }

@@ -3,7 +3,7 @@
 use fabkit_geometry::{Point3, Rgb, SurfacePoints, Vector3};
 use fabkit_light::{Emitters, diffuse_path_ratio};
 
-use super::surface_table::{SurfacePlace, SurfaceGrid};
+use super::surface_table::{SurfaceGrid, SurfacePlace};
 
 /// Table of irradiance over the sensing surface, interpolated linearly.
 #[derive(Debug)]
@@ -53,9 +53,11 @@ impl IrradianceTable {
             let around = bounce * mean;
             let slanted = over_table(emitters.irradiance_times_path(&known, index));
             let both = slanted.into_iter().zip(&values);
-            both.map(|(slanted, lit)| (slanted + around * diffuse_path_ratio(index)) / (lit + around))
-                .map(|slant| if slant.is_finite() { slant } else { 1.0 })
-                .collect()
+            both.map(|(slanted, lit)| {
+                (slanted + around * diffuse_path_ratio(index)) / (lit + around)
+            })
+            .map(|slant| if slant.is_finite() { slant } else { 1.0 })
+            .collect()
         });
         values.iter_mut().for_each(|value| *value = (*value / mean + bounce) / (1.0 + bounce));
         Some(Self { plan, values, slants: slants.unwrap_or_default() })

@@ -77,8 +77,9 @@ impl<'a> LayerScene<'a> {
     ) -> Result<Self, Error> {
         let scene = LayerGeometry::new(sensor, lighting, constants)?;
         // The middle gets its intensity first; then everything is dimmed if another place would be white.
-        let exposure = scene.middle_light_and_path().map_or(1.0, |[lit, mm]| constants.exposure(lit, mm))
-            * constants.exposure_limit_factor(scene.relative_peak());
+        let exposure =
+            scene.middle_light_and_path().map_or(1.0, |[lit, mm]| constants.exposure(lit, mm))
+                * constants.exposure_limit_factor(scene.relative_peak());
         Ok(Self { scene, constants, exposure, ray_mm: None, at_rest: None })
     }
 
@@ -136,7 +137,8 @@ impl<'a> LayerScene<'a> {
         let rays = 0..map.range_mm().len();
         let met: Vec<_> = rays.into_par_iter().map_init(Buffers::default, look).collect();
         constants.map(|constants| {
-            let seen: Vec<(f64, f64)> = met.iter().map(|met| self.intensity(constants, *met)).collect();
+            let seen: Vec<(f64, f64)> =
+                met.iter().map(|met| self.intensity(constants, *met)).collect();
             let mut grey: Vec<f64> = seen.iter().map(|(grey, _)| *grey).collect();
             self.spread(constants, map, &seen).apply(&mut grey);
             grey

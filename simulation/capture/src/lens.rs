@@ -70,7 +70,12 @@ impl LensEffects {
         let diameter = |tracer: &mut Tracer<'_>, i: usize| {
             let Some(ray) = ray(i) else { return 0.0 };
             let path = tracer.follow(&ray);
-            blur_diameter_px(pupil_mm, focus_mm, apparent_distance_mm(&ray, &path, tracer), focal_px)
+            blur_diameter_px(
+                pupil_mm,
+                focus_mm,
+                apparent_distance_mm(&ray, &path, tracer),
+                focal_px,
+            )
         };
         let all = (0..rays.len()).into_par_iter();
         let diameters: Vec<f64> = all.map_init(|| Tracer::new(&stack), diameter).collect();
@@ -106,7 +111,11 @@ fn apparent_distance_mm(ray: &Ray, path: &LightPath, tracer: &Tracer<'_>) -> f64
     sum_mm.max(NEAREST_MM)
 }
 
-fn stack(sensor: &Sensor, lighting: &Lighting, viewpoint: &Viewpoint) -> Result<OpticalStack, Error> {
+fn stack(
+    sensor: &Sensor,
+    lighting: &Lighting,
+    viewpoint: &Viewpoint,
+) -> Result<OpticalStack, Error> {
     // The stack must belong to the camera of this lighting, which may not be the sensor's own.
     let seen = match &lighting.camera {
         Some(camera) => Cow::Owned(Sensor { camera: camera.clone(), ..sensor.clone() }),

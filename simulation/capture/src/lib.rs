@@ -4,25 +4,25 @@
 //! glowing layers, or markers. Optical paths, layers, markers and light sources are those of the design's bodies;
 //! [`fabkit_scene::pressing`] computes how a press moves them.
 
+mod captured_image;
 mod coat;
 mod columns;
 mod constants;
 mod constants_file;
 mod document;
 mod glow_layers;
+mod irradiance_table;
+mod jpeg_roundtrip;
 mod layers;
 mod lens;
 mod lighting;
-mod irradiance_table;
+mod marker_index;
 mod marks;
 mod pack;
-mod marker_index;
-mod scene;
-mod jpeg_roundtrip;
-mod skin;
 mod renderer;
+mod scene;
+mod skin;
 mod surface_table;
-mod captured_image;
 mod thickness_change;
 mod unit;
 
@@ -30,35 +30,35 @@ pub mod light_fit;
 pub mod live;
 
 use fabkit_depth::ground_truth::DepthMap;
-use fabkit_geometry::{Body, Lighting, Marker, Rgb, Sensor, VisibleEffect, Vector3};
+use fabkit_geometry::{Body, Lighting, Marker, Rgb, Sensor, Vector3, VisibleEffect};
 use fabkit_light::{ImageSensorNoise, LightingError, draw_drift};
 use fabkit_optics::ViewStacks;
 use rayon::prelude::*;
 
+pub use captured_image::{CapturedImage, SizeMismatch, check_size};
 pub use columns::column_ends;
-pub use constants::{Constant, Provenance, LightConstants};
+pub use constants::{Constant, LightConstants, Provenance};
 pub use constants_file::{ConstantsError, read_constants};
 pub use document::{capture_comment, capture_document};
 pub use lighting::{find_lighting, select_lighting};
 pub use pack::{OpticsPack, SLOPE_BINS, optics_pack};
+pub use renderer::Renderer;
 pub use scene::LayerGeometry;
 pub use skin::SkinView;
-pub use renderer::Renderer;
-pub use captured_image::{SizeMismatch, CapturedImage, check_size};
 pub use unit::{Unit, unit_document};
 
 pub use self::coat::CoatScene;
 use self::glow_layers::GlowScene;
+use self::jpeg_roundtrip::jpeg_roundtrip;
 pub use self::layers::{LayerScene, RestRay};
 use self::lens::LensEffects;
 use self::marks::MarkScene;
 pub use self::scene::{placed_solid, surface_middle};
-use self::jpeg_roundtrip::jpeg_roundtrip;
 pub use self::skin::render_skin;
 pub use self::thickness_change::ThicknessChange;
 use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained, UnknownName};
 use fabkit_scene::ground_truth::{Viewpoint, project_points};
-use fabkit_scene::press_simulation::{ContactSolution, ContactModel, MarkerDisplacement};
+use fabkit_scene::press_simulation::{ContactModel, ContactSolution, MarkerDisplacement};
 use fabkit_scene::{Cast, CastResult, SensorView};
 
 /// Reason why a capture cannot be simulated.
@@ -252,9 +252,15 @@ impl<'a> LightingRenderer<'a> {
         constants: &'a LightConstants,
     ) -> Result<Self, Error> {
         Ok(match &lighting.effect {
-            VisibleEffect::Thickness { .. } => Self::Layers(LayerScene::new(sensor, lighting, constants)?),
-            VisibleEffect::Slopes { .. } => Self::Coat(CoatScene::new(sensor, lighting, constants)?),
-            VisibleEffect::Fluorescence { .. } => Self::Glow(GlowScene::new(sensor, lighting, constants)?),
+            VisibleEffect::Thickness { .. } => {
+                Self::Layers(LayerScene::new(sensor, lighting, constants)?)
+            }
+            VisibleEffect::Slopes { .. } => {
+                Self::Coat(CoatScene::new(sensor, lighting, constants)?)
+            }
+            VisibleEffect::Fluorescence { .. } => {
+                Self::Glow(GlowScene::new(sensor, lighting, constants)?)
+            }
             VisibleEffect::Markers { .. } => {
                 Self::Marks(Box::new(MarkScene::new(sensor, lighting, constants)?))
             }
@@ -393,7 +399,12 @@ impl CaptureRequest<'_> {
 
     /// Computes the intensities of all pixels: means over the samples, with drift and noise, quantised as by the chip,
     /// and compressed where the camera sends JPEG.
-    fn pixel_intensities(&self, sensor: &Sensor, light: &[Rgb], size_px: [u32; 2]) -> Result<Vec<f64>, Error> {
+    fn pixel_intensities(
+        &self,
+        sensor: &Sensor,
+        light: &[Rgb],
+        size_px: [u32; 2],
+    ) -> Result<Vec<f64>, Error> {
         let taken = self.chip_intensities(sensor, light, size_px);
         match self.jpeg_quality(sensor) {
             Some(quality) => jpeg_roundtrip(&taken, size_px, quality),
@@ -401,7 +412,12 @@ impl CaptureRequest<'_> {
         }
     }
 
-    fn chip_intensities(&self, sensor: &Sensor, light: &[Rgb], [width, height]: [u32; 2]) -> Vec<f64> {
+    fn chip_intensities(
+        &self,
+        sensor: &Sensor,
+        light: &[Rgb],
+        [width, height]: [u32; 2],
+    ) -> Vec<f64> {
         let samples = self.cast.samples as usize;
         let drift_grey = self.drift_grey();
         let (chip, seed) = match self.seed {
@@ -445,7 +461,10 @@ fn reflectance(body: Option<&Body>, [light, dark]: [f64; 2]) -> f64 {
 const UNKNOWN_REFLECTANCE: f64 = 0.3;
 
 /// Returns a sensor's markers at their places during a press; at rest without a solution.
-pub fn displaced_markers(sensor: &Sensor, answer: Option<&ContactSolution<'_>>) -> Vec<MarkerDisplacement> {
+pub fn displaced_markers(
+    sensor: &Sensor,
+    answer: Option<&ContactSolution<'_>>,
+) -> Vec<MarkerDisplacement> {
     let at_rest = |mark: &Marker| MarkerDisplacement {
         displacement_mm: Some(Vector3::zeros()),
         axis: mark.axis,

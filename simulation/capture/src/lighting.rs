@@ -13,7 +13,10 @@ use super::{CaptureError, LightConstants, Unit};
 ///
 /// # Errors
 /// [`CaptureError`] for an unknown name, and for a sensor without lightings.
-pub fn find_lighting<'a>(sensor: &'a Sensor, name: Option<&str>) -> Result<&'a Lighting, CaptureError> {
+pub fn find_lighting<'a>(
+    sensor: &'a Sensor,
+    name: Option<&str>,
+) -> Result<&'a Lighting, CaptureError> {
     let Some(name) = name else {
         let missing = || CaptureError::UnknownLighting { sensor: sensor.name.clone() };
         return sensor.lightings.first().ok_or_else(missing);

@@ -54,7 +54,12 @@ impl MarkerIndex {
 
     /// Collects bounding balls around the markers near `place`, relative to `from`, into a reused list. One list serves
     /// the queries towards many light sources.
-    pub(super) fn balls(&self, place: &Point3<f64>, from: &Point3<f64>, balls: &mut Vec<BoundingBall>) {
+    pub(super) fn balls(
+        &self,
+        place: &Point3<f64>,
+        from: &Point3<f64>,
+        balls: &mut Vec<BoundingBall>,
+    ) {
         balls.clear();
         balls.extend(self.near(place).filter_map(|peg| {
             let way = peg.centre - 0.5 * self.height_mm * peg.axis - from;
@@ -71,13 +76,20 @@ impl MarkerIndex {
     }
 
     /// Returns whether a marker blocks the ray from a place in a direction.
-    pub(super) fn blocks(&self, balls: &[BoundingBall], from: &Point3<f64>, towards: &Vector3<f64>) -> bool {
+    pub(super) fn blocks(
+        &self,
+        balls: &[BoundingBall],
+        from: &Point3<f64>,
+        towards: &Vector3<f64>,
+    ) -> bool {
         balls.iter().any(|ball| {
             // The ball's discriminant rejects most markers before the exact intersection.
             let along = ball.way.dot(towards);
             along > -ball.radius_mm
                 && ball.beyond < along * along
-                && self.intersect(&ball.peg, from, towards).is_some_and(|(mm, _)| mm < self.reach_mm)
+                && self
+                    .intersect(&ball.peg, from, towards)
+                    .is_some_and(|(mm, _)| mm < self.reach_mm)
         })
     }
 

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use fabkit_depth::ground_truth::PixelRays;
 use fabkit_files::Error;
 use fabkit_geometry::{
-    CompiledSolid, Lighting, Matrix3, Point3, Ray, Rgb, Scratch, Sensor, VisibleEffect, Vector3,
+    CompiledSolid, Lighting, Matrix3, Point3, Ray, Rgb, Scratch, Sensor, Vector3, VisibleEffect,
 };
 use fabkit_light::Emitters;
-use fabkit_optics::{ViewStacks, OpticalStack, Tracer};
+use fabkit_optics::{OpticalStack, Tracer, ViewStacks};
 use fabkit_scene::SceneError;
 use fabkit_scene::ground_truth::Viewpoint;
 use fabkit_scene::press_simulation::MarkerDisplacement;
@@ -110,7 +110,9 @@ impl<'a> MarkScene<'a> {
         constants: &'a LightConstants,
     ) -> Result<Self, Error> {
         let missing = || CaptureError::UnknownLighting { sensor: sensor.name.clone() };
-        let VisibleEffect::Markers { marks } = &lighting.effect else { return Err(missing().into()) };
+        let VisibleEffect::Markers { marks } = &lighting.effect else {
+            return Err(missing().into());
+        };
         let compiled = placed_solid(sensor.body(marks).ok_or_else(missing)?)?;
         let emitters = Emitters::new(sensor, lighting).map_err(CaptureError::NoLight)?;
         let mut ground = sensor.clone();
@@ -292,7 +294,12 @@ impl<'a> MarkScene<'a> {
     }
 
     /// Computes reflectance and irradiance of everything behind the markers.
-    fn background(&self, straight: &PixelRays, rays: &PixelRays, stack: &OpticalStack) -> Background {
+    fn background(
+        &self,
+        straight: &PixelRays,
+        rays: &PixelRays,
+        stack: &OpticalStack,
+    ) -> Background {
         let [light, dark] = &self.constants.marks;
         let sends = |name: &String| match self.lamps.contains(name) {
             true => f64::INFINITY,

@@ -4,7 +4,7 @@ use fabkit_depth::ground_truth::{DepthMap, ReferenceSurface, StandardDeviations}
 use fabkit_files::Error;
 use fabkit_geometry::Lighting;
 use fabkit_scene::ground_truth::find_deepest_contact;
-use fabkit_scene::press_simulation::{ContactSolution, ContactModel};
+use fabkit_scene::press_simulation::{ContactModel, ContactSolution};
 use fabkit_scene::{Cast, CastResult, SensorView};
 use serde_json::{Value, json};
 
@@ -79,8 +79,14 @@ impl<'a> Renderer<'a> {
         let touch = self.scene.touch()?;
         let deepest = self.needs_normals().then(|| find_deepest_contact(map, touch)).flatten();
         // Renderers use neither sigmas nor the count of pixels.
-        let seen =
-            CastResult { map, sigmas: &StandardDeviations::default(), deepest, surface_px: 0, answer, gap: None };
+        let seen = CastResult {
+            map,
+            sigmas: &StandardDeviations::default(),
+            deepest,
+            surface_px: 0,
+            answer,
+            gap: None,
+        };
         let painted = self.painter.paint(self.scene, &self.capturing.cast, &seen)?;
         let painted = painted.with_lens(self.lens.as_ref());
         let capturing = CaptureRequest { seed, ..self.capturing.clone() };

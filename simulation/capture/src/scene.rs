@@ -2,8 +2,8 @@
 
 use fabkit_files::Error;
 use fabkit_geometry::{
-    Assembly, Body, CompiledSolid, Lighting, Point3, Pose, Ray, Scratch, Sensor, VisibleEffect,
-    SurfacePoints, TouchSurface, Vector3,
+    Assembly, Body, CompiledSolid, Lighting, Point3, Pose, Ray, Scratch, Sensor, SurfacePoints,
+    TouchSurface, Vector3, VisibleEffect,
 };
 use fabkit_light::Emitters;
 
@@ -45,7 +45,9 @@ impl<'a> LayerGeometry<'a> {
     ) -> Result<Self, Error> {
         let layers: Vec<String> = match &lighting.effect {
             VisibleEffect::Thickness { layers } => layers.clone(),
-            VisibleEffect::Fluorescence { layers } => layers.iter().map(|(layer, _)| layer.clone()).collect(),
+            VisibleEffect::Fluorescence { layers } => {
+                layers.iter().map(|(layer, _)| layer.clone()).collect()
+            }
             _ => Vec::new(),
         };
         let touch = sensor.touch.as_ref();
@@ -68,7 +70,8 @@ impl<'a> LayerGeometry<'a> {
             // Light arrives from inside, so irradiance is computed at the innermost face.
             extent.map_or(0.0, |[_, to]| to)
         };
-        let lit = IrradianceTable::new(&points, &emitters, inner_mm, constants.bounce.value, slanted_in);
+        let lit =
+            IrradianceTable::new(&points, &emitters, inner_mm, constants.bounce.value, slanted_in);
         let lit = lit.ok_or_else(|| CaptureError::Dark { sensor: sensor.name.clone() })?;
         let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
         let lamps = emitters.description;
@@ -85,7 +88,8 @@ impl<'a> LayerGeometry<'a> {
 
     /// Returns the largest irradiance, except near the foot, relative to that in the middle.
     pub(super) fn relative_peak(&self) -> f64 {
-        let middle = surface_middle(self.touch).map_or(1.0, |(point, _)| self.lit.irradiance(&point));
+        let middle =
+            surface_middle(self.touch).map_or(1.0, |(point, _)| self.lit.irradiance(&point));
         self.lit.maximum() / middle
     }
 
@@ -119,7 +123,8 @@ impl<'a> LayerGeometry<'a> {
             .thickness_mm((rest, outward), &mut Scratch::default(), &mut Vec::new())
             .unwrap_or(0.0);
         let direction = (rest - self.pupil).normalize();
-        [0.0, gains_mm].map(|gains_mm| path_length_mm((thick_mm + gains_mm).max(0.0), outward, &direction))
+        [0.0, gains_mm]
+            .map(|gains_mm| path_length_mm((thick_mm + gains_mm).max(0.0), outward, &direction))
     }
 }
 
@@ -141,7 +146,11 @@ pub fn surface_middle(touch: &TouchSurface) -> Option<(Point3<f64>, Vector3<f64>
 }
 
 /// Returns the path length along a direction in a layer of a given thickness. The layer's faces are taken as parallel.
-pub(super) fn path_length_mm(thickness_mm: f64, outward: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
+pub(super) fn path_length_mm(
+    thickness_mm: f64,
+    outward: &Vector3<f64>,
+    direction: &Vector3<f64>,
+) -> f64 {
     thickness_mm / outward.dot(direction).max(LEAST_COSINE)
 }
 

@@ -9,11 +9,16 @@ use fabkit_fixtures::Project;
 use fabkit_geometry::{Lighting, Marker, Sensor, VisibleEffect};
 use fabkit_optics::ViewStacks;
 use fabkit_scene::ground_truth::Viewpoint;
-use fabkit_scene::press_simulation::{ContactModel, LinearOptions, MarkerDisplacement, PressingError, with_indenters};
+use fabkit_scene::press_simulation::{
+    ContactModel, LinearOptions, MarkerDisplacement, PressingError, with_indenters,
+};
 use fabkit_scene::{Cast, SceneError};
 
 use super::columns::{ColumnScene, column_ends};
-use super::{SimulatedCapture, CaptureRequest, LensEffects, LightConstants, MarkScene, RenderedLight, project_markers};
+use super::{
+    CaptureRequest, LensEffects, LightConstants, MarkScene, RenderedLight, SimulatedCapture,
+    project_markers,
+};
 
 /// Default distance of nodes, mm.
 const SPACING_MM: f64 = 1.0;
@@ -90,7 +95,8 @@ pub fn render_skin(
     let size_px = [camera.width_px(), camera.height_px()];
     let lens = LensEffects::new(sensor, lighting, viewpoint, cast.samples)?;
     let picture = |(moved, seed): (Vec<MarkerDisplacement>, Option<u64>)| {
-        let capturing = CaptureRequest { cast: cast.clone(), lighting, constants: &constants, seed };
+        let capturing =
+            CaptureRequest { cast: cast.clone(), lighting, constants: &constants, seed };
         let painted = scene.paint(viewpoint, cast.samples, moved)?.with_lens(lens.as_ref());
         capturing.pixel_intensities(sensor, &painted.light, size_px)
     };
@@ -115,8 +121,10 @@ impl CaptureRequest<'_> {
             }
             (_, Some((stack, outcome))) => {
                 let by_mm = |mark: &Marker| outcome.displacement_mm(stack, &mark.point);
-                let moved =
-                    |moved: MarkerDisplacement| MarkerDisplacement { displacement_mm: Some(by_mm(&moved.mark)), ..moved };
+                let moved = |moved: MarkerDisplacement| MarkerDisplacement {
+                    displacement_mm: Some(by_mm(&moved.mark)),
+                    ..moved
+                };
                 super::displaced_markers(sensor, None).into_iter().map(moved).collect()
             }
             (_, None) => super::displaced_markers(sensor, None),
@@ -149,7 +157,8 @@ impl CaptureRequest<'_> {
         let stack = stack.map_err(PressingError::from)?;
         let presses = self.cast.presses.iter();
         let bodies: Vec<_> = presses.flat_map(|press| &press.bodies).cloned().collect();
-        let outcome = with_indenters(&bodies, |pressers| Ok(stack.prepare(pressers)?.press(pressers)?))?;
+        let outcome =
+            with_indenters(&bodies, |pressers| Ok(stack.prepare(pressers)?.press(pressers)?))?;
         Ok(Some((stack, outcome)))
     }
 }

@@ -40,7 +40,8 @@ impl SurfaceGrid {
                 (SurfacePoints::Dome(dome), Self::Dome { last_rad, .. }) => {
                     // The foot itself already belongs to the wall below.
                     let polar = along.min(1.0 - 1e-9) * last_rad;
-                    let place = dome.point_in_direction(polar, TAU * column as f64 / columns as f64);
+                    let place =
+                        dome.point_in_direction(polar, TAU * column as f64 / columns as f64);
                     (place, (along * last_rad).sin())
                 }
                 (SurfacePoints::Plane(pad), Self::Pad { bounds_mm: [x, y] }) => {

@@ -72,7 +72,9 @@ impl ThicknessChange {
     /// Returns the loss of thickness per millimetre of indentation at a point, interpolated over the polar angle and
     /// constant beyond the last press.
     pub fn at(&self, point: &Point3<f64>) -> f64 {
-        let Some(centre) = self.centre else { return self.places.first().map_or(1.0, |p| p.loss_per_mm) };
+        let Some(centre) = self.centre else {
+            return self.places.first().map_or(1.0, |p| p.loss_per_mm);
+        };
         let deg = (point - centre).angle(&Vector3::z()).to_degrees();
         let after = self.places.partition_point(|place| place.polar_deg < deg);
         let last = self.places.len().saturating_sub(1);

@@ -182,7 +182,10 @@ mod tests {
         assert!(near(of(&|unit| unit.core_mm().z), CORE_SIGMA_MM));
         assert!(near(of(&|unit| unit.lamp(0, 3) - 1.0), LED_SIGMA));
         // Cut off at two standard deviations: 0.959 of one is left.
-        assert!(near(of(&|unit| unit.dimension_deviation("tube.wall")), 0.959 * SIGMA_PER_TOLERANCE));
+        assert!(near(
+            of(&|unit| unit.dimension_deviation("tube.wall")),
+            0.959 * SIGMA_PER_TOLERANCE
+        ));
         assert_eq!(Unit(5).seat_mm(), Unit(5).seat_mm());
         assert_ne!(Unit(5).seat_mm(), Unit(6).seat_mm());
     }

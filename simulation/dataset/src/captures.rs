@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use fabkit_files::join_first_messages;
 use fabkit_files::reading::{self, ExpectedFile};
-use fabkit_picture::{EXTENSIONS, DecodedImage, PixelValues};
+use fabkit_picture::{DecodedImage, EXTENSIONS, PixelValues};
 use rayon::prelude::*;
 
 /// Words for the sides, in file names and in CSV, in the order of the halves.
@@ -188,6 +188,8 @@ fn read_image(file: &Path, size_px: [u32; 2]) -> Result<(u32, Vec<u8>), String> 
         fabkit_picture::read(&bytes, u64::MAX).map_err(unreadable)?;
     match values {
         PixelValues::U8(values) => Ok((channels, values)),
-        PixelValues::U16(_) => Err(format!("{shown}: a picture of 16 bits a sample; 8 bits are read")),
+        PixelValues::U16(_) => {
+            Err(format!("{shown}: a picture of 16 bits a sample; 8 bits are read"))
+        }
     }
 }

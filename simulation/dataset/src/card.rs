@@ -2,7 +2,7 @@
 
 use fabkit_depth::ground_truth::Uncertainty;
 use fabkit_scene::ground_truth::median;
-use fabkit_scene::press_simulation::{ContactModel, ContactGap};
+use fabkit_scene::press_simulation::{ContactGap, ContactModel};
 
 use super::halves::{bodies_of_half, with_depth_map};
 use super::{DatasetError, DatasetJob, Split};

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use fabkit_depth::ground_truth::{DepthMap, PlacedIndenter, SURFACE_LABEL, Side, Uncertainty};
-use fabkit_export::{NpyArray, ZarrType, NpyValues, ZarrArray, npz, zarr_pack};
+use fabkit_export::{NpyArray, NpyValues, ZarrArray, ZarrType, npz, zarr_pack};
 use fabkit_scene::press_simulation::ContactSolution;
 use rayon::prelude::*;
 use serde_json::json;
@@ -12,7 +12,7 @@ use super::read::SampleArray;
 use super::samples::HalfParts;
 use super::store::{DatasetError, Store};
 use super::tiling::Tiling;
-use super::{ShardFiles, DatasetJob};
+use super::{DatasetJob, ShardFiles};
 
 /// Number of half presses in one file.
 const HALVES_PER_SHARD: u64 = 16;
@@ -90,8 +90,9 @@ pub(super) fn write(
             store.put(name, || pack(array, &halves, values))?;
         }
         let of_shard = || places.clone().zip(&halves);
-        let untouched =
-            of_shard().filter(|(place, half)| !has_contact(job, *place, half)).map(|(place, _)| place);
+        let untouched = of_shard()
+            .filter(|(place, half)| !has_contact(job, *place, half))
+            .map(|(place, _)| place);
         let parts = tiling.into_iter().flat_map(|tiling| {
             of_shard().map(|(place, half)| HalfParts::new(job, tiling, half, job.half(place).1))
         });
@@ -188,7 +189,10 @@ pub(super) fn cast_half(job: &DatasetJob, half: usize) -> Result<HalfPress, Data
 }
 
 /// Computes the contact solution of a half, if layers are simulated and touched.
-pub(super) fn solve_contact<'a>(job: &DatasetJob<'a>, half: usize) -> Result<Option<ContactSolution<'a>>, DatasetError> {
+pub(super) fn solve_contact<'a>(
+    job: &DatasetJob<'a>,
+    half: usize,
+) -> Result<Option<ContactSolution<'a>>, DatasetError> {
     let (pattern, side) = job.half(half);
     match (job.elastic_solver, &pattern.response) {
         (Some(ready), Some(felt)) => felt.solve_contact(ready, job.contact, side),

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use fabkit_capture::Renderer;
-use fabkit_export::{ZarrType, ZarrArray, zarr_pack};
+use fabkit_export::{ZarrArray, ZarrType, zarr_pack};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 

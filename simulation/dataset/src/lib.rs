@@ -23,19 +23,19 @@
 
 mod captures;
 mod card;
-mod remote_shards;
-mod press_forces;
+mod contact_sheet;
 mod halves;
 mod images;
-mod request;
+mod memory;
 mod patterns;
 mod plan;
+mod press_forces;
 mod read;
 mod reader;
-mod memory;
+mod remote_shards;
+mod request;
 mod samples;
 mod shard_file;
-mod contact_sheet;
 mod store;
 mod tiling;
 
@@ -46,16 +46,16 @@ use fabkit_export::ZarrArray;
 use serde_json::json;
 
 pub use captures::{HalfCaptures, InvalidCaptures};
-pub use remote_shards::{ShardFiles, compute_shard};
-pub use press_forces::PatternResponse;
+pub use contact_sheet::render_contact_sheet;
 pub use images::HalfImages;
-pub use request::{DatasetRequest, DatasetRequestError, ImageRequest, prepare_job};
+pub use memory::DatasetMemory;
 pub use patterns::{MAX_BODIES, MAX_PATTERNS, NamedPresses, PatternsError, read as read_patterns};
 pub use plan::{DatasetPlan, Split};
+pub use press_forces::PatternResponse;
 pub use read::{SampleArray, SampleError};
 pub use reader::DatasetReader;
-pub use memory::DatasetMemory;
-pub use contact_sheet::render_contact_sheet;
+pub use remote_shards::{ShardFiles, compute_shard};
+pub use request::{DatasetRequest, DatasetRequestError, ImageRequest, prepare_job};
 pub use store::{DatasetError, KIND};
 
 use fabkit_files::progress::ProgressCallback;
@@ -236,7 +236,8 @@ impl DatasetWriter {
 
     /// Checks that the job still has the plan with which the data set was begun, as its inputs may have changed.
     fn check(&self, job: &DatasetJob) -> Result<(), DatasetError> {
-        let differences = fabkit_files::resumable::find_differences(&self.plan, &job.plan.document(job));
+        let differences =
+            fabkit_files::resumable::find_differences(&self.plan, &job.plan.document(job));
         match differences.is_empty() {
             true => Ok(()),
             false => {

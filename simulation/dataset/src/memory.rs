@@ -1,6 +1,6 @@
 //! Memory of a data set, estimated from measurements of each step.
 
-use fabkit_files::memory::{self, MemoryHint, MemoryError};
+use fabkit_files::memory::{self, MemoryError, MemoryHint};
 use fabkit_scene::press_simulation::ContactModel;
 use fabkit_scene::{REFRACTION_BYTES, SensorView};
 

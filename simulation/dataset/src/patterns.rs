@@ -3,7 +3,7 @@
 use fabkit_fixtures::{Press, PressError, PressFinder, Project};
 use fabkit_geometry::Length;
 use fabkit_scene::unknown_press_hint;
-use fabkit_text::{YamlFault, Position, to_printable};
+use fabkit_text::{Position, YamlFault, to_printable};
 
 /// Largest number of patterns: each half is cast and each pair stitched, which makes a million samples.
 pub const MAX_PATTERNS: usize = 1000;

@@ -6,7 +6,7 @@ use fabkit_geometry::sequences::SplitMix64;
 use serde_json::{Value, json};
 
 use super::store::KIND;
-use super::{HalfImages, DatasetJob, PressPattern, size_px};
+use super::{DatasetJob, HalfImages, PressPattern, size_px};
 
 /// Purpose of a pattern, and of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

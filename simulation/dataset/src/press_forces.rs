@@ -8,12 +8,15 @@ use fabkit_files::{Error, Explained as _};
 use fabkit_fixtures::{Press, PressBody, SEAM_NORMAL};
 use fabkit_geometry::{Pose, TouchSurface};
 use fabkit_scene::ground_truth::compile_indenters;
-use fabkit_scene::press_simulation::{ContactSolution, ContactModel, LinearOptions, PressingError, ElasticSolver, PressStep, soft_layers};
+use fabkit_scene::press_simulation::{
+    ContactModel, ContactSolution, ElasticSolver, LinearOptions, PressStep, PressingError,
+    soft_layers,
+};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::request::DatasetRequestError;
-use super::{DatasetError, DatasetRequest, DatasetJob, NamedPresses, PressPattern};
+use super::{DatasetError, DatasetJob, DatasetRequest, NamedPresses, PressPattern};
 
 /// Pattern with the response of the layers, on the left and on the right.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use fabkit_export::{ZarrType, ZarrArray};
+use fabkit_export::{ZarrArray, ZarrType};
 use fabkit_files::reading::{self, ReadError};
 use fabkit_files::resumable::{ResumableFolderError, read_regular};
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
@@ -74,7 +74,9 @@ impl Explained for SampleError {
         let hint = match self {
             Self::Folder(error) => return error.hint(),
             Self::Io(_) | Self::OutOfRange { .. } => return None,
-            Self::NoDataset { is_begun: true, .. } => "it is not finished: go on with what began it",
+            Self::NoDataset { is_begun: true, .. } => {
+                "it is not finished: go on with what began it"
+            }
             Self::NoDataset { .. } => "is it the right folder? Nobody wrote a data set there",
             Self::Damaged { .. } => "delete that file, and go on with what wrote it",
             Self::ForeignMetadata { .. } => "read it with the Python package `zarr`",
@@ -274,7 +276,8 @@ mod tests {
         fs::write(folder.path().join("zarr.json"), array.metadata().unwrap()).unwrap();
         let sample = |i: u8| (0..12).map(|k| 20 * i + k).collect::<Vec<u8>>();
         for shard in 0..3 {
-            let packed = array.samples_in_shard(shard).map(|i| zarr_pack(&sample(i as u8)).unwrap());
+            let packed =
+                array.samples_in_shard(shard).map(|i| zarr_pack(&sample(i as u8)).unwrap());
             let path = folder.path().join(array.shard_path(shard));
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, array.shard(&packed.collect::<Vec<_>>())).unwrap();
@@ -337,7 +340,8 @@ mod tests {
         fs::create_dir_all(folder.path().join("c/0/0")).unwrap();
         fs::write(folder.path().join("c/0/0/0"), bytes).unwrap();
         for s in 0..2 {
-            let expected: Vec<u8> = grid_positions(&[3, 5]).map(|at| value(s, at[0], at[1])).collect();
+            let expected: Vec<u8> =
+                grid_positions(&[3, 5]).map(|at| value(s, at[0], at[1])).collect();
             assert_eq!(array.sample(s).unwrap(), expected);
         }
     }

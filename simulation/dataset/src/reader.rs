@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use fabkit_export::ZarrType;
-use fabkit_files::memory::{self, MemoryHint, MemoryError};
+use fabkit_files::memory::{self, MemoryError, MemoryHint};
 use fabkit_files::resumable::{FilesByPath, listed_files};
 use serde_json::Value;
 
@@ -62,7 +62,8 @@ impl DatasetReader {
         }
         let folder = self.folder.join(name);
         let array = SampleArray::from_metadata(&folder, &self.bytes(&metadata)?)?;
-        let foreign = |what| SampleError::ForeignMetadata { path: self.folder.join(&metadata), what };
+        let foreign =
+            |what| SampleError::ForeignMetadata { path: self.folder.join(&metadata), what };
         let (shape, expected) = (array.shape(), self.shape(name));
         // Metadata with other sizes than the document's could make a reader allocate anything.
         if expected.as_deref() != Some(shape) {
@@ -103,9 +104,10 @@ impl DatasetReader {
             };
             // Packed and unpacked content of one chunk.
             let bytes = 2 * chunk_bytes(array.array()) as u64;
-            let found = memory::run_on_workers("reading a chunk", 0, bytes, MemoryHint::Nothing, || {
-                Ok::<_, MemoryError>(array.damaged_chunks())
-            })?;
+            let found =
+                memory::run_on_workers("reading a chunk", 0, bytes, MemoryHint::Nothing, || {
+                    Ok::<_, MemoryError>(array.damaged_chunks())
+                })?;
             damaged.extend(found.into_iter().map(|(file, why)| (format!("{name}/{file}"), why)));
         }
         Ok(damaged)

@@ -2,7 +2,7 @@
 //! again if it gets lost. Files that arrive are checked before they are kept.
 
 use super::store::DatasetError;
-use super::{DatasetWriter, DatasetJob, halves, shard_file, size_px};
+use super::{DatasetJob, DatasetWriter, halves, shard_file, size_px};
 
 /// Files by their paths relative to a data set's folder.
 pub type ShardFiles = Vec<(String, Vec<u8>)>;

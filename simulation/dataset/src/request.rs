@@ -10,15 +10,15 @@ use fabkit_files::reading::MAX_YAML_BYTES;
 use fabkit_files::reading::{self, ExpectedFile};
 use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained, join_first_messages};
 use fabkit_fixtures::{PressError, SEAM_NORMAL};
-use fabkit_scene::press_simulation::{ContactModel, LinearOptions, ElasticSolver, threads};
+use fabkit_scene::press_simulation::{ContactModel, ElasticSolver, LinearOptions, threads};
 use fabkit_scene::{MARGIN_LIMITS_MM, MEMBRANE_LIMITS_MM, SensorView, check_length};
 use fabkit_text::InvalidDesign;
 use serde_json::{Value, json};
 
 use super::memory::DatasetMemory;
 use super::{
-    DatasetPlan, HalfCaptures, HalfImages, InvalidCaptures, DatasetJob, NamedPresses, PatternsError, press_forces,
-    patterns,
+    DatasetJob, DatasetPlan, HalfCaptures, HalfImages, InvalidCaptures, NamedPresses,
+    PatternsError, patterns, press_forces,
 };
 
 /// Request for a data set, besides the camera and the sensor.
@@ -109,7 +109,8 @@ pub fn prepare_job<R, E: From<Error>>(
     order: &DatasetRequest,
     work: impl FnOnce(&DatasetJob, DatasetMemory) -> Result<R, E>,
 ) -> Result<R, E> {
-    check_length("membrane_mm", order.contact.membrane_mm(), MEMBRANE_LIMITS_MM).map_err(Error::from)?;
+    check_length("membrane_mm", order.contact.membrane_mm(), MEMBRANE_LIMITS_MM)
+        .map_err(Error::from)?;
     check_length("seam_margin_mm", order.seam_margin_mm, MARGIN_LIMITS_MM).map_err(Error::from)?;
     let named = read_patterns(order, explain, scene)?;
     let room = DatasetMemory::new(scene, order, named.len());
@@ -133,7 +134,8 @@ pub fn prepare_job<R, E: From<Error>>(
     let rays = scene.rays_of_rows(1, 0..u32::MAX);
     let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
     let seam = Seam::new(&surface, SEAM_NORMAL, order.seam_margin_mm);
-    let lit = |of: ImageRequest| fabkit_capture::select_lighting(&scene.project, of.light, of.constants);
+    let lit =
+        |of: ImageRequest| fabkit_capture::select_lighting(&scene.project, of.light, of.constants);
     let light = order.images.map(lit).transpose()?;
     let captures = match &light {
         Some((lighting, constants)) => {

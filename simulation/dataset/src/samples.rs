@@ -6,7 +6,8 @@
 
 use fabkit_depth::ground_truth::Side;
 use fabkit_export::{
-    ZarrType, ByteRun, RunContent, Shard, StoredChunk, ZarrArray, zarr_pack, zarr_append_checksum, encode_zstd_runs,
+    ByteRun, RunContent, Shard, StoredChunk, ZarrArray, ZarrType, encode_zstd_runs,
+    zarr_append_checksum, zarr_pack,
 };
 use rayon::prelude::*;
 use serde_json::json;
@@ -160,7 +161,8 @@ pub(super) fn write_array(
                     for chunk in 0..tiling.chunks() {
                         let stored = match (&left.0[chunk], &right.0[chunk]) {
                             (PartChunk::Shared(left), PartChunk::Shared(right)) => {
-                                merge_runs(left, right, chunk_bytes).map(|chunk| shard.store(&chunk))
+                                merge_runs(left, right, chunk_bytes)
+                                    .map(|chunk| shard.store(&chunk))
                             }
                             // A chunk of one side is empty in the half of the other side.
                             _ => of_left[chunk].or(of_right[chunk]),

@@ -66,7 +66,11 @@ impl<F: Read + Seek> ShardFile<F> {
     }
 
     /// Reads the values of a chunk of `size` bytes; `None` if they are all zero.
-    pub(super) fn chunk(&mut self, number: usize, size: usize) -> Result<Option<Vec<u8>>, ReadFault> {
+    pub(super) fn chunk(
+        &mut self,
+        number: usize,
+        size: usize,
+    ) -> Result<Option<Vec<u8>>, ReadFault> {
         let (offset, length) = self.index[number];
         if (offset, length) == (ABSENT, ABSENT) {
             return Ok(None);

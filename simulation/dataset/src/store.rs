@@ -5,7 +5,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use fabkit_depth::RenderError;
 use fabkit_export::ExportError;
 use fabkit_files::progress::{ProgressCallback, ProgressStep};
-use fabkit_files::resumable::{ResumableFolder, ResumableFolderError, FolderKind, SAME_VERSION_HINT};
+use fabkit_files::resumable::{
+    FolderKind, ResumableFolder, ResumableFolderError, SAME_VERSION_HINT,
+};
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 use fabkit_scene::press_simulation::PressingError;
 use serde_json::Map;
@@ -151,7 +153,12 @@ impl<'a> Store<'a> {
         self.folder.finish(Map::new())?;
         of_document.fetch_add(1, Ordering::Relaxed);
         let found = self.found.load(Ordering::Relaxed);
-        (self.progress)(ProgressStep { done: self.files, resumed: found, total: self.files, last_name: "" });
+        (self.progress)(ProgressStep {
+            done: self.files,
+            resumed: found,
+            total: self.files,
+            last_name: "",
+        });
         Ok((found, self.made.load(Ordering::Relaxed)))
     }
 }

@@ -29,7 +29,11 @@ impl Tiling {
         let size_px = [sides.len() / width_px, width_px];
         let strips = STRIPS.into_iter().flat_map(|count| {
             [[1, count], [count, 1]].map(|[rows, columns]| {
-                Self::with_chunks(sides, size_px, [size_px[0].div_ceil(rows), size_px[1].div_ceil(columns)])
+                Self::with_chunks(
+                    sides,
+                    size_px,
+                    [size_px[0].div_ceil(rows), size_px[1].div_ceil(columns)],
+                )
             })
         });
         let mut best: Option<(f64, Self)> = None;

@@ -114,11 +114,13 @@ impl Explained for ReconstructError {
 
     fn subject(&self) -> ErrorSubject {
         match self {
-            Self::DepthNotShown { .. } | Self::NoMarkersShown { .. } => ErrorSubject::new("no_light"),
-            Self::SizeMismatch(error) => error.subject(),
-            Self::TooDark { file, .. } | Self::NoColors { file } | Self::TooFewMarkers { file, .. } => {
-                ErrorSubject::from_path("bad_picture", file)
+            Self::DepthNotShown { .. } | Self::NoMarkersShown { .. } => {
+                ErrorSubject::new("no_light")
             }
+            Self::SizeMismatch(error) => error.subject(),
+            Self::TooDark { file, .. }
+            | Self::NoColors { file }
+            | Self::TooFewMarkers { file, .. } => ErrorSubject::from_path("bad_picture", file),
             Self::Network { file, .. } | Self::Card { file, .. } => {
                 ErrorSubject::from_path("bad_network", file)
             }

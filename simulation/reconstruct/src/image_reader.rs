@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use fabkit_capture::{LightConstants, CapturedImage};
+use fabkit_capture::{CapturedImage, LightConstants};
 use fabkit_files::Error;
 use fabkit_geometry::{Lighting, Sensor};
 use fabkit_scene::SensorView;
 use fabkit_scene::ground_truth::Viewpoint;
 
 use super::{
-    DepthNetwork, TrackedMarkers, MarkerTracker, ReconstructError, DepthResult, Reconstructor,
-    why_markers_hidden, encode_npz, shows_depth,
+    DepthNetwork, DepthResult, MarkerTracker, ReconstructError, Reconstructor, TrackedMarkers,
+    encode_npz, shows_depth, why_markers_hidden,
 };
 
 /// Reader that is calibrated with the image at rest.
@@ -63,7 +63,10 @@ impl ImageReader {
         let mut left_out = Vec::new();
         let (mut depth, mut scene) = (None, None);
         // Without depth and without markers, `Reconstructor::new` returns the error to report.
-        if network.is_some() || shows_depth(lighting) || why_markers_hidden(sensor, lighting).is_some() {
+        if network.is_some()
+            || shows_depth(lighting)
+            || why_markers_hidden(sensor, lighting).is_some()
+        {
             let view = view()?;
             depth = Some(match network {
                 Some(network) => Reconstructor::with_network(&view, network, reference)?,
@@ -130,7 +133,11 @@ impl ImageReader {
     ///
     /// # Errors
     /// Returns the errors of [`Self::read`].
-    pub fn measure_rates(&self, file: &Path, picture: &CapturedImage) -> Result<ReadingRates, Error> {
+    pub fn measure_rates(
+        &self,
+        file: &Path,
+        picture: &CapturedImage,
+    ) -> Result<ReadingRates, Error> {
         let of_depth = self.depth.as_ref().map(|depth| depth.measure_images_per_s(file, picture));
         let of_marks = self.marks.as_ref().map(|marks| marks.measure_images_per_s(file, picture));
         let (of_depth, marks_per_s) = (of_depth.transpose()?, of_marks.transpose()?);

@@ -22,12 +22,12 @@
 
 mod drift;
 mod error;
-mod marker_tracking;
-mod surface_integration;
-mod network_depth;
 mod image_reader;
+mod marker_tracking;
+mod network_depth;
 mod sharpen;
 mod slopes;
+mod surface_integration;
 mod thickness_depth;
 
 use std::path::Path;
@@ -45,9 +45,9 @@ use slopes::PhotometricStereo;
 use thickness_depth::ThicknessModel;
 
 pub use error::ReconstructError;
-pub use marker_tracking::{TrackedMarkers, MarkerTracker, why_markers_hidden};
-pub use network_depth::{NetworkCard, MaskCircle, DepthNetwork, InputNormalisation};
-pub use image_reader::{ImageReading, ImageReader, ReadingRates};
+pub use image_reader::{ImageReader, ImageReading, ReadingRates};
+pub use marker_tracking::{MarkerTracker, TrackedMarkers, why_markers_hidden};
+pub use network_depth::{DepthNetwork, InputNormalisation, MaskCircle, NetworkCard};
 
 /// Returns whether depth can be reconstructed in this lighting without a network.
 pub fn shows_depth(lighting: &Lighting) -> bool {

@@ -18,7 +18,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::drift::{LEAST_GREY, estimate_relative_brightness};
-use super::{ReconstructError, DepthResult};
+use super::{DepthResult, ReconstructError};
 
 /// Name and version of the card's file format.
 const FORMAT: &str = "fabkit-network-card";
@@ -234,14 +234,18 @@ impl NetworkReconstructor {
         let DepthNetwork { network, card, .. } = known;
         let threads = rayon::current_num_threads() as u64;
         // Each thread has buffers of its own.
-        memory::check_memory("this network", threads * network.bytes_a_thread(), MemoryHint::Network)?;
+        memory::check_memory(
+            "this network",
+            threads * network.bytes_a_thread(),
+            MemoryHint::Network,
+        )?;
         let columns = scene.viewpoint.camera().width_px() as usize;
         let input = card.as_ref().map_or(InputNormalisation::PUBLISHED, |card| card.input);
         let published = Some(MaskCircle { center_px: None, radius_px: PUBLISHED_MASK_PX });
         // A card without a mask means the whole image; only without a card the published mask applies.
         let mask = card.as_ref().map_or(published, |card| card.mask);
-        let blur = gaussian_weights(input.blur_px, input.blur_sigma_px);
-        let mut at_rest = blur(reference, columns, &blur);
+        let weights = gaussian_weights(input.blur_px, input.blur_sigma_px);
+        let mut at_rest = blur(reference, columns, &weights);
         if let Some((middle, radius_px)) =
             mask.and_then(|mask| Some((mask.middle(scene)?, mask.radius_px)))
         {
@@ -261,14 +265,15 @@ impl NetworkReconstructor {
             reference.iter().zip(&at_rest).map(told).collect()
         });
         let output_mm = card.as_ref().map_or(2.0, |card| card.output_mm);
-        Ok(Self { network: network.clone(), input, output_mm, columns, blur, at_rest, compared })
+        Ok(Self { network: network.clone(), input, output_mm, columns, blur: weights, at_rest, compared })
     }
 
     /// Reconstructs the depth of an image of luminance 0 to 1.
     pub fn reconstruct(&self, picture: &[f32]) -> Result<DepthResult, Error> {
         let InputNormalisation { offset_grey, maximum_grey, .. } = self.input;
         let compared = self.compared.as_ref();
-        let brighter = compared.map_or(1.0, |compared| estimate_relative_brightness(compared, picture));
+        let brighter =
+            compared.map_or(1.0, |compared| estimate_relative_brightness(compared, picture));
         // The image is divided by its relative brightness.
         let scale = brighter.recip();
         let mut input = blur(picture, self.columns, &self.blur);

@@ -5,14 +5,14 @@ use std::path::Path;
 use fabkit_capture::{CoatScene, LightConstants};
 use fabkit_depth::ground_truth::NO_LABEL;
 use fabkit_files::Error;
-use fabkit_geometry::{Lighting, Marker, Matrix3, Rgb, VisibleEffect, TouchSurface, Vector3};
+use fabkit_geometry::{Lighting, Marker, Matrix3, Rgb, TouchSurface, Vector3, VisibleEffect};
 use fabkit_light::{Coat, linear_fit};
 use fabkit_scene::press_simulation::{ContactModel, LinearOptions};
 use fabkit_scene::{Cast, SensorView};
 use rayon::prelude::*;
 
 use super::surface_integration::{Grid, Node};
-use super::{ReconstructError, DepthResult};
+use super::{DepthResult, ReconstructError};
 
 /// Maximum number of grid columns. Pixels are averaged to nodes: normals are more certain then, and gel has no finer
 /// shape.
@@ -157,7 +157,9 @@ impl PhotometricStereo {
         own.lit = nodes.iter().zip(&grey).map(lit).collect();
         let [seen, lit] = [nodes.iter().flatten().count(), own.lit.iter().flatten().count()];
         if (lit as f64) < LEAST_LIT * seen as f64 {
-            return Err(ReconstructError::TooDark { file: file.into(), least_grey: LEAST_GREY }.into());
+            return Err(
+                ReconstructError::TooDark { file: file.into(), least_grey: LEAST_GREY }.into()
+            );
         }
         let marks: &[Marker] = if stands_out { &[] } else { &sensor.marks };
         let is_coat = |(node, lit): (&Option<Node>, &Option<NodeLight>)| {
@@ -184,9 +186,9 @@ impl PhotometricStereo {
             .zip(&grey)
             .zip(&self.is_coat)
             .map(|((lit, grey), is_coat)| {
-                lit.as_ref()
-                    .filter(|_| *is_coat)
-                    .is_none_or(|lit| (0..3).all(|k| (grey[k] - lit.grey[k]).abs() < REST_TOLERANCE))
+                lit.as_ref().filter(|_| *is_coat).is_none_or(|lit| {
+                    (0..3).all(|k| (grey[k] - lit.grey[k]).abs() < REST_TOLERANCE)
+                })
             })
             .collect();
         let around = self.surrounding_regions(&still);
@@ -217,7 +219,13 @@ impl PhotometricStereo {
     }
 
     /// Returns the predicted light of a node with the normal `facing`, at `nearer_mm` towards the camera.
-    fn predicted_light(&self, node: &Node, lit: &NodeLight, facing: &Vector3<f64>, nearer_mm: f64) -> Rgb {
+    fn predicted_light(
+        &self,
+        node: &Node,
+        lit: &NodeLight,
+        facing: &Vector3<f64>,
+        nearer_mm: f64,
+    ) -> Rgb {
         let place = node.place - nearer_mm * node.direction;
         // Irradiance is interpolated between the surface at rest and the depth of the soft layers.
         let deep = (self.touch.depth_mm(&place).0 / self.soft_mm).clamp(0.0, 1.0);
@@ -236,7 +244,13 @@ impl PhotometricStereo {
 
     /// Finds the outward normal for which a node has these colours, by Gauss-Newton iteration from its normal at rest.
     /// A shadow dims all colours about equally; its strength is a third unknown.
-    fn solve_normal(&self, node: &Node, lit: &NodeLight, grey: &Rgb, nearer_mm: f64) -> Vector3<f64> {
+    fn solve_normal(
+        &self,
+        node: &Node,
+        lit: &NodeLight,
+        grey: &Rgb,
+        nearer_mm: f64,
+    ) -> Vector3<f64> {
         let outward =
             |a: f64, b: f64| (node.outward + a * lit.tangents[0] + b * lit.tangents[1]).normalize();
         let miss = |at: &Vector3<f64>| {
@@ -253,7 +267,9 @@ impl PhotometricStereo {
         for _ in 0..STEPS {
             let off = miss(&at);
             // The Jacobian, by forward differences.
-            let by = |k: usize| (miss(&(at + DIFFERENCE_STEP * Vector3::ith(k, 1.0))) - off) / DIFFERENCE_STEP;
+            let by = |k: usize| {
+                (miss(&(at + DIFFERENCE_STEP * Vector3::ith(k, 1.0))) - off) / DIFFERENCE_STEP
+            };
             let slopes = Matrix3::from_columns(&[by(0), by(1), by(2)]);
             let square = slopes.transpose() * slopes + Matrix3::from_diagonal(&hold);
             let towards = slopes.transpose() * off + hold.component_mul(&(at - rest));

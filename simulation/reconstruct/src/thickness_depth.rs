@@ -10,7 +10,7 @@ use fabkit_scene::{Cast, SensorView};
 
 use super::drift::{LEAST_GREY, estimate_relative_brightness};
 use super::sharpen::Sharpener;
-use super::{ReconstructError, DepthResult};
+use super::{DepthResult, ReconstructError};
 
 /// Intensity of a value of 1 in an image.
 const WHITE: f32 = 255.0;
@@ -86,7 +86,9 @@ impl ThicknessModel {
         })?;
         let lit = laws.at_rest.iter().filter(|grey| **grey > 0.0).count();
         if (lit as f64) < LEAST_LIT * surface_px as f64 {
-            return Err(ReconstructError::TooDark { file: file.into(), least_grey: LEAST_GREY }.into());
+            return Err(
+                ReconstructError::TooDark { file: file.into(), least_grey: LEAST_GREY }.into()
+            );
         }
         Ok(Self { size_px, laws, sharpener })
     }
@@ -124,7 +126,8 @@ impl ThicknessModel {
                 }
             }
             // The square around `middle` is complete once its last row has been summed.
-            let Some(middle) = row.checked_sub(HALF_SIDE).filter(|middle| *middle >= HALF_SIDE) else {
+            let Some(middle) = row.checked_sub(HALF_SIDE).filter(|middle| *middle >= HALF_SIDE)
+            else {
                 continue;
             };
             sums.copy_from_slice(&along[(middle - HALF_SIDE) % SIDE]);

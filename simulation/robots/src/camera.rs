@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use fabkit_camera::files::{self, CameraFormat};
 use fabkit_camera::{Camera, Interface, Intrinsics, Lens, OpenCv, Point2};
-use fabkit_export::{NpyArray, RobotCamera, NpyValues, npz};
+use fabkit_export::{NpyArray, NpyValues, RobotCamera, npz};
 use fabkit_files::Error;
 use fabkit_geometry::{Point3, Ray, Scratch, Sensor, Vector3};
-use fabkit_optics::{RayEnd, SensingSurface, ViewStacks, Tracer};
+use fabkit_optics::{RayEnd, SensingSurface, Tracer, ViewStacks};
 use fabkit_scene::ground_truth::Viewpoint;
 
 /// Largest half angle of the pinhole, degrees: beyond it an image consists mostly of its stretched edge.
@@ -31,7 +31,11 @@ pub(super) struct PixelPoints {
 
 impl PixelPoints {
     /// Traces the pixels of a designed camera.
-    pub fn trace(sensor: &Sensor, viewpoint: &Viewpoint, sights: &Arc<ViewStacks>) -> Result<Self, Error> {
+    pub fn trace(
+        sensor: &Sensor,
+        viewpoint: &Viewpoint,
+        sights: &Arc<ViewStacks>,
+    ) -> Result<Self, Error> {
         let touch =
             sensor.touch.as_ref().map(SensingSurface::new).transpose().map_err(Error::bug)?;
         let rays = viewpoint.rays(1).traced_through(sights);
@@ -48,7 +52,11 @@ impl PixelPoints {
         };
         let places_in_camera = rays.iter().map(|ray| ray.as_ref().map(&mut met)).collect();
         let camera = viewpoint.camera();
-        Ok(Self { size_px: [camera.width_px(), camera.height_px()], rays, points_in_camera: places_in_camera })
+        Ok(Self {
+            size_px: [camera.width_px(), camera.height_px()],
+            rays,
+            points_in_camera: places_in_camera,
+        })
     }
 
     /// Computes the pinhole at the same position that is as sharp in the middle of the image, and as wide as necessary.
@@ -107,7 +115,8 @@ impl PixelPoints {
             .rays
             .iter()
             .map(|ray| ray.map_or(unknown, |ray| <Vector3<f64>>::into(ray.direction)));
-        let seen = |place: &Option<Point3<f64>>| pinhole.project_into_image(place.as_ref()?.coords.into());
+        let seen =
+            |place: &Option<Point3<f64>>| pinhole.project_into_image(place.as_ref()?.coords.into());
         let pixels = self.points_in_camera.iter().map(|place| seen(place).unwrap_or([f64::NAN; 2]));
         let array = |name: &str, of_each: usize, values: NpyValues| NpyArray {
             name: name.to_owned(),
@@ -134,7 +143,8 @@ impl PixelPoints {
     /// Computes the fraction of the image that the pinhole shows: 1 is everything that the lens reaches.
     pub fn shown_fraction(&self, pinhole: &RobotCamera) -> f64 {
         let reached = self.points_in_camera.iter().flatten();
-        let is_seen = |place: &&Point3<f64>| pinhole.project_into_image(place.coords.into()).is_some();
+        let is_seen =
+            |place: &&Point3<f64>| pinhole.project_into_image(place.coords.into()).is_some();
         let (seen, all) = (reached.clone().filter(is_seen).count(), reached.count());
         if all == 0 { 0.0 } else { seen as f64 / all as f64 }
     }

@@ -62,7 +62,9 @@ pub(super) fn compute_convex_pieces(bodies: &[&PlacedBody<'_>]) -> Result<Vec<Hu
         let saved = |block: &Block| block.cut.map_or(0.0, |cut| cut.saved_mm3);
         let best =
             (0..blocks.len()).max_by(|a, b| saved(&blocks[*a]).total_cmp(&saved(&blocks[*b])));
-        let Some(best) = best.filter(|i| saved(&blocks[*i]) > MIN_SAVED_FRACTION * all_mm3) else { break };
+        let Some(best) = best.filter(|i| saved(&blocks[*i]) > MIN_SAVED_FRACTION * all_mm3) else {
+            break;
+        };
         let Some(Cut { axis, at_mm, .. }) = blocks[best].cut else { break };
         let (mut middle_from, mut middle_to) = (blocks[best].from_mm, blocks[best].to_mm);
         middle_from[axis] = at_mm;
@@ -143,7 +145,11 @@ fn is_thick(hull: &Hull) -> bool {
 }
 
 /// Clips triangles to the range between two positions along an axis, and triangulates the remaining polygons.
-fn clip_triangles(triangles: &[Triangle], axis: usize, [from_mm, to_mm]: [f64; 2]) -> Vec<Triangle> {
+fn clip_triangles(
+    triangles: &[Triangle],
+    axis: usize,
+    [from_mm, to_mm]: [f64; 2],
+) -> Vec<Triangle> {
     let mut left = Vec::new();
     for triangle in triangles {
         let above = clip_polygon(triangle, |p| p[axis] - from_mm);

@@ -5,7 +5,7 @@ use fabkit_files::Error;
 use fabkit_mesh::Hull;
 use serde_json::json;
 
-use super::bodies::{VISUAL_TOLERANCE_MM, PlacedBody};
+use super::bodies::{PlacedBody, VISUAL_TOLERANCE_MM};
 use super::soft::SoftBody;
 use super::taxels::TouchMesh;
 

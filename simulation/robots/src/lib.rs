@@ -11,10 +11,10 @@
 
 mod bodies;
 mod camera;
+mod convex_pieces;
 mod document;
 mod error;
 mod masses;
-mod convex_pieces;
 mod soft;
 mod taxels;
 
@@ -35,10 +35,10 @@ use fabkit_scene::ground_truth::{Viewpoint, are_visible, project_points};
 
 pub use self::error::RobotError;
 
-use self::bodies::{PlacedBody, link, visual_mesh, place_bodies};
+use self::bodies::{PlacedBody, link, place_bodies, visual_mesh};
 use self::camera::PixelPoints;
 use self::document::RobotDocument;
-use self::soft::{light_sources, build_soft_body};
+use self::soft::{build_soft_body, light_sources};
 use self::taxels::TouchMesh;
 
 /// Name of the camera's frame.
@@ -201,7 +201,9 @@ pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<Forei
         }
     }
     // Tetrahedra are large: they are written only for formats that use them.
-    if let Some(soft) = touch.as_mut().filter(|_| formats.iter().any(|format| format.simulates_deformation())) {
+    if let Some(soft) =
+        touch.as_mut().filter(|_| formats.iter().any(|format| format.simulates_deformation()))
+    {
         for (name, format, bytes) in &mut soft.files {
             files.add(name, format, std::mem::take(bytes));
         }

@@ -1,7 +1,7 @@
 //! Masses of bodies.
 
 use fabkit_export::Inertia;
-use fabkit_geometry::{Body, OpticalClarity, MechanicalRole, BodyKind, Matrix3, Vector3};
+use fabkit_geometry::{Body, BodyKind, Matrix3, MechanicalRole, OpticalClarity, Vector3};
 
 /// Conversion from g/cm3 to kg/mm3.
 const KG_PER_MM3: f64 = 1e-6;

@@ -7,10 +7,11 @@ use fabkit_capture::SLOPE_BINS;
 use fabkit_designs::Design;
 use fabkit_elastic::{SoftLayer, SoftStack};
 use fabkit_export::{
-    RobotLightSource, RobotMesh, RobotTetrahedra, RobotSensingSurface, TetraMesh, VERSION, msh2, vtk,
+    RobotLightSource, RobotMesh, RobotSensingSurface, RobotTetrahedra, TetraMesh, VERSION, msh2,
+    vtk,
 };
 use fabkit_files::Error;
-use fabkit_geometry::{Sensor, VisibleEffect, TouchSurface, Vector3};
+use fabkit_geometry::{Sensor, TouchSurface, Vector3, VisibleEffect};
 use fabkit_light::Emitters;
 use fabkit_tetra::Tetrahedra;
 

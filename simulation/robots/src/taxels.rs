@@ -53,11 +53,15 @@ impl TouchMesh {
             // The tip is the first point, because presses there are what people try first.
             let along = k as f64 / DOME_TAXELS as f64;
             let around = (k as f64 * GOLDEN).fract();
-            found.push((points.point_at_area_fractions([along, around]).ok_or_else(missing)?, true));
+            found
+                .push((points.point_at_area_fractions([along, around]).ok_or_else(missing)?, true));
         }
         for k in 0..RIM_VERTICES {
             let around = k as f64 / RIM_VERTICES as f64;
-            found.push((points.point_at_area_fractions([RIM_AREA_FRACTION, around]).ok_or_else(missing)?, false));
+            found.push((
+                points.point_at_area_fractions([RIM_AREA_FRACTION, around]).ok_or_else(missing)?,
+                false,
+            ));
         }
         let places: Vec<[f64; 3]> =
             found.iter().map(|((place, _), _)| place.coords.into()).collect();
@@ -78,12 +82,19 @@ impl TouchMesh {
     }
 
     /// Creates a pad: a grid on its face, and a copy at the depth of the soft layers.
-    fn from_pad(points: &SurfacePoints, [x, y]: [[f64; 2]; 2], soft_mm: f64) -> Result<Self, Error> {
+    fn from_pad(
+        points: &SurfacePoints,
+        [x, y]: [[f64; 2]; 2],
+        soft_mm: f64,
+    ) -> Result<Self, Error> {
         let missing = || Error::bug("a pad without points");
         let [wide, high] = [x[1] - x[0], y[1] - y[0]];
-        let steps = |side: f64| ((side / wide.max(high) * PAD_SIDE_TAXELS as f64).round() as usize).max(2);
+        let steps =
+            |side: f64| ((side / wide.max(high) * PAD_SIDE_TAXELS as f64).round() as usize).max(2);
         let (columns, rows) = (steps(wide), steps(high));
-        let share = |k: usize, of: usize| (k as f64 / of as f64).clamp(OUTLINE_MARGIN, 1.0 - OUTLINE_MARGIN);
+        let share = |k: usize, of: usize| {
+            (k as f64 / of as f64).clamp(OUTLINE_MARGIN, 1.0 - OUTLINE_MARGIN)
+        };
         let mut face = Vec::new();
         for i in 0..=columns {
             for j in 0..=rows {

@@ -8,7 +8,7 @@ use fabkit_fixtures::PressError;
 use fabkit_optics::{InvalidStack, REFRACTION};
 
 use super::{MAX_RAYS, MAX_SAMPLES};
-use crate::ground_truth::{OUTSIDE_IMAGE, InvalidViewpoint, SurfaceCoverage};
+use crate::ground_truth::{InvalidViewpoint, OUTSIDE_IMAGE, SurfaceCoverage};
 
 /// Reason why ground truth cannot be computed.
 #[derive(Debug, thiserror::Error)]
@@ -98,7 +98,9 @@ impl SceneError {
         // The largest share decides: surface outside the image is a matter of the pose, otherwise a body blocks it.
         let is_beside = coverage.lost.first().is_none_or(|(by, _)| by == OUTSIDE_IMAGE);
         match is_beside {
-            true => Self::OutOfView { angles_rad: coverage.angles_rad, lens_rad: coverage.lens_rad },
+            true => {
+                Self::OutOfView { angles_rad: coverage.angles_rad, lens_rad: coverage.lens_rad }
+            }
             false => Self::Hidden { lost: coverage.lost.clone() },
         }
     }
@@ -135,7 +137,9 @@ impl Explained for SceneError {
                     )
                 }));
             }
-            Self::OutOfView { .. } => "is the pose `camera_from_sensor`, in mm, and not its inverse?",
+            Self::OutOfView { .. } => {
+                "is the pose `camera_from_sensor`, in mm, and not its inverse?"
+            }
             Self::TooManyRays { .. } => "ask for fewer samples",
             Self::Press(error) => return press_hint(error),
             Self::TooDeep(_) => "press less deep, or leave these out",

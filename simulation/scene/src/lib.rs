@@ -1,31 +1,36 @@
 //! View of a sensor's sensing surface by one camera: casting of rays, contact models and ground truth. Shared by the
 //! commands `depth` and `dataset`.
 
-mod press_checks;
 mod error;
 mod files;
 pub mod ground_truth;
 pub mod legend;
+mod press_checks;
 pub mod press_simulation;
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use fabkit_depth::ground_truth::{DepthMap, PixelRays, PlacedIndenter, ReferenceSurface, StandardDeviations};
+use fabkit_depth::ground_truth::{
+    DepthMap, PixelRays, PlacedIndenter, ReferenceSurface, StandardDeviations,
+};
 use fabkit_fixtures::{Press, PressBody, Project};
 use fabkit_geometry::{Pose, TouchSurface};
-use fabkit_optics::{ViewStacks, TILE};
+use fabkit_optics::{TILE, ViewStacks};
 
-use self::press_checks::PressApproach;
-pub use self::error::{SceneError, unknown_press_hint, join_causes};
+pub use self::error::{SceneError, join_causes, unknown_press_hint};
 pub use self::files::{ViewpointFiles, viewpoint_from_files};
+use self::press_checks::PressApproach;
 use fabkit_files::Error;
 use fabkit_files::memory::{self, MemoryHint};
 
 use crate::ground_truth::{
-    DeepestContact, SurfaceCoverage, Viewpoint, compute_coverage, draw_coverage_map, find_deepest_contact, compile_indenters,
+    DeepestContact, SurfaceCoverage, Viewpoint, compile_indenters, compute_coverage,
+    draw_coverage_map, find_deepest_contact,
 };
-use crate::press_simulation::{ContactSolution, ContactModel, ContactGap, PressingError, ElasticSolver, threads};
+use crate::press_simulation::{
+    ContactGap, ContactModel, ContactSolution, ElasticSolver, PressingError, threads,
+};
 
 /// Limits of the radius of the membrane's transition around contacts, mm. The upper limit is wider than any gel's skin
 /// carries.
@@ -273,7 +278,12 @@ impl SensorView {
         let spacing_mm = linear.spacing_mm;
         // A single body gets a mesh for its own contact, which no other press can reuse.
         if let [_] = &bodies[..] {
-            return Ok(Some(Arc::new(ElasticSolver::for_press(sensor, &bodies, spacing_mm, threads())?)));
+            return Ok(Some(Arc::new(ElasticSolver::for_press(
+                sensor,
+                &bodies,
+                spacing_mm,
+                threads(),
+            )?)));
         }
         // The lock is held during setup: concurrent casts wait for one solver instead of each building its own.
         let mut kept = self.layers.lock().unwrap_or_else(PoisonError::into_inner);
@@ -283,13 +293,18 @@ impl SensorView {
             return Ok(Some(ready.clone()));
         }
         let is_dragged = cast.shear_mm != [0.0; 2];
-        let ready = Arc::new(ElasticSolver::for_any_press(sensor, spacing_mm, is_dragged, threads())?);
+        let ready =
+            Arc::new(ElasticSolver::for_any_press(sensor, spacing_mm, is_dragged, threads())?);
         *kept = Some((spacing_mm, ready.clone()));
         Ok(Some(ready))
     }
 
     /// Solves the contact and moves the indenters along the surface by the solution's displacement.
-    fn press<'r>(&self, cast: &Cast, ready: Option<&'r ElasticSolver>) -> Result<SolvedPresses<'r>, Error> {
+    fn press<'r>(
+        &self,
+        cast: &Cast,
+        ready: Option<&'r ElasticSolver>,
+    ) -> Result<SolvedPresses<'r>, Error> {
         let mut presses = cast.presses.to_vec();
         let answer = match (ready, cast.contact) {
             (Some(ready), ContactModel::Linear(linear)) => {
@@ -306,7 +321,11 @@ impl SensorView {
         };
         if let Some(answer) = &answer {
             // The map must show the indenters where the solution left them.
-            let way = Pose::translation(answer.shear_displacement_mm.x, answer.shear_displacement_mm.y, answer.shear_displacement_mm.z);
+            let way = Pose::translation(
+                answer.shear_displacement_mm.x,
+                answer.shear_displacement_mm.y,
+                answer.shear_displacement_mm.z,
+            );
             for body in presses.iter_mut().flat_map(|press| &mut press.bodies) {
                 body.sensor_from_body = way.then_in(body.sensor_from_body);
             }
@@ -330,10 +349,13 @@ impl SensorView {
             None => surface.map_with_indenters(pressers),
         };
         // Rigid contact of the same final poses is the reference.
-        let gap = answer.as_ref().map(|_| ContactGap::compare(&contact, &surface.map_with_indenters(pressers)));
+        let gap = answer
+            .as_ref()
+            .map(|_| ContactGap::compare(&contact, &surface.map_with_indenters(pressers)));
         let deepest = find_deepest_contact(&contact, touch);
         let map = contact.with_membrane(cast.contact.membrane_mm());
-        let sigmas = map.compute_standard_deviations(&self.viewpoint.uncertainty(cast.print_sigma_mm));
+        let sigmas =
+            map.compute_standard_deviations(&self.viewpoint.uncertainty(cast.print_sigma_mm));
         look(CastResult {
             map: &map,
             sigmas: &sigmas,
@@ -384,7 +406,11 @@ impl SensorView {
 ///
 /// # Errors
 /// Returns an error for a value outside its limits, and for NaN.
-pub fn check_length(name: &'static str, value_mm: f64, limits_mm: [f64; 2]) -> Result<(), SceneError> {
+pub fn check_length(
+    name: &'static str,
+    value_mm: f64,
+    limits_mm: [f64; 2],
+) -> Result<(), SceneError> {
     let [least, most] = limits_mm;
     // NaN is in no range and is refused as well.
     if (least..=most).contains(&value_mm) {

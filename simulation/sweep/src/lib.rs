@@ -44,11 +44,11 @@ mod report;
 mod row;
 mod table;
 
-pub use metrics::{GROUPS, MetricGroup, METRICS, Metric, densities, stock_density_g_per_cm3};
+pub use metrics::{GROUPS, METRICS, Metric, MetricGroup, densities, stock_density_g_per_cm3};
 pub use pareto::pareto_front;
 pub use plan::{
-    ComputeCustomMetrics, Constraint, Direction, InvalidSource, MAX_AXES, MAX_VARIANTS, CustomMetrics, Objective, Plan,
-    PlanAxis, PlanSource, Sampling, Variant, json_schema,
+    ComputeCustomMetrics, Constraint, CustomMetrics, Direction, InvalidSource, MAX_AXES,
+    MAX_VARIANTS, Objective, Plan, PlanAxis, PlanSource, Sampling, Variant, json_schema,
 };
 pub use report::report;
 pub use row::{InvalidRow, PANIC, Row, Status, Value};

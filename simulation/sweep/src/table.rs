@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use fabkit_export::{ParquetColumn, ExportError, parquet};
+use fabkit_export::{ExportError, ParquetColumn, parquet};
 
 use crate::pareto::pareto_front;
 use crate::plan::Plan;
@@ -96,9 +96,9 @@ impl Table {
                     ParquetColumn::Numbers(values) => {
                         values[i].map_or(Ok(()), |value| write!(csv, "{value}"))
                     }
-                    ParquetColumn::Texts(values) => {
-                        values[i].as_ref().map_or(Ok(()), |text| write!(csv, "{}", quote_cell(text)))
-                    }
+                    ParquetColumn::Texts(values) => values[i]
+                        .as_ref()
+                        .map_or(Ok(()), |text| write!(csv, "{}", quote_cell(text))),
                     ParquetColumn::Flags(values) => {
                         values[i].map_or(Ok(()), |value| write!(csv, "{value}"))
                     }
@@ -144,7 +144,9 @@ impl Table {
             // A column has one type: a single word makes it a column of texts.
             let is_number = values().all(|value| matches!(value, None | Some(Value::Number(_))));
             let column = match is_number {
-                true => ParquetColumn::Numbers(values().map(|v| v.and_then(Value::number)).collect()),
+                true => {
+                    ParquetColumn::Numbers(values().map(|v| v.and_then(Value::number)).collect())
+                }
                 false => ParquetColumn::Texts(values().map(|v| v.map(format_value)).collect()),
             };
             columns.push((name.clone(), column));

@@ -36,7 +36,8 @@ impl Run {
     pub fn json(&self) -> serde_json::Value {
         let document: serde_json::Value =
             serde_json::from_str(&self.stdout).unwrap_or_else(|e| panic!("{e}: {self:?}"));
-        let faults = if document.get("$schema").is_some() { vec![] } else { find_faults(&document) };
+        let faults =
+            if document.get("$schema").is_some() { vec![] } else { find_faults(&document) };
         assert!(faults.is_empty(), "{}", faults.join("\n"));
         document
     }

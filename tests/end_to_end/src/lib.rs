@@ -5,8 +5,11 @@ pub mod contract;
 mod designs;
 mod rules;
 
-pub use command::{Run, binary, command, read_folder, fabkit};
-pub use designs::{build_design, builtin_designs, builtin_fixtures, is_full, tested_sensors, sample_bodies, sample_cases};
+pub use command::{Run, binary, command, fabkit, read_folder};
+pub use designs::{
+    build_design, builtin_designs, builtin_fixtures, is_full, sample_bodies, sample_cases,
+    tested_sensors,
+};
 pub use rules::{check, find_findings, motions};
 
 /// Camera file in OpenCV's format: R-Tac0's published unit, calibrated in air, as stated by its authors.

@@ -52,7 +52,8 @@ fn find_unmatched<'a>(shown: &'a [String], output: &[&str]) -> Option<&'a str> {
         let next: Vec<usize> = if line == "..." {
             (reached.first().copied().unwrap_or_default()..=output.len()).collect()
         } else {
-            let matching = |&&at: &&usize| output.get(at).is_some_and(|have| matches_line(line, have));
+            let matching =
+                |&&at: &&usize| output.get(at).is_some_and(|have| matches_line(line, have));
             reached.iter().filter(matching).map(|at| at + 1).collect()
         };
         if next.is_empty() {

@@ -9,7 +9,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use super::Trial;
-use super::inputs::{CAMERA, SWEEP, captures, corners, camera_file};
+use super::inputs::{CAMERA, SWEEP, camera_file, captures, corners};
 use super::judge::{self, Files};
 use super::shim::{self, Fault, KINDS};
 
@@ -246,7 +246,8 @@ impl Scenario {
             judge::check_exact(&after, &self.new)?;
         }
         // If renaming fails persistently, nothing can be put back; the next run does that.
-        let is_stuck = matches!(trial, Trial::Call(Fault { call: "rename", is_persistent: true, .. }));
+        let is_stuck =
+            matches!(trial, Trial::Call(Fault { call: "rename", is_persistent: true, .. }));
         if self.kind == Kind::Set {
             match died || is_stuck {
                 true => judge::check_recoverable(&after, &self.old, &self.new)?,

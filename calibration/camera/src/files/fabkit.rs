@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use fabkit_text::{YamlNode, to_printable, suggestion};
+use fabkit_text::{YamlNode, suggestion, to_printable};
 use nalgebra::{DMatrix, Point3};
 
 use super::fields::FieldReader;
-use super::{YamlFault, InvalidCameraFile, list, number};
+use super::{InvalidCameraFile, YamlFault, list, number};
 use crate::error::InvalidCamera;
 use crate::estimate::CameraEstimate;
 use crate::interface::{FlatInterface, Interface, SphericalInterface};
@@ -215,7 +215,8 @@ fn read_behind(fields: &mut FieldReader, map: &YamlNode) -> bool {
         return false;
     };
     if behind != "drawn" {
-        let message = format!("`{}` is nothing that stands behind an interface", to_printable(behind));
+        let message =
+            format!("`{}` is nothing that stands behind an interface", to_printable(behind));
         let hint = "`drawn`, or nothing where no rays are bent again";
         fields.fault(YamlFault::new(line, BEHIND, message).hint(hint));
     }
@@ -223,14 +224,19 @@ fn read_behind(fields: &mut FieldReader, map: &YamlNode) -> bool {
 }
 
 /// Reads an N x N covariance, if its names and size fit the camera's `names`.
-fn read_covariance(fields: &mut FieldReader, map: &YamlNode, names: &[&str]) -> Option<DMatrix<f64>> {
+fn read_covariance(
+    fields: &mut FieldReader,
+    map: &YamlNode,
+    names: &[&str],
+) -> Option<DMatrix<f64>> {
     fields.require_known_keys(map, &["names", "matrix"]);
     let n = names.len();
     let written = fields.child(map, "names")?;
     let words = written.items().iter().map(|item| item.text().unwrap_or_default());
     if !words.eq(names.iter().copied()) {
         let hint = format!("this camera has {}", names.join(", "));
-        let fault = YamlFault::new(written.position, "names", "are not the parameters of this camera");
+        let fault =
+            YamlFault::new(written.position, "names", "are not the parameters of this camera");
         fields.fault(fault.hint(hint));
         return None;
     }

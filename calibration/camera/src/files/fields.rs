@@ -1,9 +1,9 @@
 //! Typed values from a YAML tree, with all faults collected.
 
-use fabkit_text::{YamlNode, Position, to_printable, suggestion};
+use fabkit_text::{Position, YamlNode, suggestion, to_printable};
 use nalgebra::DMatrix;
 
-use super::{YamlFault, InvalidCameraFile};
+use super::{InvalidCameraFile, YamlFault};
 use crate::camera::{Camera, check_size_and_interface};
 use crate::error::{InvalidCamera, ParameterViolation, format_number};
 use crate::estimate::CameraEstimate;
@@ -66,7 +66,11 @@ impl FieldReader {
     }
 
     /// Reads a list of exactly `N` numbers; missing ones become NaN.
-    pub(super) fn read_exactly<const N: usize>(&mut self, node: &YamlNode, field: &str) -> [f64; N] {
+    pub(super) fn read_exactly<const N: usize>(
+        &mut self,
+        node: &YamlNode,
+        field: &str,
+    ) -> [f64; N] {
         // A list with unreadable entries is already reported: its length is not reported on top.
         let before = self.faults.len();
         let numbers = self.numbers(node, field);
@@ -106,8 +110,11 @@ impl FieldReader {
         for entry in map.entries() {
             if !known.contains(&entry.key.as_str()) {
                 let hint = suggestion(&entry.key, known.iter().copied(), "known here");
-                let fault =
-                    YamlFault::new(entry.key_position, &to_printable(&entry.key), "is not a known key");
+                let fault = YamlFault::new(
+                    entry.key_position,
+                    &to_printable(&entry.key),
+                    "is not a known key",
+                );
                 self.fault(fault.hint(hint));
             }
         }
@@ -167,7 +174,11 @@ impl FieldReader {
         // A size of 0 without a position was not read either.
         let unread = value.is_nan() || (value == 0.0 && place.is_none());
         if !unread || self.faults.is_empty() {
-            self.fault(YamlFault::new(place, field, format!("is {}, but {limit}", format_number(value))));
+            self.fault(YamlFault::new(
+                place,
+                field,
+                format!("is {}, but {limit}", format_number(value)),
+            ));
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Kalibr's camera chains with one camera.
 
-use fabkit_text::{YamlContent, YamlNode, to_printable, suggestion};
+use fabkit_text::{YamlContent, YamlNode, suggestion, to_printable};
 
 use super::fields::FieldReader;
-use super::{YamlFault, InvalidCameraFile, list};
+use super::{InvalidCameraFile, YamlFault, list};
 use crate::camera::Camera;
 use crate::error::InvalidCamera;
 use crate::estimate::CameraEstimate;
@@ -14,7 +14,8 @@ use crate::lens::{DoubleSphere, Eucm, INTRINSICS, Intrinsics, KannalaBrandt, Len
 pub(super) fn read(root: &YamlNode) -> Result<CameraEstimate, InvalidCameraFile> {
     let mut fields = FieldReader::default();
     for entry in root.entries().iter().filter(|e| e.key.starts_with("cam") && e.key != "cam0") {
-        let fault = YamlFault::new(entry.key_position, &to_printable(&entry.key), "is a second camera");
+        let fault =
+            YamlFault::new(entry.key_position, &to_printable(&entry.key), "is a second camera");
         fields.fault(fault.hint("keep one camera in the file, as `cam0`"));
     }
     let Some(camera) = fields.child(root, "cam0") else {

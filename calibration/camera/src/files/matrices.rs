@@ -1,9 +1,9 @@
 //! Formats with a camera matrix and a distortion vector: OpenCV's `FileStorage` and ROS's `camera_info`.
 
-use fabkit_text::{YamlContent, YamlNode, Position, to_printable, suggestion};
+use fabkit_text::{Position, YamlContent, YamlNode, suggestion, to_printable};
 
 use super::fields::FieldReader;
-use super::{YamlFault, InvalidCameraFile, list};
+use super::{InvalidCameraFile, YamlFault, list};
 use crate::camera::Camera;
 use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
@@ -153,7 +153,11 @@ fn read_model(
 }
 
 /// Shortens OpenCV's 12 or 14 coefficients to 8, if those beyond the eighth are zero.
-fn drop_zero_prism_and_tilt<'a>(fields: &mut FieldReader, node: &YamlNode, k: &'a [f64]) -> &'a [f64] {
+fn drop_zero_prism_and_tilt<'a>(
+    fields: &mut FieldReader,
+    node: &YamlNode,
+    k: &'a [f64],
+) -> &'a [f64] {
     if !matches!(k.len(), 12 | 14) {
         return k;
     }

@@ -6,7 +6,7 @@ use fabkit_text::YamlNode;
 use nalgebra::DMatrix;
 
 use super::fields::FieldReader;
-use super::{YamlFault, InvalidCameraFile, list, parse};
+use super::{InvalidCameraFile, YamlFault, list, parse};
 use crate::camera::Camera;
 use crate::estimate::{CameraEstimate, InvalidCovariance};
 use crate::joint::{JointEstimate, POSE_PARAMETER_COUNT, POSE_PARAMETERS};
@@ -183,7 +183,8 @@ fn agree(
     };
     // Entries that are not numbers have already been reported.
     let all = alone.iter().chain(together).flatten();
-    all.copied().any(f64::is_nan) || (0..POSE_PARAMETER_COUNT).all(|r| (0..POSE_PARAMETER_COUNT).all(|c| near(r, c)))
+    all.copied().any(f64::is_nan)
+        || (0..POSE_PARAMETER_COUNT).all(|r| (0..POSE_PARAMETER_COUNT).all(|c| near(r, c)))
 }
 
 fn is_empty_node(node: &YamlNode) -> bool {
@@ -241,7 +242,10 @@ mod tests {
     #[test]
     fn the_joint_covariance_comes_back_with_the_camera_it_belongs_to() {
         let joint = joint();
-        let text = format!("{TEXT}joint_covariance:\n{}", StoredJointCovariance::from_estimate(&joint).to_yaml());
+        let text = format!(
+            "{TEXT}joint_covariance:\n{}",
+            StoredJointCovariance::from_estimate(&joint).to_yaml()
+        );
         let pose = read_pose(&text).unwrap();
         assert_eq!(pose.with_camera(&joint.camera_estimate()).unwrap(), joint);
         assert_eq!(pose.covariance, Some(joint.pose_covariance()));
@@ -263,7 +267,10 @@ mod tests {
 
     #[test]
     fn a_joint_covariance_that_cannot_be_is_refused() {
-        let good = format!("{TEXT}joint_covariance:\n{}", StoredJointCovariance::from_estimate(&joint()).to_yaml());
+        let good = format!(
+            "{TEXT}joint_covariance:\n{}",
+            StoredJointCovariance::from_estimate(&joint()).to_yaml()
+        );
         let message = |text: &str| read_pose(text).unwrap_err().to_string();
         let text = message(&good.replace("rotation_y_rad, ", ""));
         assert!(text.contains("names: do not begin with the parameters of a pose"), "{text}");

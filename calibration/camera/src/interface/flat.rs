@@ -2,7 +2,10 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::{DirectionWithJacobians, MAX_INTERFACE_PARAMETERS, ON_INTERFACE_TOLERANCE_MM, check_indices, refract};
+use super::{
+    DirectionWithJacobians, MAX_INTERFACE_PARAMETERS, ON_INTERFACE_TOLERANCE_MM, check_indices,
+    refract,
+};
 use crate::error::{OutsideDomain, ViolationCollector};
 use crate::view_ray::ViewRay;
 
@@ -197,7 +200,10 @@ impl FlatRefraction {
         Ok(LightPath { w, slope_mm, height_mm, gel, perpendicular, radius_mm })
     }
 
-    pub(super) fn direction_towards(&self, point: &Point3<f64>) -> Result<Vector3<f64>, OutsideDomain> {
+    pub(super) fn direction_towards(
+        &self,
+        point: &Point3<f64>,
+    ) -> Result<Vector3<f64>, OutsideDomain> {
         let path = self.find_path(point)?;
         Ok(match path.radius_mm > 0.0 {
             true => self.normal_in_camera + path.perpendicular * (path.w / path.radius_mm),
@@ -206,7 +212,10 @@ impl FlatRefraction {
     }
 
     /// Computes [`FlatRefraction::towards`] with derivatives by the point and by the parameters.
-    pub(super) fn differentiate(&self, point: &Point3<f64>) -> Result<DirectionWithJacobians, OutsideDomain> {
+    pub(super) fn differentiate(
+        &self,
+        point: &Point3<f64>,
+    ) -> Result<DirectionWithJacobians, OutsideDomain> {
         let path = self.find_path(point)?;
         let normal = self.normal_in_camera;
         let by_radius = 1.0 / path.slope_mm;
@@ -246,7 +255,10 @@ impl FlatRefraction {
     }
 
     /// Computes the ray in the gel whose light reaches the lens from a unit direction.
-    pub(super) fn refract_outward(&self, direction: &Vector3<f64>) -> Result<ViewRay, OutsideDomain> {
+    pub(super) fn refract_outward(
+        &self,
+        direction: &Vector3<f64>,
+    ) -> Result<ViewRay, OutsideDomain> {
         let normal = self.normal_in_camera;
         let cosine = direction.dot(&normal);
         // At 1e-6 the passage is a million distances to the side, where rounding would dominate.

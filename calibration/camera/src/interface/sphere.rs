@@ -2,7 +2,10 @@
 
 use nalgebra::{Matrix2, Matrix3, Matrix3x2, Point3, Vector3};
 
-use super::{DirectionWithJacobians, MAX_INTERFACE_PARAMETERS, ON_INTERFACE_TOLERANCE_MM, check_indices, refract};
+use super::{
+    DirectionWithJacobians, MAX_INTERFACE_PARAMETERS, ON_INTERFACE_TOLERANCE_MM, check_indices,
+    refract,
+};
 use crate::error::{OutsideDomain, ViolationCollector};
 use crate::roots::find_increasing_root;
 use crate::view_ray::ViewRay;
@@ -91,7 +94,10 @@ impl SphereRefraction {
     /// sin(phi) / |lens - passage|` gives the sines on both sides (`b / R` and `b / (n R)`). Outside it turns by
     /// `asin(b / (n R)) - asin(b / (n p))` more until it is `p` away from the centre. The total grows with `phi`, and
     /// `phi` lies between 0 and the whole angle to the point.
-    pub(super) fn direction_towards(&self, point: &Point3<f64>) -> Result<Vector3<f64>, OutsideDomain> {
+    pub(super) fn direction_towards(
+        &self,
+        point: &Point3<f64>,
+    ) -> Result<Vector3<f64>, OutsideDomain> {
         let (a, radius, n) = (self.off_centre_mm, self.radius_mm, self.index);
         let from_centre = point.coords - self.centre;
         let far = from_centre.norm();
@@ -141,7 +147,10 @@ impl SphereRefraction {
     /// c)`. The implicit function theorem, applied to this in the two directions of the tangent plane, is regular even
     /// where the plane of incidence is undefined (lens at the centre, point on the axis). All terms are multiplied by
     /// `|point - x|`, so that a point on the sphere is no special case.
-    pub(super) fn differentiate(&self, point: &Point3<f64>) -> Result<DirectionWithJacobians, OutsideDomain> {
+    pub(super) fn differentiate(
+        &self,
+        point: &Point3<f64>,
+    ) -> Result<DirectionWithJacobians, OutsideDomain> {
         let x = self.direction_towards(point)?;
         let (n, radius) = (self.index, self.radius_mm);
         let reach = x.norm();

@@ -47,8 +47,12 @@ impl Eucm {
 #[allow(non_upper_case_globals, reason = "models are told apart as kinds are")]
 impl LensModel {
     /// Extended unified camera model: 2 coefficients.
-    pub const Eucm: Self =
-        Self { name: Eucm::NAME, family: Eucm::NAME, coefficients: &NAMES, start_coefficients: &[0.55, 1.0] };
+    pub const Eucm: Self = Self {
+        name: Eucm::NAME,
+        family: Eucm::NAME,
+        coefficients: &NAMES,
+        start_coefficients: &[0.55, 1.0],
+    };
 }
 
 impl Projector for Eucm {

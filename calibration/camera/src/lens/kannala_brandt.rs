@@ -8,7 +8,7 @@ use super::{
     Intrinsics, LensModel, MAX_COEFFICIENTS, Normalised, Projector, array, check, check_limit,
 };
 use crate::error::InvalidCamera;
-use crate::roots::{first_zero, find_increasing_root};
+use crate::roots::{find_increasing_root, first_zero};
 
 const NAMES: [&str; 4] = ["k1", "k2", "k3", "k4"];
 

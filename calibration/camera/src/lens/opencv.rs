@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Matrix2x3, Vector2, Vector3};
 
 use super::{Intrinsics, LensModel, MAX_COEFFICIENTS, Normalised, Projector, check, check_limit};
 use crate::error::InvalidCamera;
-use crate::roots::{first_zero, find_increasing_root};
+use crate::roots::{find_increasing_root, first_zero};
 
 const NAMES: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
 
@@ -251,8 +251,12 @@ impl LensModel {
     };
 
     /// OpenCV's rational model, `k1 k2 p1 p2 k3 k4 k5 k6`.
-    pub const OpenCv8: Self =
-        Self { name: "opencv-8", family: OpenCv::NAME, coefficients: &NAMES, start_coefficients: &[0.0; 8] };
+    pub const OpenCv8: Self = Self {
+        name: "opencv-8",
+        family: OpenCv::NAME,
+        coefficients: &NAMES,
+        start_coefficients: &[0.0; 8],
+    };
 }
 
 impl Projector for OpenCv {

@@ -43,7 +43,10 @@ fn impossible_cameras_are_refused_with_all_reasons() {
     let fields: Vec<_> = camera.with_parameters(&values).unwrap_err().violations;
     assert_eq!(fields.iter().map(|v| v.field).collect::<Vec<_>>(), ["fx_px", "fy_px", "k3"]);
 
-    let interface = Interface::Flat(FlatInterface { distance_mm: -1.0, ..FlatInterface::bare_in_air(1.0, 0.5) });
+    let interface = Interface::Flat(FlatInterface {
+        distance_mm: -1.0,
+        ..FlatInterface::bare_in_air(1.0, 0.5)
+    });
     let error = Camera::new(0, 480, *camera.lens(), interface).unwrap_err();
     assert_eq!(
         error.to_string(),

@@ -2,7 +2,9 @@
 
 use crate::common;
 use crate::common::camera_and_pixel;
-use fabkit_camera::{Camera, FlatInterface, Interface, OutsideDomain, Point2, Point3, SphericalInterface, Vector3};
+use fabkit_camera::{
+    Camera, FlatInterface, Interface, OutsideDomain, Point2, Point3, SphericalInterface, Vector3,
+};
 use proptest::prelude::*;
 
 /// Normal of an interface at a point of it, away from the lens.

@@ -82,7 +82,9 @@ fn links(image: &GreyImage, saddles: &[Saddle]) -> Vec<Links> {
             }
             near.sort_by(order);
             [0, 1, 2, 3].map(|way| {
-                near.iter().map(|(_, to)| *to).find(|to| are_joined(image, here, way, &saddles[*to]))
+                near.iter()
+                    .map(|(_, to)| *to)
+                    .find(|to| are_joined(image, here, way, &saddles[*to]))
             })
         })
         .collect();
@@ -126,7 +128,8 @@ fn are_joined(image: &GreyImage, from: &Saddle, way: usize, to: &Saddle) -> bool
     let direction = line / length;
     // The light side changes places, so that one corner's first edge is the other's second.
     let other = &to.edges[1 - way / 2];
-    if way_direction(from, way).dot(&direction) < MIN_EDGE_COSINE || other.dot(&direction).abs() < MIN_EDGE_COSINE
+    if way_direction(from, way).dot(&direction) < MIN_EDGE_COSINE
+        || other.dot(&direction).abs() < MIN_EDGE_COSINE
     {
         return false;
     }

@@ -34,7 +34,11 @@ fn is_light((u, v): Cell, quarters: usize) -> bool {
 }
 
 /// Finds which corner of the board each saddle is. The keys of the result are the board's columns and rows from 0.
-pub(super) fn locate(image: &GreyImage, board: &Board, grids: &[Grid]) -> Result<Grid, BoardNotFound> {
+pub(super) fn locate(
+    image: &GreyImage,
+    board: &Board,
+    grids: &[Grid],
+) -> Result<Grid, BoardNotFound> {
     let mut placed = match board.kind {
         BoardKind::Checkerboard => checkerboard(board, grids)?,
         BoardKind::Charuco => charuco(image, board, grids)?,
@@ -114,13 +118,19 @@ fn charuco(image: &GreyImage, board: &Board, grids: &[Grid]) -> Result<Grid, Boa
     }
     match (grids.is_empty(), placed.is_empty()) {
         (true, _) => Err(BoardNotFound::NoGrid),
-        (_, true) => Err(BoardNotFound::NoMarkers { read: most_markers, needed: MIN_AGREEING_MARKERS }),
+        (_, true) => {
+            Err(BoardNotFound::NoMarkers { read: most_markers, needed: MIN_AGREEING_MARKERS })
+        }
         _ => Ok(placed),
     }
 }
 
 /// Counts the markers that agree on each location: quarter turns and shift of the grid.
-fn count_votes(image: &GreyImage, markers: &MarkerReader, grid: &Grid) -> BTreeMap<(usize, i32, i32), usize> {
+fn count_votes(
+    image: &GreyImage,
+    markers: &MarkerReader,
+    grid: &Grid,
+) -> BTreeMap<(usize, i32, i32), usize> {
     let mut votes = BTreeMap::new();
     for &(i, j) in grid.keys().filter(|cell| is_light(**cell, 0)) {
         let cells = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
@@ -145,7 +155,9 @@ fn count_votes(image: &GreyImage, markers: &MarkerReader, grid: &Grid) -> BTreeM
 fn drop_jumps(placed: &mut Grid) {
     loop {
         // A corner without neighbours to check it is treated like one that is off.
-        let jumps = placed.keys().map(|cell| (relative_jump(placed, *cell).unwrap_or(f64::INFINITY), *cell));
+        let jumps = placed
+            .keys()
+            .map(|cell| (relative_jump(placed, *cell).unwrap_or(f64::INFINITY), *cell));
         // One at a time: a corner far off makes its neighbours look wrong too.
         let worst = jumps.max_by(|a, b| a.0.total_cmp(&b.0));
         match worst {

@@ -60,7 +60,8 @@ pub(super) fn find(image: &GreyImage, sigma_px: f64, noise: f64) -> Vec<Saddle> 
     let strongest = response.iter().copied().fold(0.0, f32::max);
     // The response is a product of two second derivatives, hence the square of the noise.
     // The response is relative to the strongest corner, but must also stand out of the noise.
-    let weakest = (MIN_RELATIVE_RESPONSE * strongest).max((MIN_SIGNAL_TO_NOISE * noise_of_response).powi(2));
+    let weakest =
+        (MIN_RELATIVE_RESPONSE * strongest).max((MIN_SIGNAL_TO_NOISE * noise_of_response).powi(2));
     let mut peaks = peaks(&response, image.width_px(), sigma_px.ceil() as usize, weakest);
     // Ties are broken by position, so that the order is the same in every run.
     peaks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
@@ -101,7 +102,12 @@ pub(super) fn refine(
 }
 
 /// Derives a saddle's edges, contrast and uncertainty from the Hessian; `None` if it is no corner.
-fn saddle_from_hessian(hessian: &Matrix2<f64>, at: Point2<f64>, sigma_px: f64, noise: f64) -> Option<Saddle> {
+fn saddle_from_hessian(
+    hessian: &Matrix2<f64>,
+    at: Point2<f64>,
+    sigma_px: f64,
+    noise: f64,
+) -> Option<Saddle> {
     let eigen = hessian.symmetric_eigen();
     let (light, dark) = if eigen.eigenvalues[0] > eigen.eigenvalues[1] { (0, 1) } else { (1, 0) };
     let (rise, fall) = (eigen.eigenvalues[light], -eigen.eigenvalues[dark]);

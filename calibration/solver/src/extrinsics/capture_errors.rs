@@ -72,7 +72,11 @@ impl CaptureResiduals {
 }
 
 /// Estimates the errors of pins, domes and marks from a fit's residuals.
-pub(super) fn estimate_errors(fit: &PoseSolution, observations: &[Observation], loss: Loss) -> ErrorEstimate {
+pub(super) fn estimate_errors(
+    fit: &PoseSolution,
+    observations: &[Observation],
+    loss: Loss,
+) -> ErrorEstimate {
     let groups = capture_residuals(fit, observations, loss);
     // A fit with the domes' seats as parameters leaves no motion of the domes in its residuals.
     let is_reseated = fit.parameters.iter().any(|p| matches!(p, FitParameter::Reseating(..)));
@@ -216,7 +220,11 @@ fn bits(contact: &Contact) -> [u64; 3] {
 }
 
 /// Computes residuals and derivatives of each capture.
-fn capture_residuals(fit: &PoseSolution, observations: &[Observation], loss: Loss) -> Vec<CaptureResiduals> {
+fn capture_residuals(
+    fit: &PoseSolution,
+    observations: &[Observation],
+    loss: Loss,
+) -> Vec<CaptureResiduals> {
     let captures = observations.iter().map(|o| o.contact.capture + 1).max().unwrap_or(0);
     let middle =
         observations.iter().map(|o| o.contact.contact_in_sensor_mm.coords).sum::<Vector3<f64>>()
@@ -272,7 +280,11 @@ struct Likelihood {
 
 impl Likelihood {
     /// Computes the likelihood; `None` if a matrix is singular or no degree of freedom is left.
-    fn new(groups: &[CaptureResiduals], prior: &DVector<f64>, dome: &[f64; MOTIONS]) -> Option<Self> {
+    fn new(
+        groups: &[CaptureResiduals],
+        prior: &DVector<f64>,
+        dome: &[f64; MOTIONS],
+    ) -> Option<Self> {
         let count = prior.len();
         let mut information = DMatrix::from_diagonal(prior);
         let mut gradient = DVector::zeros(count);

@@ -159,8 +159,10 @@ fn by_interface(fit: &PoseSolution, parameter: &FitParameter) -> Option<Vec<f64>
         FitParameter::InterfaceShift => POSE_PARAMETER_COUNT,
         pose => FitParameter::POSE.iter().position(|found| found == pose)?,
     };
-    let by_pose =
-        model.drawn_interface.as_ref()?.interface_by_pose(&model.camera_from_sensor, model.interface_shift_mm);
+    let by_pose = model
+        .drawn_interface
+        .as_ref()?
+        .interface_by_pose(&model.camera_from_sensor, model.interface_shift_mm);
     let count =
         model.camera.parameters().iter().filter(|(n, _)| n.starts_with("interface_")).count();
     Some(by_pose.column(column).iter().copied().take(count).collect())

@@ -92,7 +92,9 @@ fn rows<const N: usize>(point: Vector3<f64>, origin: Vector3<f64>) -> SMatrix<f6
 ///
 /// Two vectors are iterated together: the second one shows the second smallest eigenvalue. A full eigendecomposition
 /// would take longer than everything that follows.
-fn find_smallest_eigenvector<const N: usize>(system: &SMatrix<f64, N, N>) -> Option<(SVector<f64, N>, bool)> {
+fn find_smallest_eigenvector<const N: usize>(
+    system: &SMatrix<f64, N, N>,
+) -> Option<(SVector<f64, N>, bool)> {
     let size = system.trace();
     let mut lower = *system;
     for i in 0..N {

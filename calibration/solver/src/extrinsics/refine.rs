@@ -184,7 +184,8 @@ pub fn refine(
             let next = tried_normal.build(&tried, parameters, observations, loss).ok()?;
             Some((tried, next))
         });
-        let share = whole.as_ref().and_then(|(_, next)| normal.best_step_multiple(&step, cost, *next));
+        let share =
+            whole.as_ref().and_then(|(_, next)| normal.best_step_multiple(&step, cost, *next));
         // The lowest cost wins: the whole step, its best multiple, or neither.
         let mut lower = whole.filter(|(_, next)| *next <= cost);
         if let Some(share) = share.filter(|_| iterations > PLAIN_ITERATIONS)
@@ -251,7 +252,11 @@ impl NormalEquations {
             let contact = &observation.contact;
             let projected =
                 model.differentiate(contact, parameters, &mut self.columns).map_err(|source| {
-                    SolveError::PinNotVisible { hole: contact.hole, capture: contact.capture, source }
+                    SolveError::PinNotVisible {
+                        hole: contact.hole,
+                        capture: contact.capture,
+                        source,
+                    }
                 })?;
             let residual = observation.pixel - projected;
             let precision = observation.sigma_px.powi(-2);

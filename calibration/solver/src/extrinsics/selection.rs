@@ -7,7 +7,7 @@ use nalgebra::Vector2;
 use super::CalibrationOptions;
 use super::candidates::{Medium, Optics, ParameterSet};
 use super::refine::{Loss, PoseSolution, SolveError, refine};
-use super::tolerances::{UnitDifference, ExpectedValues, TOLERANCE_SIGMAS, log_likelihood};
+use super::tolerances::{ExpectedValues, TOLERANCE_SIGMAS, UnitDifference, log_likelihood};
 use crate::model::{FitParameter, Model, Observation};
 use crate::observability::{UnobservableCombination, find_unobservable_from_observations};
 
@@ -141,7 +141,8 @@ pub(super) fn select(
     }
     // A seating offset that the fit cannot separate from the optics is not eligible.
     let eligible = (0..trials.len()).filter(|i| {
-        !trials[*i].candidate.seating || !trials[*i].leaves_unobservable(FitParameter::SeatingOffset)
+        !trials[*i].candidate.seating
+            || !trials[*i].leaves_unobservable(FitParameter::SeatingOffset)
     });
     // With a drawing the physical explanation is the drawn one, without one it is the camera as given.
     let physical = if media.contains(&Medium::Drawn) { Medium::Drawn } else { Medium::Given };
@@ -167,7 +168,9 @@ fn is_seating_observable(plain: &Model, observations: &[Observation]) -> bool {
     }
     let parameters = [&FitParameter::POSE[..], &[FitParameter::SeatingOffset]].concat();
     let unknown = find_unobservable_from_observations(plain, &parameters, observations);
-    let named = |u: &UnobservableCombination| u.terms.iter().any(|(p, _)| *p == FitParameter::SeatingOffset);
+    let named = |u: &UnobservableCombination| {
+        u.terms.iter().any(|(p, _)| *p == FitParameter::SeatingOffset)
+    };
     !unknown.iter().any(named)
 }
 

@@ -98,7 +98,12 @@ impl ExpectedValues<'_> {
             }
             // Without an interface the lens is in air: as if the index outside were 1.
             (Medium::Given, _) if *fit.model.camera.interface() == Interface::None => {
-                all.push(UnitDifference::new("interface_index_outside", 1.0 - index, INDEX_SIGMA, 0.0));
+                all.push(UnitDifference::new(
+                    "interface_index_outside",
+                    1.0 - index,
+                    INDEX_SIGMA,
+                    0.0,
+                ));
             }
             (Medium::Given, _) => {}
             (Medium::Gel(_), Interface::Flat(flat)) => {

@@ -61,13 +61,19 @@ pub struct CalibrationAdvice {
 }
 
 /// Examines a calibration and formulates warnings.
-pub(super) fn advise(views: &[BoardView], fit: &BundleSolution, rays: &RayUncertainty) -> CalibrationAdvice {
+pub(super) fn advise(
+    views: &[BoardView],
+    fit: &BundleSolution,
+    rays: &RayUncertainty,
+) -> CalibrationAdvice {
     let coverage = coverage(views, &fit.state);
     let influence = influence(fit);
     let mut warnings = Vec::new();
     if rays.observed.worst.px > RAY_LIMIT_PX {
-        let known =
-            format!("where corners were seen, rays are known to {} only", format_sigma(&rays.observed.worst));
+        let known = format!(
+            "where corners were seen, rays are known to {} only",
+            format_sigma(&rays.observed.worst)
+        );
         warnings.push(if are_frontal(&fit.state) {
             format!("{known}: {FRONTAL}")
         } else {

@@ -10,7 +10,11 @@ use crate::information::ScaledCholesky;
 ///
 /// The fit begins with the innermost directions and proceeds outwards: a lens without distortion is right near its
 /// axis, but farther out too wrong for the model to converge in one step.
-pub(super) fn fit_model_to_camera(model: LensModel, other: &Camera, angle_rad: f64) -> Option<Camera> {
+pub(super) fn fit_model_to_camera(
+    model: LensModel,
+    other: &Camera,
+    angle_rad: f64,
+) -> Option<Camera> {
     let (width_px, height_px) = (other.width_px(), other.height_px());
     let lens = model.start_lens(other.lens().intrinsics())?;
     let mut camera = Camera::new(width_px, height_px, lens, Interface::None).ok()?;

@@ -108,8 +108,10 @@ pub(super) fn rays(
     scale: f64,
 ) -> Option<RayUncertainty> {
     let camera = &state.camera;
-    let corners: Vec<Point2<f64>> =
-        points(views, state).map(|(corner, _)| corner.pixel).filter(|p| camera.is_in_image(p)).collect();
+    let corners: Vec<Point2<f64>> = points(views, state)
+        .map(|(corner, _)| corner.pixel)
+        .filter(|p| camera.is_in_image(p))
+        .collect();
     // Evenly spaced corners are enough, and keep the run time bounded.
     let every = corners.len().div_ceil(MAX_CORNERS).max(1);
     let seen: Vec<RayEffects> =
@@ -131,7 +133,11 @@ pub(super) fn rays(
         let is_far = corners.iter().all(|corner| (corner - pixel).norm() > near_px);
         beyond.extend(known.filter(|_| is_far));
     }
-    Some(RayUncertainty { observed: summarise(seen.into_iter().map(sigma).collect())?, extrapolated: summarise(beyond), cells })
+    Some(RayUncertainty {
+        observed: summarise(seen.into_iter().map(sigma).collect())?,
+        extrapolated: summarise(beyond),
+        cells,
+    })
 }
 
 /// Finds, for each parameter, the common rotation that best reproduces its effect on the rays.

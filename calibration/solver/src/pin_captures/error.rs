@@ -147,7 +147,9 @@ impl Explained for PinCaptureError {
             }
             Self::NoReference { .. } => "save one there as ref.png, or name it",
             Self::SeveralKinds { .. } => {
-                return Some(format!("say which was used, here or in the column `kind` of {LIST_FILE_NAME}"));
+                return Some(format!(
+                    "say which was used, here or in the column `kind` of {LIST_FILE_NAME}"
+                ));
             }
             Self::NoSuchPin { kinds, .. } => return Some(format!("its kinds are: {kinds}")),
             Self::NotAssigned => OTHER_CAMERA,
@@ -164,7 +166,9 @@ impl Explained for PinCaptureError {
             Self::NoCaptures { folder } => ErrorSubject::from_path("no_captures", folder),
             Self::Unlabelled { file } => ErrorSubject::from_path("unlabelled", file.as_ref()),
             Self::NoReference { folder } => ErrorSubject::from_path("no_reference", folder),
-            Self::TooManyPictures { folder } => ErrorSubject::from_path("too_many_pictures", folder),
+            Self::TooManyPictures { folder } => {
+                ErrorSubject::from_path("too_many_pictures", folder)
+            }
             Self::List { file, .. } => ErrorSubject::from_path("bad_list", file),
             Self::Picture { file, .. } => ErrorSubject::from_path("bad_picture", file.as_ref()),
             Self::NotAssigned => ErrorSubject::new("no_pose"),

@@ -33,7 +33,10 @@ pub fn read_grey(path: &Path) -> Result<GreyImage, Error> {
 }
 
 /// Reads an image if its size passes `fits`, which is called before anything is decoded.
-pub fn read_grey_if(path: &Path, fits: impl Fn([u32; 2]) -> Result<(), Error>) -> Result<GreyImage, Error> {
+pub fn read_grey_if(
+    path: &Path,
+    fits: impl Fn([u32; 2]) -> Result<(), Error>,
+) -> Result<GreyImage, Error> {
     let bytes = reading::read(path, IMAGE_FILE)?;
     let wrong = |source: ImageError| {
         Error::from(PinCaptureError::Picture { file: path.display().to_string(), source })

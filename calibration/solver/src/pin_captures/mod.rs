@@ -267,7 +267,11 @@ impl<'a> PinLookup<'a, '_> {
     }
 
     /// Reads a capture's pins, and perhaps their marks, from the list.
-    fn capture_from_list(&self, file: &str, listed: &[ListedPin]) -> Result<PlannedCapture<'a>, Error> {
+    fn capture_from_list(
+        &self,
+        file: &str,
+        listed: &[ListedPin],
+    ) -> Result<PlannedCapture<'a>, Error> {
         let pin = |p: &ListedPin| self.pin(file, p.hole, p.kind.as_deref());
         let pins = listed.iter().map(pin).collect::<Result<Vec<_>, _>>()?;
         let measured: Vec<Mark> = listed

@@ -96,7 +96,16 @@ impl ImageDifference {
         let noise = robust_sigma(change.iter().zip(&usable).filter(|(_, u)| **u).map(|(c, _)| *c));
         // White noise smoothed by a Gaussian of s px keeps 1 / (2 s sqrt(pi)) of its deviation.
         let raw_noise = noise * 2.0 * f64::from(blur_px) * std::f64::consts::PI.sqrt();
-        Ok(Self { width, height, change, usable, noise, raw_noise, shorter_side_px: shorter_px, saturated })
+        Ok(Self {
+            width,
+            height,
+            change,
+            usable,
+            noise,
+            raw_noise,
+            shorter_side_px: shorter_px,
+            saturated,
+        })
     }
 }
 

@@ -95,7 +95,8 @@ impl ExtrinsicsReport<'_> {
                 100.0 * unknown.remaining
             ));
         }
-        if let Some(distance_mm) = chosen.from_design_mm.filter(|_| !chosen.is_position_plausible()) {
+        if let Some(distance_mm) = chosen.from_design_mm.filter(|_| !chosen.is_position_plausible())
+        {
             warnings.push(format!(
                 "The camera comes out {distance_mm:.1} mm from where the design puts it, which \
                  assembly does not explain: the explanation stands for something else."
@@ -232,7 +233,11 @@ impl ExtrinsicsReport<'_> {
         let gel = self.trial_with_optics(Medium::Gel(0.0), 0);
         if let (Some(given), Some(gel)) = (given, gel) {
             let distance = gel_distance(gel);
-            let verdict = if gel.aicc < given.aicc - STRONG_AICC_EVIDENCE { "support" } else { "do not need" };
+            let verdict = if gel.aicc < given.aicc - STRONG_AICC_EVIDENCE {
+                "support"
+            } else {
+                "do not need"
+            };
             text.push(format!(
                 "The data {verdict} refraction: a flat surface of gel {distance} before the \
                  lens, as the only change to the optics, takes the held-out error from {:.2} px to \

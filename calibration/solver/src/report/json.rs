@@ -122,7 +122,8 @@ impl ExtrinsicsReport<'_> {
 
     /// Writes the joint covariance as in a pose file.
     fn joint_json(&self) -> Value {
-        let StoredJointCovariance { names, camera_values, matrix } = StoredJointCovariance::from_estimate(&self.calibration.joint);
+        let StoredJointCovariance { names, camera_values, matrix } =
+            StoredJointCovariance::from_estimate(&self.calibration.joint);
         let rows = matrix.row_iter().map(|row| row.iter().copied().collect::<Vec<f64>>());
         json!({
             "names": names,

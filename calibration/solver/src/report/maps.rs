@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use fabkit_geometry::{Matrix3, Point3, Vector3};
-use fabkit_report::{LOWER_BOUND_STYLE, BORDER_STYLE, Plot, Svg, RESIDUAL_STYLE, escape, heat_color, round_tick_step};
+use fabkit_report::{
+    BORDER_STYLE, LOWER_BOUND_STYLE, Plot, RESIDUAL_STYLE, Svg, escape, heat_color, round_tick_step,
+};
 use nalgebra::Vector2;
 
-use super::{PinCrop, ExtrinsicsReport, magnification};
+use super::{ExtrinsicsReport, PinCrop, magnification};
 use crate::model::{FitParameter, Observation};
 use crate::uncertainty::{SurfaceSigma, surface_sigma};
 

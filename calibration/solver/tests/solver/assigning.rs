@@ -99,6 +99,7 @@ fn a_missing_pin_a_speck_and_a_wrong_label_are_named() {
 #[test]
 fn no_marks_give_no_assignment() {
     let pins = pins(&[("a", 0.5)]);
-    let empty = MarkedCapture { marks: Vec::new(), pins: pins.iter().collect(), is_labelled: false };
+    let empty =
+        MarkedCapture { marks: Vec::new(), pins: pins.iter().collect(), is_labelled: false };
     assert!(assign(&camera(), &nominal(), &[empty], &pins).is_none());
 }

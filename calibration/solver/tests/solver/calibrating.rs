@@ -41,7 +41,8 @@ fn a_seating_offset_shows_with_two_lengths_of_pins() {
     truth.seating_offset_mm = 1.1;
     for seed in 0..5 {
         let captures = captures(&pins, 30, 5, &mut SplitMix64::new(seed));
-        let observations = SyntheticSensor::new(truth.clone(), 100 + seed).observe(&captures, 0.3).unwrap();
+        let observations =
+            SyntheticSensor::new(truth.clone(), 100 + seed).observe(&captures, 0.3).unwrap();
         let options = CalibrationOptions::default();
         let start = assembled(0.0);
         let result =
@@ -131,7 +132,8 @@ fn too_few_pins_and_pins_out_of_sight_are_refused_by_name() {
     let pins = pins(&[("a", 0.5)]);
     let truth = Model::new(camera(), assembled(0.0));
     let captures = captures(&pins, 5, 5, &mut SplitMix64::new(11));
-    let observations: Vec<Observation> = SyntheticSensor::new(truth, 12).observe(&captures, 0.3).unwrap();
+    let observations: Vec<Observation> =
+        SyntheticSensor::new(truth, 12).observe(&captures, 0.3).unwrap();
     let options = CalibrationOptions::default();
     let few = calibrate(&camera().into(), &observations[..2], &assembled(0.0), None, &options);
     assert!(few.err().unwrap().to_string().contains("in one plane"));

@@ -13,7 +13,9 @@ const SIGMA_PX: f64 = 0.3;
 fn observations(seed: u64) -> Vec<Observation> {
     let pins = pins(&[("short", 0.7), ("long", 1.35)]);
     let captures = captures(&pins, CAPTURES, 5, &mut SplitMix64::new(seed));
-    SyntheticSensor::new(Model::new(camera(), assembled(0.0)), seed).observe(&captures, SIGMA_PX).unwrap()
+    SyntheticSensor::new(Model::new(camera(), assembled(0.0)), seed)
+        .observe(&captures, SIGMA_PX)
+        .unwrap()
 }
 
 fn calibrated(observations: &[Observation]) -> PoseCalibration {

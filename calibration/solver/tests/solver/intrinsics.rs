@@ -3,7 +3,7 @@
 use crate::common::scene::{Studio, USUAL, fisheye, somewhere};
 use fabkit_calibration::board::{Board, find_corners};
 use fabkit_calibration::intrinsics::{
-    BoardView, LensCalibrationError, CornerObservation, LensModel, calibrate,
+    BoardView, CornerObservation, LensCalibrationError, LensModel, calibrate,
 };
 use fabkit_camera::{
     Camera, Interface, Intrinsics, Lens, OpenCv, Point2, Point3, Vector2, Vector3,

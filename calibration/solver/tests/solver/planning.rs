@@ -4,7 +4,7 @@ use crate::support::{assembled, camera, pins};
 use fabkit_calibration::extrinsics::{Loss, refine};
 use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{FitParameter, Model};
-use fabkit_calibration::planning::{PinTolerances, CapturePlan, PlanInputs};
+use fabkit_calibration::planning::{CapturePlan, PinTolerances, PlanInputs};
 use fabkit_calibration::synthetic::SyntheticSensor;
 use fabkit_calibration::uncertainty::surface_sigma;
 use fabkit_camera::{CameraEstimate, DMatrix};
@@ -97,7 +97,8 @@ fn all_that_is_loose_makes_it_worse_and_captures_make_it_better() {
     let lens = CameraEstimate::new(camera(), Some(covariance)).unwrap();
     assert!(of(&Case { lens, ..Case::new() }) > 1.01 * least);
     // Four times as many: half of it.
-    let [few, many] = [10, 40].map(|n| tight.plan().predict(&in_turn(tight.pins.len(), n)).unwrap());
+    let [few, many] =
+        [10, 40].map(|n| tight.plan().predict(&in_turn(tight.pins.len(), n)).unwrap());
     assert!((few.surface_mm / many.surface_mm - 2.0).abs() < 0.1, "{few:?} {many:?}");
 }
 
@@ -117,7 +118,8 @@ fn seating_is_solved_for_where_that_helps() {
 #[test]
 fn what_is_pressed_next_is_better_than_anything_at_random() {
     let mut case = Case::new();
-    case.looseness = PinTolerances { across_mm: 0.05, dome_mm: [0.05; 3], ..PinTolerances::default() };
+    case.looseness =
+        PinTolerances { across_mm: 0.05, dome_mm: [0.05; 3], ..PinTolerances::default() };
     let plan = case.plan();
     let hole = |pin: usize| case.pins[pin].hole;
     let may = |pin: usize, chosen: &[usize]| chosen.iter().all(|other| hole(*other) != hole(pin));

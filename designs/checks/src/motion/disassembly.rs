@@ -11,8 +11,8 @@ use std::f64::consts::TAU;
 use fabkit_geometry::{Aabb, Motion, Occasion, Sensor, Vector3};
 
 use super::arrival::Arrival;
-use super::path::{contact, follow, is_blocked, is_too_deep};
 use super::obstruction::Obstruction;
+use super::path::{contact, follow, is_blocked, is_too_deep};
 use super::tools;
 use crate::memo::{Key, Memo};
 use crate::rule::Rule;
@@ -196,7 +196,11 @@ impl<'a> Disassembly<'a> {
     }
 
     /// Finds the last piece in the step's order that can leave.
-    fn remove_free_piece(&mut self, pieces: &[Piece<'a>], standing: &[&'a Placed<'a>]) -> Option<usize> {
+    fn remove_free_piece(
+        &mut self,
+        pieces: &[Piece<'a>],
+        standing: &[&'a Placed<'a>],
+    ) -> Option<usize> {
         let across: DirectionSource = |piece| {
             if piece.len() == 1 && is_drawn(piece[0]) { Vec::new() } else { azimuths() }
         };
@@ -206,7 +210,11 @@ impl<'a> Disassembly<'a> {
                 let others = others(pieces, index, standing);
                 let way = self.way_out(&pieces[index], &others, ways);
                 let piece = || pieces[index].clone();
-                self.left.extend(way.map(|way| RemovedPiece { piece: piece(), way, apart: Vec::new() }));
+                self.left.extend(way.map(|way| RemovedPiece {
+                    piece: piece(),
+                    way,
+                    apart: Vec::new(),
+                }));
                 way.is_some()
             })
         })
@@ -222,7 +230,8 @@ impl<'a> Disassembly<'a> {
     ) -> Option<Option<Vector3<f64>>> {
         let found = match self.motion(piece) {
             Some(motion) => {
-                let allowed = |mover: &Placed, other: &Placed| self.allowed_overlap_mm(mover, other);
+                let allowed =
+                    |mover: &Placed, other: &Placed| self.allowed_overlap_mm(mover, other);
                 follow(motion, piece, others, &allowed).is_none().then_some(None)
             }
             None => {
@@ -311,7 +320,11 @@ impl<'a> Disassembly<'a> {
     }
 
     /// Returns the obstacle that stands in the space of a tool.
-    fn without_room(&self, piece: &Piece<'a>, others: &[&'a Placed<'a>]) -> Option<Obstruction<'a>> {
+    fn without_room(
+        &self,
+        piece: &Piece<'a>,
+        others: &[&'a Placed<'a>],
+    ) -> Option<Obstruction<'a>> {
         driven(piece)
             .find_map(|placed| tools::without_room(placed, Occasion::Arrival, others, self.memo))
     }
@@ -403,7 +416,11 @@ impl<'a> Disassembly<'a> {
     }
 
     /// Finds the obstacle that keeps a piece from leaving, on the path on which it is blocked least.
-    fn find_obstruction(&self, piece: &Piece<'a>, others: &[&'a Placed<'a>]) -> Option<Obstruction<'a>> {
+    fn find_obstruction(
+        &self,
+        piece: &Piece<'a>,
+        others: &[&'a Placed<'a>],
+    ) -> Option<Obstruction<'a>> {
         let stuck = |other: &'a Placed<'a>, mover: &'a Placed<'a>, contact, along| Obstruction {
             rule: Rule::Motion,
             body: mover.name,

@@ -3,11 +3,13 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Action, MechanicalRole, Occasion, Point3, Process, Pull, Ray, Sensor, Vector3};
+use fabkit_geometry::{
+    Action, MechanicalRole, Occasion, Point3, Process, Pull, Ray, Sensor, Vector3,
+};
 
 use crate::finding::Finding;
-use crate::sampling_lines::{Caster, basis};
 use crate::rule::Rule;
+use crate::sampling_lines::{Caster, basis};
 use crate::scene::Placed;
 
 use super::arrival::Work;
@@ -32,7 +34,8 @@ pub(super) fn examine(sensor: &Sensor, work: &Work) -> Vec<Finding> {
     }
     let step = sensor.chain.iter().find(|step| step.name == work.place.step);
     let Some(Action::Demold(pulls)) = step.map(|step| &step.action) else { return Vec::new() };
-    let is_fastener = |one: &Placed| matches!(one.of.duty, MechanicalRole::Fastener | MechanicalRole::Threaded);
+    let is_fastener =
+        |one: &Placed| matches!(one.of.duty, MechanicalRole::Fastener | MechanicalRole::Threaded);
     let mut standing: Vec<&Placed> =
         work.around.iter().copied().filter(|one| !is_fastener(one)).collect();
     let mut findings = Vec::new();

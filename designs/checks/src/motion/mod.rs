@@ -6,11 +6,11 @@
 //! resolution.
 
 mod arrival;
-mod grip;
 mod disassembly;
+mod grip;
+mod obstruction;
 mod path;
 mod stages;
-mod obstruction;
 mod tools;
 
 use std::cell::RefMut;
@@ -19,20 +19,20 @@ use std::mem;
 use fabkit_geometry::{Occasion, Sensor};
 use rayon::prelude::*;
 
-use crate::rule_input::Place;
-use crate::rule_input::{RuleInput, RuleResult, MotionFindings};
 use crate::declaration::rule;
 use crate::finding::Finding;
 use crate::memo::Memo;
 use crate::rule::Rule;
+use crate::rule_input::Place;
+use crate::rule_input::{MotionFindings, RuleInput, RuleResult};
 use crate::scene::Assemblies;
 
-pub use stages::{Movement, Stage, PlacedBody, stages};
+pub use stages::{Movement, PlacedBody, Stage, stages};
 
 use arrival::{Arrival, Work, arrivals};
 use disassembly::Disassembly;
 use obstruction::Obstruction;
-use tools::{count, check_work};
+use tools::{check_work, count};
 
 rule! {
     /// Every body gets to its place past the bodies that stand there already.

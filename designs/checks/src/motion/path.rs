@@ -1,7 +1,7 @@
 //! Obstacles in the way of a moving body: exact along straight legs, in small steps along turns.
 
-use fabkit_geometry::proofs::{ProjectionRaster, find_overlap_boxes, find_obstacle_boxes};
-use fabkit_geometry::{Aabb, CompiledSolid, MotionLeg, Motion, Point3, Pose, Ray, Vector3};
+use fabkit_geometry::proofs::{ProjectionRaster, find_obstacle_boxes, find_overlap_boxes};
+use fabkit_geometry::{Aabb, CompiledSolid, Motion, MotionLeg, Point3, Pose, Ray, Vector3};
 use rayon::prelude::*;
 
 use crate::interference::deepest;
@@ -99,7 +99,8 @@ impl Lines {
         let middle = [0, 1].map(|k| self.from[k] + 0.5 * self.sides[k]);
         let centre = Point3::from(middle[0] * u + middle[1] * v);
         let half = self.sides.map(|side| 0.5 * side);
-        let shadow = boxes.map(|boxes| ProjectionRaster::from_boxes(&boxes, &centre, &self.across, half));
+        let shadow =
+            boxes.map(|boxes| ProjectionRaster::from_boxes(&boxes, &centre, &self.across, half));
         Some(Self { shadow, ..self })
     }
 
@@ -108,7 +109,9 @@ impl Lines {
         let row = |j: usize| {
             let mut casters = [Caster::default(), Caster::default()];
             (stride / 2..self.size[0]).step_by(stride).any(|i| {
-                self.ray(i, j).is_some_and(|ray| first_blocked_point(&ray, mover, other, &mut casters).is_some())
+                self.ray(i, j).is_some_and(|ray| {
+                    first_blocked_point(&ray, mover, other, &mut casters).is_some()
+                })
             })
         };
         (stride / 2..self.size[1]).step_by(stride).any(row)
@@ -119,8 +122,10 @@ impl Lines {
         // An offset of an odd fraction of a cell keeps lines off walls at round coordinates.
         let [x, y] = [i, j].map(|k| (k as f64 + 0.482) * self.cell_mm);
         let side = |k: usize| self.size[k] as f64 * self.cell_mm;
-        let is_open =
-            self.shadow.as_ref().is_none_or(|shadow| shadow.may_meet_box([x / side(0), y / side(1)]));
+        let is_open = self
+            .shadow
+            .as_ref()
+            .is_none_or(|shadow| shadow.may_meet_box([x / side(0), y / side(1)]));
         let [u, v] = self.across;
         let origin = Point3::from((self.from[0] + x) * u + (self.from[1] + y) * v);
         is_open.then_some(Ray { origin, direction: self.direction })
@@ -131,7 +136,10 @@ impl Lines {
         let row = |j: usize| {
             let mut casters = [Caster::default(), Caster::default()];
             (0..self.size[0])
-                .map(|i| self.ray(i, j).and_then(|ray| first_blocked_point(&ray, mover, other, &mut casters)))
+                .map(|i| {
+                    self.ray(i, j)
+                        .and_then(|ray| first_blocked_point(&ray, mover, other, &mut casters))
+                })
                 .collect::<Vec<_>>()
         };
         (0..self.size[1]).into_par_iter().flat_map_iter(row).collect()
@@ -184,7 +192,8 @@ pub(crate) fn contact(
     direction: &Vector3<f64>,
     allowed_mm: f64,
 ) -> Option<Contact> {
-    let lines = Lines::between(mover, other, direction, LINES)?.without_clear_lines(mover, other)?;
+    let lines =
+        Lines::between(mover, other, direction, LINES)?.without_clear_lines(mover, other)?;
     let contact = lines.deepest(mover, other)?;
     let is_meant = allowed_mm > 0.0 && contact.depth_mm <= allowed_mm + lines.cell_mm;
     (!is_meant).then_some(contact)

@@ -5,7 +5,7 @@ use fabkit_geometry::{Action, Body, MotionLeg, Pose, Sensor, Step, Vector3};
 use rayon::prelude::*;
 
 use super::arrival::{Arrival, AssemblyHistory};
-use super::disassembly::{RemovedPiece, Disassembly};
+use super::disassembly::{Disassembly, RemovedPiece};
 use crate::memo::Memo;
 use crate::scene::{Assemblies, InvalidBody, Placed};
 
@@ -128,8 +128,9 @@ fn put_together<'s>(
         .map(|piece| piece.iter().filter(|placed| !is_known(placed)).copied().collect::<Vec<_>>());
     // Pieces from which nothing is left have been taken out completely.
     let first = first.filter(|rest| !rest.is_empty());
-    let mut came: Vec<Movement> =
-        first.map(|rest| Movement { bodies: stands(&rest), removal_direction: None, parts: Vec::new() }).collect();
+    let mut came: Vec<Movement> = first
+        .map(|rest| Movement { bodies: stands(&rest), removal_direction: None, parts: Vec::new() })
+        .collect();
     for RemovedPiece { piece, way, apart } in left.iter().rev() {
         let stated = || {
             let motion = step.motions.iter().find(|motion| {
@@ -143,7 +144,11 @@ fn put_together<'s>(
             true => Vec::new(),
             false => put_together(step, &alone, apart, stands),
         };
-        came.push(Movement { bodies: stands(piece), removal_direction: way.or_else(stated), parts: apart });
+        came.push(Movement {
+            bodies: stands(piece),
+            removal_direction: way.or_else(stated),
+            parts: apart,
+        });
     }
     came
 }
@@ -170,7 +175,11 @@ fn fix(step: &Step, came: &mut Vec<Movement>) {
         let host = &mut rest[onto];
         // The carrier itself is the first piece of the assembly outside.
         if host.parts.is_empty() {
-            host.parts.push(Movement { bodies: host.bodies.clone(), removal_direction: None, parts: Vec::new() });
+            host.parts.push(Movement {
+                bodies: host.bodies.clone(),
+                removal_direction: None,
+                parts: Vec::new(),
+            });
         }
         for one in small {
             host.bodies.extend(&one.bodies);
@@ -190,7 +199,11 @@ fn straight(leg: &MotionLeg) -> Option<Vector3<f64>> {
 }
 
 /// Returns the bodies that a step takes off, one pull after the other.
-fn going<'s>(action: &Action, before: &[&Placed], stands: ToPlacedBodies<'_, 's>) -> Vec<Movement<'s>> {
+fn going<'s>(
+    action: &Action,
+    before: &[&Placed],
+    stands: ToPlacedBodies<'_, 's>,
+) -> Vec<Movement<'s>> {
     let Action::Demold(pulls) = action else { return Vec::new() };
     let gone = pulls.iter().map(|pull| {
         let bodies: Vec<&Placed> =

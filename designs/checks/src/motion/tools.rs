@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use fabkit_geometry::{Occasion, ToolAccess};
 
 use super::arrival::Work;
-use super::path::{Contact, overlap};
 use super::obstruction::Obstruction;
+use super::path::{Contact, overlap};
 use crate::memo::{Key, Memo};
 use crate::rule::Rule;
 use crate::scene::{Placed, Tool};

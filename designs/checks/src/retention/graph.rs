@@ -2,7 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use fabkit_geometry::{Aabb, Adhesion, Assembly, Body, MechanicalRole, BodyKind, PrintGroup, Sensor, MaterialClass};
+use fabkit_geometry::{
+    Aabb, Adhesion, Assembly, Body, BodyKind, MaterialClass, MechanicalRole, PrintGroup, Sensor,
+};
 use rayon::prelude::*;
 
 use crate::contacts::{Faces, MOTION_DIRECTIONS, faces};
@@ -90,8 +92,8 @@ impl<'a> Graph<'a> {
         let is_idle = |node: usize| {
             let Node { body, placed } = &self.nodes[node];
             // A fastener that no tool drives needs no thread.
-            let needs_thread =
-                body.duty == MechanicalRole::Threaded || body.duty == MechanicalRole::Fastener && placed.is_drawn();
+            let needs_thread = body.duty == MechanicalRole::Threaded
+                || body.duty == MechanicalRole::Fastener && placed.is_drawn();
             needs_thread && !self.links.iter().any(|link| link.is_tied && link.ends.contains(&node))
         };
         let idle: BTreeSet<usize> = (0..self.nodes.len()).filter(|&node| is_idle(node)).collect();
@@ -163,7 +165,8 @@ fn node<'a>(sensor: &'a Sensor, placed: &'a Placed<'a>) -> Option<Node<'a>> {
     let is_small = body.duty == MechanicalRole::Attached;
     // Rings and cables hold nothing; they are held by what they go around or are plugged into.
     let is_fastener = matches!(body.duty, MechanicalRole::Fastener | MechanicalRole::Threaded);
-    let is_limp = body.kind == BodyKind::Bought && !is_fastener && body.assembly_compliance_mm > 0.0;
+    let is_limp =
+        body.kind == BodyKind::Bought && !is_fastener && body.assembly_compliance_mm > 0.0;
     let is_liquid = body.substance.class == Some(MaterialClass::Liquid);
     (!is_small && !is_limp && !is_liquid).then_some(Node { body, placed })
 }
@@ -220,7 +223,8 @@ fn components(count: usize, joined: impl Fn(usize, usize) -> bool) -> Vec<Vec<us
 fn find_housings(nodes: &[Node], links: &[Link]) -> Vec<usize> {
     let joined = |a: usize, b: usize| {
         links.iter().any(|link| {
-            let meets = (0..MOTION_DIRECTIONS).any(|way| link.carries(way) || link.turned().carries(way));
+            let meets =
+                (0..MOTION_DIRECTIONS).any(|way| link.carries(way) || link.turned().carries(way));
             meets && (link.ends == [a, b] || link.ends == [b, a])
         })
     };

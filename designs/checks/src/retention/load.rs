@@ -7,8 +7,8 @@ use fabkit_geometry::{Point3, Ray, Sensor, Vector3};
 use super::graph::{Graph, Link};
 use crate::contacts::{MOTION_DIRECTIONS, opposite};
 use crate::finding::{Finding, Severity};
-use crate::sampling_lines::Caster;
 use crate::rule::Rule;
+use crate::sampling_lines::Caster;
 
 /// Strength assumed for materials without a value, MPa: a filament print across its layers.
 const DEFAULT_STRENGTH_MPA: f64 = 15.0;
@@ -83,7 +83,13 @@ fn newtons(weakest: &MinimumCut) -> String {
 }
 
 /// Reports a load that tears a connection.
-fn gives_way(graph: &Graph, touched: usize, word: &str, weakest: &MinimumCut, load_n: f64) -> Finding {
+fn gives_way(
+    graph: &Graph,
+    touched: usize,
+    word: &str,
+    weakest: &MinimumCut,
+    load_n: f64,
+) -> Finding {
     let name = |node: usize| graph.nodes[node].placed.name;
     let message = match &weakest.at {
         Some(([leaves, stays], how)) => format!(
@@ -129,7 +135,9 @@ fn capacity_n(graph: &Graph, link: &Link, is_turned: bool, way: usize) -> f64 {
     }
     let faces = if is_turned { link.faces.reversed() } else { link.faces };
     // The weaker of the two materials gives way.
-    let tears = link.ends.map(|end| graph.nodes[end].body.substance.tear_strength_mpa.unwrap_or(DEFAULT_STRENGTH_MPA));
+    let tears = link.ends.map(|end| {
+        graph.nodes[end].body.substance.tear_strength_mpa.unwrap_or(DEFAULT_STRENGTH_MPA)
+    });
     let stops = faces.ahead_mm2[way] * tears[0].min(tears[1]);
     // Friction acts on faces in all directions.
     let area_mm2: f64 = faces.ahead_mm2.iter().sum::<f64>();

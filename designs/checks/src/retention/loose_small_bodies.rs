@@ -20,7 +20,8 @@ const PADS_MM2: f64 = 0.5;
 /// Finds small bodies that no step fixes, and those that do not touch the body on which a step fixes them.
 pub(super) fn examine(sensor: &Sensor, scene: &Assemblies) -> Vec<Finding> {
     let placed = scene.bodies(&Assembly::sensor().0);
-    let small: Vec<&Placed> = placed.iter().filter(|one| one.of.duty == MechanicalRole::Attached).collect();
+    let small: Vec<&Placed> =
+        placed.iter().filter(|one| one.of.duty == MechanicalRole::Attached).collect();
     let carriers: BTreeMap<&str, Vec<&str>> =
         small.iter().map(|one| (one.name, carriers(sensor, one.name))).collect();
     // One contact with any of its carriers is enough.

@@ -3,8 +3,9 @@
 use fabkit_checks::example::puck;
 use fabkit_checks::{CheckReport, Finding, Rule, Severity, check};
 use fabkit_geometry::{
-    Action, Adhesion, Angle, Assembly, Body, CureMechanism, FixtureGrip, NominalCamera, Path, Placement,
-    PlaneSurface, Pose, PressFit, Process, Sensor, Shore, Solid, MaterialClass, Step, MaterialProperties,
+    Action, Adhesion, Angle, Assembly, Body, CureMechanism, FixtureGrip, MaterialClass,
+    MaterialProperties, NominalCamera, Path, Placement, PlaneSurface, Pose, PressFit, Process,
+    Sensor, Shore, Solid, Step,
 };
 
 /// Length and width of the pad, mm.
@@ -40,7 +41,8 @@ fn sensor(bodies: impl IntoIterator<Item = Body>) -> Sensor {
         field_of_view: Angle::from_deg(90.0).unwrap(),
         lens: Default::default(),
     };
-    let touch = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, max_indentation_mm: 1.0, grip };
+    let touch =
+        PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, max_indentation_mm: 1.0, grip };
     Sensor {
         touch: Some(fabkit_geometry::TouchSurface::Plane(touch)),
         required_load_n: Some(10.0),

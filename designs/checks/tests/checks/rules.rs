@@ -1,7 +1,9 @@
 //! Each rule passes what is right and finds, by name, what was made wrong on purpose.
 
 use fabkit_checks::example::{GATE_RADIUS_MM, HEIGHT_MM, MOLD, RADIUS_MM, puck};
-use fabkit_checks::{CheckReport, Finding, Memo, Rule, Severity, check, check_rules, check_motions};
+use fabkit_checks::{
+    CheckReport, Finding, Memo, Rule, Severity, check, check_motions, check_rules,
+};
 use fabkit_geometry::{
     Action, Assembly, Body, CUT_OVERLAP_MM, Opening, Placement, Point3, Pose, Pour, PressFit,
     Sensor, Solid, Vector3,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use fabkit_geometry::QuantityUnit;
-use fabkit_text::{LocatedProblem, TextPlace, Setting, SourceKind, join, to_printable};
+use fabkit_text::{LocatedProblem, Setting, SourceKind, TextPlace, join, to_printable};
 
 use super::{Article, BUYING, PRICE_SOURCE, PackSize, is_builtin};
 use crate::user_catalogue::named_sections::{LayeredSections, RawSection, read};
@@ -33,15 +33,24 @@ const FIGURES: [(&str, &str); 5] = [
 ];
 
 /// Reads all articles, by their keys; reports wrong ones and leaves them out.
-pub(super) fn by_key(raws: &[RawSection], found: &mut Vec<LocatedProblem>) -> BTreeMap<String, ListedArticle> {
+pub(super) fn by_key(
+    raws: &[RawSection],
+    found: &mut Vec<LocatedProblem>,
+) -> BTreeMap<String, ListedArticle> {
     let layered = LayeredSections::new(raws);
-    let known =
-        |(key, said): (&String, &[&RawSection])| Some((key.clone(), read_article(&layered, key, said, found)?));
+    let known = |(key, said): (&String, &[&RawSection])| {
+        Some((key.clone(), read_article(&layered, key, said, found)?))
+    };
     layered.iter().filter_map(known).collect()
 }
 
 /// Reads one article; returns `None` after reporting its problems.
-fn read_article(layered: &LayeredSections, key: &str, said: &[&RawSection], found: &mut Vec<LocatedProblem>) -> Option<ListedArticle> {
+fn read_article(
+    layered: &LayeredSections,
+    key: &str,
+    said: &[&RawSection],
+    found: &mut Vec<LocatedProblem>,
+) -> Option<ListedArticle> {
     let (first, last) = (said.first()?, said.last()?);
     let name = first.name.clone();
     let stack = layered.stack(BUYING, key, found)?;

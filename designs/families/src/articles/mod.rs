@@ -5,21 +5,21 @@
 //! not depend on articles, so they do not count for a design's hash.
 
 mod article;
+mod article_file;
 mod orders;
 mod pack;
-mod article_file;
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
 
 use fabkit_geometry::Order;
-use fabkit_text::{Dialect, LocatedProblem, TextPlace, TextLayer, take_format, read_mapping};
+use fabkit_text::{Dialect, LocatedProblem, TextLayer, TextPlace, read_mapping, take_format};
 
 pub use article::{Article, ArticleRole};
-pub(crate) use orders::{fill_and_check, fill_all};
+pub(crate) use orders::{fill_all, fill_and_check};
 pub use pack::PackSize;
 
-use crate::user_catalogue::named_sections::{SectionKind, RawSection, key_of, read_sections};
+use crate::user_catalogue::named_sections::{RawSection, SectionKind, key_of, read_sections};
 use article_file::ListedArticle;
 
 /// Articles in files: key and dialect.
@@ -119,7 +119,10 @@ impl Articles {
             Some(at) => {
                 let size: Vec<&str> = name.split_whitespace().collect();
                 let words = key[..at].split(' ').count();
-                self.fill_order(&Order::new(&*self.by_key[&key[..at]].name, size[words..].join(" ")), "")
+                self.fill_order(
+                    &Order::new(&*self.by_key[&key[..at]].name, size[words..].join(" ")),
+                    "",
+                )
             }
             None => Order::new(name, ""),
         }
@@ -137,9 +140,11 @@ impl Articles {
             let length = match &known.article.words {
                 // The entry without words fits any material, but any matching word is better.
                 None => 0,
-                Some(words) => {
-                    words.split(';').filter(|word| contains_words(material, word)).map(str::len).max()?
-                }
+                Some(words) => words
+                    .split(';')
+                    .filter(|word| contains_words(material, word))
+                    .map(str::len)
+                    .max()?,
             };
             Some((length, known))
         });

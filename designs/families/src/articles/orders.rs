@@ -1,10 +1,10 @@
 //! Filling of orders from the list of articles, and checks of the user's articles against the bodies that are bought.
 
-use fabkit_geometry::{Body, BodyKind, Order, Sensor, QuantityUnit};
+use fabkit_geometry::{Body, BodyKind, Order, QuantityUnit, Sensor};
 use fabkit_text::{LocatedProblem, join, to_printable};
 
 use super::article_file::ListedArticle;
-use super::{Articles, BUYING, ArticleRole};
+use super::{ArticleRole, Articles, BUYING};
 use crate::user_catalogue::named_sections::{similar_names, unknown_hint};
 
 /// Maximum number of names that a hint lists.
@@ -18,7 +18,8 @@ impl Articles {
         for known in self.entries_for(order, body) {
             merge_entry(&mut filled, known);
         }
-        if let Some(what) = self.entries_for(order, body).filter_map(|k| k.article.what.clone()).last()
+        if let Some(what) =
+            self.entries_for(order, body).filter_map(|k| k.article.what.clone()).last()
         {
             filled.figures.insert(0, ("what matters".into(), what));
         }
@@ -26,8 +27,13 @@ impl Articles {
     }
 
     /// Finds the entries for an order, from the general to the special, so that the special ones override.
-    fn entries_for<'a>(&'a self, order: &Order, body: &str) -> impl Iterator<Item = &'a ListedArticle> {
-        let sized = (!order.size.is_empty()).then(|| self.find(&order.article_and_size())).flatten();
+    fn entries_for<'a>(
+        &'a self,
+        order: &Order,
+        body: &str,
+    ) -> impl Iterator<Item = &'a ListedArticle> {
+        let sized =
+            (!order.size.is_empty()).then(|| self.find(&order.article_and_size())).flatten();
         [self.find(&order.article), sized, self.find(body)].into_iter().flatten()
     }
 }
@@ -91,7 +97,9 @@ pub(crate) fn fill_and_check(
         let Some(place) = &known.own else { continue };
         let path = join(BUYING.key, &to_printable(&known.name));
         let is_named = |order: &Order| {
-            [&order.article, &order.article_and_size()].into_iter().any(|name| same(name, &known.name))
+            [&order.article, &order.article_and_size()]
+                .into_iter()
+                .any(|name| same(name, &known.name))
         };
         let bodies = bought.iter().filter(|body| {
             same(&body.name, &known.name) || body.order.as_ref().is_some_and(is_named)
@@ -104,14 +112,19 @@ pub(crate) fn fill_and_check(
             () if is_component => matches!(unit, QuantityUnit::Gram | QuantityUnit::Piece),
             () => bodies.iter().all(|body| match unit {
                 QuantityUnit::Piece => true,
-                QuantityUnit::Millimetre => body.order.as_ref().is_some_and(|o| o.length_mm.is_some()),
+                QuantityUnit::Millimetre => {
+                    body.order.as_ref().is_some_and(|o| o.length_mm.is_some())
+                }
                 QuantityUnit::Gram | QuantityUnit::Millilitre => false,
             }),
         };
         if !wants {
             let right = if is_component { "g" } else { "pieces" };
-            let message =
-                format!("{} is counted in {right}, not in {}", to_printable(&known.name), unit.word());
+            let message = format!(
+                "{} is counted in {right}, not in {}",
+                to_printable(&known.name),
+                unit.word()
+            );
             let hint = format!("write how many {right} a pack holds");
             let path = join(&path, "pack");
             found.push(place.problem(&path, unit.word(), message).hint(hint));
@@ -119,7 +132,10 @@ pub(crate) fn fill_and_check(
         }
         // Not needed by this sensor, but no mistake either: the built-in list or another entry knows the name.
         let is_of_list = Articles::builtin().find(&known.name).is_some();
-        let is_new = matches!(known.article.role, Some(ArticleRole::Stock | ArticleRole::Supply | ArticleRole::Tool));
+        let is_new = matches!(
+            known.article.role,
+            Some(ArticleRole::Stock | ArticleRole::Supply | ArticleRole::Tool)
+        );
         let is_base = articles.raws.iter().any(|raw| raw.extends(&known.name));
         // An entry in the file for all sensors need not concern this one.
         let is_for_all = place.layer == fabkit_text::TextLayer::Base;
@@ -128,8 +144,10 @@ pub(crate) fn fill_and_check(
         }
         let names: Vec<&str> =
             bought.iter().map(|body| &*body.name).chain(components.iter().copied()).collect();
-        let message = format!("`{}` is nothing that is bought for this sensor", to_printable(&known.name));
-        let close = similar_names(&known.name, names.iter().copied().chain(Articles::builtin().names()));
+        let message =
+            format!("`{}` is nothing that is bought for this sensor", to_printable(&known.name));
+        let close =
+            similar_names(&known.name, names.iter().copied().chain(Articles::builtin().names()));
         let listed = &names[..names.len().min(MOST_LISTED)];
         let hint = match close.is_empty() {
             true => unknown_hint(&known.name, listed),
@@ -143,5 +161,6 @@ pub(crate) fn fill_and_check(
 
 /// Returns whether two names are equal except for case and doubled spaces.
 fn same(a: &str, b: &str) -> bool {
-    crate::user_catalogue::named_sections::key_of(a) == crate::user_catalogue::named_sections::key_of(b)
+    crate::user_catalogue::named_sections::key_of(a)
+        == crate::user_catalogue::named_sections::key_of(b)
 }

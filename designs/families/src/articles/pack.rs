@@ -1,7 +1,7 @@
 //! Pack sizes: the amount that is sold at once.
 
 use fabkit_geometry::{Pack, QuantityUnit};
-use fabkit_text::{Json, ValueKind, Refusal, Scalar};
+use fabkit_text::{Json, Refusal, Scalar, ValueKind};
 
 use crate::materials::split_number;
 
@@ -33,7 +33,9 @@ impl Scalar for PackSize {
 
     fn parse(text: &str) -> Result<Self, Refusal> {
         let refuse = |says: &str| Err(Refusal::new(says, EXAMPLE));
-        let Some((number, unit)) = split_number(text) else { return refuse("is no number with a unit") };
+        let Some((number, unit)) = split_number(text) else {
+            return refuse("is no number with a unit");
+        };
         let Some((_, unit, size)) = UNITS.iter().find(|(known, ..)| *known == unit) else {
             return refuse("is in no unit that packs are sold in");
         };

@@ -1,15 +1,15 @@
 //! Printed adapter plate between a sensor and a robot: screwed to the sensor's own mounting holes from below, with the
 //! robot's bolt pattern around, below or beside them.
 
+mod cable_passages;
 mod conflicts;
 mod pattern;
 mod plate;
-mod cable_passages;
 
 use fabkit_geometry::{Angle, Body, Length, Pose, PressFit, Sensor, sort_by_kind};
 
 use super::mounting::MountThread;
-use super::{ScrewJoint, Rect, hanging, merged};
+use super::{Rect, ScrewJoint, hanging, merged};
 use crate::chain_builder::{AssemblyName, Name, SENSOR, assemble};
 use crate::hardware::{Head, HeatSetNut, Screw};
 use crate::parameters::RuleReport;
@@ -276,7 +276,9 @@ impl<'a> AdapterPlan<'a> {
         sensor.bodies = sort_by_kind(merged(bodies.into_iter().chain(added)));
         if !fitted.is_empty() {
             // First step of the chain: these pieces have to be in the plate before the sensor is.
-            let step = assemble("fit-adapter", ALONE, &[ADAPTER]).with_instruction(self.preparation_instruction()).also(fitted);
+            let step = assemble("fit-adapter", ALONE, &[ADAPTER])
+                .with_instruction(self.preparation_instruction())
+                .also(fitted);
             sensor.chain.insert(0, step.source("chosen: the paper mounts it otherwise"));
         }
         sensor.chain.push(

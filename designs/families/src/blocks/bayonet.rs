@@ -6,7 +6,9 @@
 
 use std::f64::consts::TAU;
 
-use fabkit_geometry::{Angle, CUT_OVERLAP_MM, MotionLeg, Length, Motion, Path, Point3, Solid, Vector3};
+use fabkit_geometry::{
+    Angle, CUT_OVERLAP_MM, Length, Motion, MotionLeg, Path, Point3, Solid, Vector3,
+};
 
 use crate::parameters;
 use crate::parameters::{RuleReport, limits};

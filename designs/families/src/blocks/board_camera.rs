@@ -2,7 +2,7 @@
 
 use fabkit_geometry::{Body, Length, Order, Solid};
 
-use super::optics::{Module, ImageFormat, View};
+use super::optics::{ImageFormat, Module, View};
 use super::{CAMERA, CAMERA_GREEN, INTO_MM};
 use crate::hardware::ThreadedLens;
 use crate::parameters;

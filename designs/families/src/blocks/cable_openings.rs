@@ -118,7 +118,12 @@ impl HousingSide {
 
 /// Returns an opening through the wall on one side, `width_mm` wide, between two distances from the axis and two
 /// heights, mm.
-pub fn wall_opening(side: HousingSide, width_mm: f64, [from, to]: [f64; 2], [bottom, top]: [f64; 2]) -> Solid {
+pub fn wall_opening(
+    side: HousingSide,
+    width_mm: f64,
+    [from, to]: [f64; 2],
+    [bottom, top]: [f64; 2],
+) -> Solid {
     let half = width_mm / 2.0;
     match side {
         HousingSide::Right => Solid::cuboid_between([from, -half, bottom], [to, half, top]),

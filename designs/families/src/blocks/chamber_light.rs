@@ -9,10 +9,11 @@ use fabkit_geometry::{
 use super::lighting::RED_GREEN_BLUE;
 use super::posted_camera::{self, PlacedCamera};
 use super::{
-    APART_MM, LED, LED_YELLOW, MASK_GREEN, PRINTED_WALL_MM, Rect, half_chord, listed_markers, turn, upright,
+    APART_MM, LED, LED_YELLOW, MASK_GREEN, PRINTED_WALL_MM, Rect, half_chord, landmarks_at, turn,
+    upright,
 };
-use crate::chain_builder::AssemblyName;
 use crate::blocks::circuit::{CHIP_0603, Electric};
+use crate::chain_builder::AssemblyName;
 use crate::parameters::{Inline, RuleReport, limits};
 use crate::{choices, parameters};
 

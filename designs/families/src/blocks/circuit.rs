@@ -1,8 +1,8 @@
 //! LED circuits: LEDs with their resistors, wires to them, and the solder pads of their packages.
 
 use fabkit_geometry::{
-    BoardPlacement, BoardSide, Circuit, CircuitKind, CircuitPart, Connection, KeepOut, KeepOutRegion,
-    Land, Net, Pose, SeriesResistor, Vector3,
+    BoardPlacement, BoardSide, Circuit, CircuitKind, CircuitPart, Connection, KeepOut,
+    KeepOutRegion, Land, Net, Pose, SeriesResistor, Vector3,
 };
 
 use crate::chain_builder::Name;
@@ -132,7 +132,13 @@ impl Electric {
     /// Reports LEDs that stay dark on this supply, or currents that overload the LEDs, their resistors or the supply.
     ///
     /// `forward` is the path of the forward voltage, `sharing` the number of LEDs per resistor, `all` the total number.
-    pub fn check(&self, forward: &str, [sharing, all]: [u32; 2], chip: Chip, report: &mut RuleReport) {
+    pub fn check(
+        &self,
+        forward: &str,
+        [sharing, all]: [u32; 2],
+        chip: Chip,
+        report: &mut RuleReport,
+    ) {
         let supply_v = self.supply_volts;
         let drop_v = supply_v - self.forward_volts;
         report.at_most(

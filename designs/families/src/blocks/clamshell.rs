@@ -2,14 +2,15 @@
 //! the base for a gripper's screws.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, Color, FixtureGrip, Length, Point3, Pose, Process, Profile, Solid, Vector3,
+    Body, CUT_OVERLAP_MM, Color, FixtureGrip, Length, Point3, Pose, Process, Profile, Solid,
+    Vector3,
 };
 
 use super::adapter::CableOutlet;
 use super::cable_openings::{HousingSide, wall_opening};
 use super::mounting::{Mount, MountHold, MountRing, Mounting};
 use super::posted_camera::{self, PostedCamera};
-use super::{APART_MM, BLACK, INTO_MM, ScrewJoint, PRINTED_WALL_MM, Rect, WHITE, corners, hanging};
+use super::{APART_MM, BLACK, INTO_MM, PRINTED_WALL_MM, Rect, ScrewJoint, WHITE, corners, hanging};
 use crate::chain_builder::Name;
 use crate::hardware::Screw;
 use crate::parameters::{RuleReport, limits};

@@ -4,9 +4,11 @@
 //! A joint gives each body that it holds together its holes, landmarks and handles ([`Cut`]), lists the bought pieces,
 //! and declares the overlap of the thread.
 
-use fabkit_geometry::{Body, CUT_OVERLAP_MM, CutFeature, Path, Placement, Pose, PressFit, Profile, Solid};
+use fabkit_geometry::{
+    Body, CUT_OVERLAP_MM, CutFeature, Path, Placement, Pose, PressFit, Profile, Solid,
+};
 
-use super::{BRASS, copies, listed_markers, press_fit};
+use super::{BRASS, copies, landmarks_at, press_fit};
 use crate::chain_builder::{Name, bought};
 use crate::hardware::{HeatSetNut, HexNut, Screw};
 
@@ -123,7 +125,12 @@ impl ScrewJoint {
     }
 
     /// Creates a joint of screws that pass holes of a depth, into threads that the user provides.
-    pub fn through_holes(label: &'static str, screw: Screw, poses: Vec<Pose>, depth_mm: f64) -> Self {
+    pub fn through_holes(
+        label: &'static str,
+        screw: Screw,
+        poses: Vec<Pose>,
+        depth_mm: f64,
+    ) -> Self {
         Self { label, screw, poses, word: "screw", hold: ScrewHold::Free { depth_mm } }
     }
 
@@ -234,7 +241,11 @@ impl ScrewJoint {
     fn cut(&self, tool: &Solid, poses: &[Pose], hole: &str) -> CutFeature {
         // The landmark of a nut's hole is named after the nut, others after the screw.
         let label = if hole.starts_with("nut") { "nut" } else { self.label };
-        CutFeature { tools: copies(hole, poses, tool), landmarks: landmarks_at(label, poses), handles: 0 }
+        CutFeature {
+            tools: copies(hole, poses, tool),
+            landmarks: landmarks_at(label, poses),
+            handles: 0,
+        }
     }
 
     /// Returns the bought pieces: the screws and, if there are any, the nuts, each at its placements.
@@ -244,11 +255,15 @@ impl ScrewJoint {
         place_nut: impl Fn(&Pose) -> Placement,
     ) -> Vec<Body> {
         let screws = self.screw.solid();
-        let screws =
-            bought(&self.name(), self.screw.order_text(), screws, self.poses.iter().map(place_screw))
-                .with_order(self.screw.order())
-                .with_tool_access(self.screw.driver())
-                .as_fastener();
+        let screws = bought(
+            &self.name(),
+            self.screw.order_text(),
+            screws,
+            self.poses.iter().map(place_screw),
+        )
+        .with_order(self.screw.order())
+        .with_tool_access(self.screw.driver())
+        .as_fastener();
         std::iter::once(screws).chain(self.bought_nuts(place_nut)).collect()
     }
 
@@ -259,7 +274,12 @@ impl ScrewJoint {
             ScrewHold::HeatSet { nut, poses, .. } => {
                 let places = poses.iter().map(place_nut);
                 let body = bought(&nut.name(), nut.order_text(), nut.solid(), places);
-                Some(body.with_order(nut.order()).colored(BRASS).with_tool_access(nut.iron()).threaded())
+                Some(
+                    body.with_order(nut.order())
+                        .colored(BRASS)
+                        .with_tool_access(nut.iron())
+                        .threaded(),
+                )
             }
             ScrewHold::Hex { nut, poses, depth_mm, .. } => {
                 let places = poses.iter().map(place_nut);

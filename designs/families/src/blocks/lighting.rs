@@ -11,7 +11,11 @@ pub const RED_GREEN_BLUE: [Rgb; 3] = [[1.0, 0.10, 0.03], [0.12, 1.0, 0.15], [0.0
 
 /// Returns a lighting by the LEDs that shows the thickness of layers.
 pub fn thickness_lighting<const N: usize>(layers: [Name; N]) -> Lighting {
-    Lighting::from_body("white", LED, VisibleEffect::Thickness { layers: layers.map(String::from).to_vec() })
+    Lighting::from_body(
+        "white",
+        LED,
+        VisibleEffect::Thickness { layers: layers.map(String::from).to_vec() },
+    )
 }
 
 /// Returns a lighting that shows the slope of a coat, by LEDs whose colours alternate in the given order.
@@ -22,7 +26,10 @@ pub fn slope_lighting(
 ) -> Lighting {
     Lighting {
         name: "colored",
-        light_sources: vec![LightSourceGroup { body: LED.into(), colors: colors.into_iter().collect() }],
+        light_sources: vec![LightSourceGroup {
+            body: LED.into(),
+            colors: colors.into_iter().collect(),
+        }],
         effect: VisibleEffect::Slopes { coat: coat.into(), printed: printed.map(String::from) },
         camera: None,
     }

@@ -1,7 +1,8 @@
 //! Dots that are printed on a flat face through a stencil: a grid around the middle, or listed positions.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, MarkerCarrier, Length, Marker, Path, Pose, Process, Profile, Shells, Solid,
+    Body, CUT_OVERLAP_MM, Length, Marker, MarkerCarrier, Path, Pose, Process, Profile, Shells,
+    Solid,
 };
 
 use super::listed_markers::{FlatPattern, ListedMarkers};

@@ -15,8 +15,8 @@ mod joint;
 pub mod label;
 mod led_ring;
 pub mod lighting;
-pub mod marker_grid;
 pub mod listed_markers;
+pub mod marker_grid;
 pub mod mold;
 pub mod mounting;
 mod o_ring_seat;
@@ -29,8 +29,8 @@ mod vented_lid;
 use std::f64::consts::{PI, TAU};
 
 use fabkit_geometry::{
-    Angle, Body, Color, CutFeature, EllipsoidOffset, Landmark, NominalCamera, NominalLens, Point3, Pose,
-    PressFit, Sensor, Solid, Vector3,
+    Angle, Body, Color, CutFeature, EllipsoidOffset, Landmark, NominalCamera, NominalLens, Point3,
+    Pose, PressFit, Sensor, Solid, Vector3,
 };
 
 use crate::Header;

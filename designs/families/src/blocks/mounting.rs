@@ -2,7 +2,7 @@
 
 use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, CutFeature, Length, Placement, Pose, Solid};
 
-use super::{ScrewJoint, around, copies, corners, hanging, listed_markers, ring};
+use super::{ScrewJoint, around, copies, corners, hanging, landmarks_at, ring};
 use crate::chain_builder::bought;
 use crate::hardware::{HeatSetNut, Screw, SocketScrew};
 use crate::parameters::{RuleReport, limits};
@@ -323,7 +323,12 @@ impl Mounting<'_> {
 
     /// Reports the hole with the smallest `spare`, mm, if that is negative. The message continues `what` with the
     /// missing length.
-    pub fn require_all(&self, spare: impl Fn(&[f64; 2]) -> f64, what: &str, report: &mut RuleReport) {
+    pub fn require_all(
+        &self,
+        spare: impl Fn(&[f64; 2]) -> f64,
+        what: &str,
+        report: &mut RuleReport,
+    ) {
         let places = self.places();
         let spares = places.iter().map(spare).zip(1..);
         let Some((least, number)) = spares.min_by(|a, b| a.0.total_cmp(&b.0)) else { return };

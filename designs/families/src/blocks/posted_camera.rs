@@ -3,8 +3,8 @@
 use fabkit_geometry::{Body, Length, Process, Solid};
 
 use super::board_camera::Board;
-use super::optics::{Module, ImageFormat, View};
-use super::{APART_MM, INTO_MM, ScrewJoint, PRINTED_WALL_MM, Rect, copies, corners, upright};
+use super::optics::{ImageFormat, Module, View};
+use super::{APART_MM, INTO_MM, PRINTED_WALL_MM, Rect, ScrewJoint, copies, corners, upright};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Screw;
 use crate::parameters;

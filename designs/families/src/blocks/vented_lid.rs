@@ -3,7 +3,9 @@
 //!
 //! The lid lies below z = 0, where it closes the mold.
 
-use fabkit_geometry::{CUT_OVERLAP_MM, CutFeature, Length, Opening, Path, Pose, Profile, Solid, Vector3};
+use fabkit_geometry::{
+    CUT_OVERLAP_MM, CutFeature, Length, Opening, Path, Pose, Profile, Solid, Vector3,
+};
 
 use super::{PRINTED_WALL_MM, around, copies, holes, ring};
 use crate::chain_builder::opening;

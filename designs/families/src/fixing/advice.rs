@@ -5,7 +5,7 @@ use fabkit_text::{BrokenRule, InvalidDesign, Problem, Suggestion, UNKNOWN_PARAME
 use super::bought::is_bought;
 use super::search::{SearchResult, search};
 use super::shrink::{rounded_candidates, shrink};
-use super::space::{RuleState, RuleOutcome, Space, Values};
+use super::space::{RuleOutcome, RuleState, Space, Values};
 use super::{STATES_TO_BLAME, sensor_overrides};
 use crate::{REGISTRY, SensorText};
 
@@ -162,7 +162,11 @@ fn find_hints(space: &mut Space, broken: &[BrokenRule], set: &[usize]) -> Vec<Hi
 }
 
 /// Formats `write at most 3 mm for ...`.
-fn format_hint(space: &Space, TriedValue { number, value, up }: TriedValue, problem: &BrokenRule) -> String {
+fn format_hint(
+    space: &Space,
+    TriedValue { number, value, up }: TriedValue,
+    problem: &BrokenRule,
+) -> String {
     let number = &space.numbers[number];
     let most = if up { "at least" } else { "at most" };
     match number.path == problem.path {
@@ -172,7 +176,12 @@ fn format_hint(space: &Space, TriedValue { number, value, up }: TriedValue, prob
 }
 
 /// Finds the first input of a rule that satisfies the rule when changed alone, and breaks no other.
-fn best(space: &mut Space, values: &Values, problem: &BrokenRule, set: &[usize]) -> Option<TriedValue> {
+fn best(
+    space: &mut Space,
+    values: &Values,
+    problem: &BrokenRule,
+    set: &[usize],
+) -> Option<TriedValue> {
     let now = space.outcome(values);
     let mends = |outcome: &RuleOutcome| {
         outcome.rule_state(&problem.rule) == RuleState::Satisfied

@@ -2,8 +2,8 @@
 
 use fabkit_text::{InvalidDesign, ValueKind};
 
-use super::sensor_overrides;
 use super::search::{SearchResult, search};
+use super::sensor_overrides;
 use super::space::{Space, Values};
 use crate::{REGISTRY, SensorText};
 
@@ -66,9 +66,10 @@ pub fn find_feasible_ranges(
         let mut space = Space::new(trial.clone(), MOST_TRIED[0]);
         progress(number, count);
         let Some(value) = space.numbers[number].value else { continue };
-        let held = extend_range(&mut space, number, [value; 2], HALVINGS[0], &mut |space, value| {
-            space.outcome_with(&Values::new(), number, value).is_clean()
-        });
+        let held =
+            extend_range(&mut space, number, [value; 2], HALVINGS[0], &mut |space, value| {
+                space.outcome_with(&Values::new(), number, value).is_clean()
+            });
         let followed = follow.then(|| {
             space.evaluations_left = MOST_TRIED[1];
             // Values that work with the others held work with the others following, too: continue outward from them.
@@ -86,7 +87,13 @@ pub fn find_feasible_ranges(
             ValueKind::Angle => "deg",
             _ => "",
         };
-        all.push(FeasibleRange { path: known.path.clone(), value, unit, alone: held, following: followed });
+        all.push(FeasibleRange {
+            path: known.path.clone(),
+            value,
+            unit,
+            alone: held,
+            following: followed,
+        });
     }
     Ok(all)
 }

@@ -194,10 +194,14 @@ fn contradiction_problem(
     let mut instead = Vec::new();
     for path in &set {
         let Some(number) = space.index(path) else { continue };
-        if let Some((value, up)) = advice::nearest_either_way(space, &begin, number, &|o| o.is_clean()) {
+        if let Some((value, up)) =
+            advice::nearest_either_way(space, &begin, number, &|o| o.is_clean())
+        {
             let most = if up { "at least" } else { "at most" };
-            instead
-                .push(format!("write {most} {} for `{path}`", space.numbers[number].format_value(value)));
+            instead.push(format!(
+                "write {most} {} for `{path}`",
+                space.numbers[number].format_value(value)
+            ));
         }
     }
     let kept: Vec<String> = set.iter().map(|path| format!("`{path}`")).collect();

@@ -7,9 +7,9 @@
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
-use fabkit_text::{ValueKind, RuleId};
+use fabkit_text::{RuleId, ValueKind};
 
-use super::space::{RuleState, RuleOutcome, Space, Values};
+use super::space::{RuleOutcome, RuleState, Space, Values};
 
 /// Result of a search.
 pub(super) enum SearchResult {
@@ -95,7 +95,13 @@ pub(super) fn search(
 }
 
 /// Returns the furthest value of a number up to which a limit comes closer to being satisfied and no other rule breaks.
-fn furthest_helpful(space: &mut Space, values: &Values, number: usize, up: bool, rule: &RuleId) -> Option<f64> {
+fn furthest_helpful(
+    space: &mut Space,
+    values: &Values,
+    number: usize,
+    up: bool,
+    rule: &RuleId,
+) -> Option<f64> {
     /// Smallest reduction of the violation that counts as help, as a fraction of it.
     const LEAST: f64 = 0.05;
     let before = space.outcome(values);
@@ -113,16 +119,24 @@ fn furthest_helpful(space: &mut Space, values: &Values, number: usize, up: bool,
 }
 
 /// Returns the nearest value of a number that satisfies a rule.
-fn nearest_satisfying(space: &mut Space, values: &Values, number: usize, up: bool, rule: &RuleId) -> Option<f64> {
+fn nearest_satisfying(
+    space: &mut Space,
+    values: &Values,
+    number: usize,
+    up: bool,
+    rule: &RuleId,
+) -> Option<f64> {
     let before = space.outcome(values).rule_state(rule);
     let hopeless = |probes: &[Rc<RuleOutcome>]| match before {
         // The violation of a limit is a number: if none of the probes reduces it, this direction is given up. The
         // margin 1e-9 ignores rounding.
-        RuleState::Broken(Some(missing)) => probes.iter().all(|probe| match probe.rule_state(rule) {
-            RuleState::Broken(Some(now)) => now >= missing - 1e-9,
-            RuleState::Broken(None) | RuleState::Unknown => true,
-            RuleState::Satisfied => false,
-        }),
+        RuleState::Broken(Some(missing)) => {
+            probes.iter().all(|probe| match probe.rule_state(rule) {
+                RuleState::Broken(Some(now)) => now >= missing - 1e-9,
+                RuleState::Broken(None) | RuleState::Unknown => true,
+                RuleState::Satisfied => false,
+            })
+        }
         _ => false,
     };
     let kept = |outcome: &RuleOutcome| outcome.rule_state(rule) == RuleState::Satisfied;
@@ -130,7 +144,10 @@ fn nearest_satisfying(space: &mut Space, values: &Values, number: usize, up: boo
 }
 
 /// Returns the broken rules that count.
-fn broken_rules<'a>(outcome: &'a RuleOutcome, counts: RuleFilter<'a>) -> impl Iterator<Item = &'a RuleId> {
+fn broken_rules<'a>(
+    outcome: &'a RuleOutcome,
+    counts: RuleFilter<'a>,
+) -> impl Iterator<Item = &'a RuleId> {
     outcome.broken.iter().map(|broken| &broken.rule).filter(move |rule| counts(rule))
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use fabkit_text::{BrokenRule, ValueKind, NumericParameter, RuleId, SourceKind};
+use fabkit_text::{BrokenRule, NumericParameter, RuleId, SourceKind, ValueKind};
 
 use super::bought::is_bought;
 use crate::registry::Trial;
@@ -79,7 +79,14 @@ impl Space {
             number.source == SourceKind::Chosen && !is_given
         };
         let free = (0..numbers.len()).filter(|i| may_change(&numbers[*i])).collect();
-        Self { trial, numbers, free, known: BTreeMap::new(), first: BTreeMap::new(), evaluations_left: most }
+        Self {
+            trial,
+            numbers,
+            free,
+            known: BTreeMap::new(),
+            first: BTreeMap::new(),
+            evaluations_left: most,
+        }
     }
 
     /// Evaluates the rules at these values, or returns the cached outcome. Callers that loop check [`Space::left`].

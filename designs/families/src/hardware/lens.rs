@@ -1,6 +1,6 @@
 //! Lenses that focus by turning in their thread, and the space that fingers or tweezers need for it.
 
-use fabkit_geometry::{Occasion, Path, ToolAccess, Solid};
+use fabkit_geometry::{Occasion, Path, Solid, ToolAccess};
 
 /// Gap between fingers or tweezers and the part they hold, mm, so that their solids do not overlap.
 const TOUCH_MM: f64 = 0.05;

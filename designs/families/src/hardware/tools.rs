@@ -1,6 +1,6 @@
 //! Space that hands and tools need at fasteners, each in the fastener's own frame, z out of the material.
 
-use fabkit_geometry::{Angle, Occasion, Pose, ToolAccess, Solid};
+use fabkit_geometry::{Angle, Occasion, Pose, Solid, ToolAccess};
 
 use super::{Dowel, HeatSetNut, HexNut, Screw, SocketScrew};
 use crate::blocks::{INTO_MM, copies, ring};
@@ -136,7 +136,9 @@ impl SocketScrew {
         // The lower edge of a tilted key must clear the head.
         let over = from_z + radius * BALL_DEG.to_radians().sin();
         let sides = ring(4, 0.0, Pose::identity()).into_iter().map(|turn| turn.then_in(lean));
-        sides.fold(upright, |reach, side| reach.with_alternative(key.clone().placed(side).at_z(over)))
+        sides.fold(upright, |reach, side| {
+            reach.with_alternative(key.clone().placed(side).at_z(over))
+        })
     }
 }
 

@@ -9,7 +9,9 @@ pub(super) fn label_texts(name: &str, names: &[String]) -> Vec<String> {
         !others().any(|other| make(other) == *text || other == text)
     };
     let shorter: [&dyn Fn(&str) -> String; 3] =
-        [&|name| shorten_words(name, 3), &|name| initials(name), &|name| distinguishing_initials(name, names)];
+        [&|name| shorten_words(name, 3), &|name| initials(name), &|name| {
+            distinguishing_initials(name, names)
+        }];
     let mut texts = vec![name.to_owned()];
     for make in shorter {
         let text = make(name);

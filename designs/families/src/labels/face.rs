@@ -1,7 +1,9 @@
 //! Faces of a part that can carry text: flat or nearly so, not covered by anything that the part touches, and thick
 //! enough.
 
-use fabkit_geometry::{Body, OpticalClarity, CompiledSolid, Point3, Pose, Ray, Scratch, Sensor, Vector3};
+use fabkit_geometry::{
+    Body, CompiledSolid, OpticalClarity, Point3, Pose, Ray, Scratch, Sensor, Vector3,
+};
 
 /// Flat margin around the letters, mm.
 pub(super) const MARGIN_MM: f64 = 0.6;
@@ -110,7 +112,12 @@ impl FaceView {
 
     /// Casts a ray towards the face. Returns the height at which it enters the body and the length of its first stretch
     /// inside, mm.
-    fn cast_ray(&self, own: &CompiledSolid, at: [f64; 2], buffers: &mut Buffers) -> Option<[f64; 2]> {
+    fn cast_ray(
+        &self,
+        own: &CompiledSolid,
+        at: [f64; 2],
+        buffers: &mut Buffers,
+    ) -> Option<[f64; 2]> {
         // The ray starts outside the body.
         let above = self.top_mm() + 1.0;
         let ray = Ray { origin: self.point(at, above), direction: self.inward };
@@ -220,15 +227,20 @@ impl<'a> FaceSearch<'a> {
             let tried = |view: &FaceView| !is_round || view.allowed_mm > 0.0;
             let views: Vec<usize> =
                 (0..self.views.len()).filter(|i| tried(&self.views[*i])).collect();
-            let mut found = views
-                .into_iter()
-                .filter_map(|view| self.find_on_face(view, size.map(|mm| mm / 2.0 + margin_mm), is_shallow));
+            let mut found = views.into_iter().filter_map(|view| {
+                self.find_on_face(view, size.map(|mm| mm / 2.0 + margin_mm), is_shallow)
+            });
             found.find(|found| !is_round || found.fall_mm > ROUND_MM)
         })
     }
 
     /// Finds a place for a rectangle of these half edges on one face, near its middle.
-    fn find_on_face(&mut self, view: usize, need: [f64; 2], is_shallow: bool) -> Option<LabelPlace> {
+    fn find_on_face(
+        &mut self,
+        view: usize,
+        need: [f64; 2],
+        is_shallow: bool,
+    ) -> Option<LabelPlace> {
         let turned = [need[1], need[0]];
         let fits = |need: [f64; 2], half: [f64; 3]| (0..2).all(|i| need[i] <= half[i]);
         let half = self.views[view].half;
@@ -281,7 +293,13 @@ impl<'a> FaceSearch<'a> {
 
     /// Returns whether the place is free: no other body of an assembly with this part covers it, it is not beside the
     /// touched surface, and no camera looks through it.
-    fn is_free(&self, view: &FaceView, at: [f64; 2], [low, high]: [f64; 2], need: [f64; 2]) -> bool {
+    fn is_free(
+        &self,
+        view: &FaceView,
+        at: [f64; 2],
+        [low, high]: [f64; 2],
+        need: [f64; 2],
+    ) -> bool {
         // Just above the face, and up to the free height.
         let heights = [low + 0.01, low + BEFORE_MM / 2.0, high + BEFORE_MM];
         let points: Vec<Point3<f64>> = grid(at, need, 1.0)

@@ -1,7 +1,10 @@
 //! Adhesion between bodies and its strength, from the words of the chain, the bodies' materials, and a table of
 //! conservative strengths.
 
-use fabkit_geometry::{Action, Adhesion, Assembly, Body, MechanicalRole, Sensor, MaterialClass, Step, MaterialProperties};
+use fabkit_geometry::{
+    Action, Adhesion, Assembly, Body, MaterialClass, MaterialProperties, MechanicalRole, Sensor,
+    Step,
+};
 
 use super::catalogue::Catalogue;
 use super::{print_transparency, stock};
@@ -94,7 +97,9 @@ impl BondAgent {
             // Wet silicone wets better than a poured mold does, but holds no better for that.
             Self::Cast | Self::WetSilicone => BARE_MPA,
             // Loctite's data sheets of 401 and 406: on silicone rubber only with the primer SF 770.
-            Self::Cyanoacrylate | Self::Glue | Self::Solvent if is(MaterialClass::Silicone) => BARE_MPA,
+            Self::Cyanoacrylate | Self::Glue | Self::Solvent if is(MaterialClass::Silicone) => {
+                BARE_MPA
+            }
             // Loctite's data sheets of 401: lap shear 3 MPa and more on ABS and acrylic; a third for print layers and
             // imperfect cleaning, and half of that under peel.
             Self::Cyanoacrylate | Self::Glue => [1.0, 0.5],
@@ -122,7 +127,9 @@ pub(crate) fn assign_substances(sensor: &mut Sensor, materials: &Catalogue) {
         body.substance = substance;
         // Only for made parts whose transparency nobody has stated.
         if body.is_made() && in_use(body) && body.optics.is_none() && body.opacity == 1.0 {
-            print_transparency(&body.material).into_iter().for_each(|light| body.set_clarity(light));
+            print_transparency(&body.material)
+                .into_iter()
+                .for_each(|light| body.set_clarity(light));
         }
         // A user who calls the material bare means it, even if a step seals it.
         if stock::is_bare(&body.material) {
@@ -168,7 +175,8 @@ impl<'a> AdhesionFinder<'a> {
     /// Adds the joints of a cast layer with its walls.
     fn cast(&mut self, index: usize, layer: &str, walls: &[String]) {
         for wall in walls {
-            let agent = if self.is_primed(index, wall) { BondAgent::Primed } else { BondAgent::Cast };
+            let agent =
+                if self.is_primed(index, wall) { BondAgent::Primed } else { BondAgent::Cast };
             self.add([layer, wall], agent);
         }
     }
@@ -191,7 +199,8 @@ impl<'a> AdhesionFinder<'a> {
         let agent = if is_primed { BondAgent::Primed } else { agent };
         let speaks = |name: &str| text.contains(name);
         // Fasteners and threaded bodies hold by their thread.
-        let is_glued = |body: &Body| !matches!(body.duty, MechanicalRole::Fastener | MechanicalRole::Threaded);
+        let is_glued =
+            |body: &Body| !matches!(body.duty, MechanicalRole::Fastener | MechanicalRole::Threaded);
         let named = |body: &&Body| {
             is_glued(body) && (step.bodies.contains(&body.name) || speaks(&body.name))
         };
@@ -222,7 +231,8 @@ impl<'a> AdhesionFinder<'a> {
         let [Some(a), Some(b)] = names.map(|name| self.sensor.body(name)) else { return };
         // A material that states that it does not stick is believed.
         let is_loose = self.sensor.loose.iter().any(|loose| {
-            [[&loose.layer, &loose.substrate], [&loose.substrate, &loose.layer]].contains(&[&a.name, &b.name])
+            [[&loose.layer, &loose.substrate], [&loose.substrate, &loose.layer]]
+                .contains(&[&a.name, &b.name])
         });
         if a.name == b.name || !in_use(a) || !in_use(b) || is_loose {
             return;

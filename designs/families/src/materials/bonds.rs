@@ -1,7 +1,7 @@
 //! Adhesion of cast layers: adds primers to the chain and to the list of what to buy, and notes joints that do not hold
 //! for the checks.
 
-use fabkit_geometry::{Action, Assembly, Body, UnbondedLayer, Order, Sensor, Solid, sort_by_kind};
+use fabkit_geometry::{Action, Assembly, Body, Order, Sensor, Solid, UnbondedLayer, sort_by_kind};
 use fabkit_text::{RuleReport, Setting, to_printable};
 
 use super::catalogue::Catalogue;

@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
 
 use fabkit_text::{
-    YamlContent, Dialect, YamlEntry, LocatedProblem, ValueKind, YamlNode, TextPlace, NodeReader, Setting, ValueSource, SourceKind,
-    TextLayer, take_format, join, read_mapping, to_printable,
+    Dialect, LocatedProblem, NodeReader, Setting, SourceKind, TextLayer, TextPlace, ValueKind,
+    ValueSource, YamlContent, YamlEntry, YamlNode, join, read_mapping, take_format, to_printable,
 };
 
-use super::{Bond, Castable, Figures, BondMethod, Material, MaterialOrigin};
-use crate::user_catalogue::named_sections::{LayeredSections, SectionKind, RawSection, parse_name, key_of, read_sections, read, take_entry};
+use super::{Bond, BondMethod, Castable, Figures, Material, MaterialOrigin};
+use crate::user_catalogue::named_sections::{
+    LayeredSections, RawSection, SectionKind, key_of, parse_name, read, read_sections, take_entry,
+};
 
 /// Materials in files: key and dialect.
 pub(crate) const MATERIALS: SectionKind = SectionKind {
@@ -253,7 +255,13 @@ fn too_many(reading: &mut NodeReader, path: &str, node: &YamlNode, count: usize)
     let is_wrong = count == 0 || count > MOST_ITEMS;
     if is_wrong && reading.found.is_empty() {
         let message = format!("{path} has {count} items; it must have between 1 and {MOST_ITEMS}");
-        reading.report_problem(node.position, path, "", message, "write `{NAME: VALUE, NAME: VALUE}`");
+        reading.report_problem(
+            node.position,
+            path,
+            "",
+            message,
+            "write `{NAME: VALUE, NAME: VALUE}`",
+        );
     }
     is_wrong
 }
@@ -276,8 +284,9 @@ fn by_mass(
             let name = parse_name(&entry.key, &at, path, &mut reading.found);
             let path = join(path, &to_printable(&entry.key));
             let share = reading.read_scalar(&path, &entry.value);
-            let share = share
-                .and_then(|text| reading.read_value::<f64>(entry.value.position, &path, text, &SHARES));
+            let share = share.and_then(|text| {
+                reading.read_value::<f64>(entry.value.position, &path, text, &SHARES)
+            });
             mix.extend(name.zip(share));
         }
         let shown: Vec<String> =

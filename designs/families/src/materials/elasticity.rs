@@ -1,6 +1,6 @@
 //! Elasticity of rubbers and gels: stated figures, or estimates from the hardness.
 
-use fabkit_geometry::{Elasticity, Shore, MaterialClass};
+use fabkit_geometry::{Elasticity, MaterialClass, Shore};
 
 use super::stock::shore;
 use super::{Material, Pressure};
@@ -16,7 +16,10 @@ const SPREAD: f64 = 1.5;
 const SOFTEST_SHORE_A: f64 = 20.0;
 
 /// Returns the elasticity of a material that is cast, sprayed or painted.
-pub(super) fn elasticity_from_castable(material: &Material, sort: Option<MaterialClass>) -> Option<Elasticity> {
+pub(super) fn elasticity_from_castable(
+    material: &Material,
+    sort: Option<MaterialClass>,
+) -> Option<Elasticity> {
     let figures = &material.figures;
     let mpa = |figure: Option<Pressure>| figure.map(|Pressure(kpa)| kpa / 1e3);
     let by_hardness = || elasticity_from_shore(sort?, figures.hardness.map(shore)?);
@@ -72,7 +75,9 @@ mod tests {
     #[test]
     fn only_rubber_hardness_gives_a_modulus() {
         // The paper's curve passes 1.15 MPa at 30 and 5.5 MPa at 70, read to a tenth.
-        let young = |value| elasticity_from_shore(MaterialClass::Rubber, Shore::A(value)).unwrap().young_mpa;
+        let young = |value| {
+            elasticity_from_shore(MaterialClass::Rubber, Shore::A(value)).unwrap().young_mpa
+        };
         assert!((young(30.0) - 1.15).abs() < 0.1 && (young(70.0) - 5.5).abs() < 0.6);
         assert_eq!(elasticity_from_shore(MaterialClass::Rubber, Shore::OO(30.0)), None);
         assert_eq!(elasticity_from_shore(MaterialClass::Silicone, Shore::A(10.0)), None);

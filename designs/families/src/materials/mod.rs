@@ -4,23 +4,23 @@
 //! time that a paper states overrides them, in the sensor's chain.
 
 mod adhesion;
+mod bonds;
 mod catalogue;
 mod elasticity;
-mod bonds;
 mod stock;
 mod units;
 
 use std::ops::Deref;
 use std::sync::Arc;
 
-use fabkit_geometry::{OpticalClarity as Optics, Cure, BodyKind, Mix, Sensor};
+use fabkit_geometry::{BodyKind, Cure, Mix, OpticalClarity as Optics, Sensor};
 use fabkit_text::Setting;
 
 use crate::{choices, parameters};
 
-pub(crate) use adhesion::{find_adhesions, assign_substances};
+pub(crate) use adhesion::{assign_substances, find_adhesions};
+pub(crate) use bonds::{add_bonds, check_kinds};
 pub(crate) use catalogue::{Catalogue, MATERIALS};
-pub(crate) use bonds::{check_kinds, add_bonds};
 pub(crate) use units::split_number;
 pub use units::{
     Celsius, Current, Density, Euros, Force, Hardness, Hours, Kelvin, Mass, Minutes, Percent,

@@ -2,14 +2,16 @@
 
 use std::sync::LazyLock;
 
-use fabkit_geometry::{Body, CureMechanism, Shore, SofteningPoint, MaterialClass, MaterialProperties};
-use fabkit_text::{Dialect, TextPlace, Section, TextLayer, take_format, read_mapping};
+use fabkit_geometry::{
+    Body, CureMechanism, MaterialClass, MaterialProperties, Shore, SofteningPoint,
+};
+use fabkit_text::{Dialect, Section, TextLayer, TextPlace, read_mapping, take_format};
 
 use super::{
     Castable, Celsius, CuresBy, Hardness, MaterialKind, Pressure, Scale, Viscosity, elasticity,
 };
-use crate::user_catalogue::named_sections::{SectionKind, read_sections, read};
 use crate::sections;
+use crate::user_catalogue::named_sections::{SectionKind, read, read_sections};
 
 sections! {
     /// Properties of materials whose trade name contains one of a few words.
@@ -52,7 +54,10 @@ static STOCK_TABLES: LazyLock<StockTables> = LazyLock::new(|| {
         let sort = SORTS.into_iter().find(|sort| sort.word() == stuff.sort);
         sort.map(|sort| (stuff, sort))
     };
-    StockTables { stock: stock.into_iter().filter_map(sorted).collect(), softenings: rows("softening") }
+    StockTables {
+        stock: stock.into_iter().filter_map(sorted).collect(),
+        softenings: rows("softening"),
+    }
 });
 
 /// All sorts that a row may name.
@@ -126,7 +131,9 @@ pub(super) fn substance_from_name(body: &Body) -> MaterialProperties {
     let text = if body.material.is_empty() { &body.summary } else { &body.material };
     let words = words(text);
     let says = |known: &[&str]| words.iter().any(|word| known.contains(&&**word));
-    let fits = |(stuff, _): &&(StockMaterial, MaterialClass)| words.iter().any(|word| stuff.words.contains(word));
+    let fits = |(stuff, _): &&(StockMaterial, MaterialClass)| {
+        words.iter().any(|word| stuff.words.contains(word))
+    };
     let Some((stuff, sort)) = STOCK_TABLES.stock.iter().find(fits) else {
         return MaterialProperties { is_dark: is_dark(&words), ..MaterialProperties::default() };
     };
@@ -160,11 +167,15 @@ pub(super) fn substance_from_castable(castable: &Castable) -> MaterialProperties
         Some(MaterialKind::Silicone | MaterialKind::Gel) => Some(MaterialClass::Silicone),
         Some(MaterialKind::Polyurethane) => Some(MaterialClass::Rubber),
         // Without a kind, these mechanisms still identify a silicone.
-        _ => matches!(cures, Some(CureMechanism::Platinum | CureMechanism::Tin | CureMechanism::Moisture))
-            .then_some(MaterialClass::Silicone),
+        _ => matches!(
+            cures,
+            Some(CureMechanism::Platinum | CureMechanism::Tin | CureMechanism::Moisture)
+        )
+        .then_some(MaterialClass::Silicone),
     };
     // Traces of a tin catalyst, amines, and residues of light-cured resins poison platinum catalysts.
-    let poisons = matches!(cures, Some(CureMechanism::Tin | CureMechanism::Epoxy | CureMechanism::Light));
+    let poisons =
+        matches!(cures, Some(CureMechanism::Tin | CureMechanism::Epoxy | CureMechanism::Light));
     MaterialProperties {
         class: sort,
         cure_mechanism: cures,
@@ -215,7 +226,10 @@ mod tests {
             substance_from_name(&Body::made("part", "", process, solid).with_material(material))
         };
         let petg = of("black PETG");
-        assert_eq!((petg.class, petg.tear_strength_mpa), (Some(MaterialClass::Plastic), Some(15.0)));
+        assert_eq!(
+            (petg.class, petg.tear_strength_mpa),
+            (Some(MaterialClass::Plastic), Some(15.0))
+        );
         assert_eq!(petg.softening_point.map(|softens| softens.celsius), Some(68.0));
         assert_eq!(of("varnished plywood").inhibited_cures, []);
         assert_eq!(of("plywood").inhibited_cures, [CureMechanism::Platinum]);

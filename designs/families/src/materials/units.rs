@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use fabkit_text::{Json, ValueKind, Refusal, Scalar, to_printable};
+use fabkit_text::{Json, Refusal, Scalar, ValueKind, to_printable};
 
 /// Splits a text into a number and its unit.
 pub(crate) fn split_number(text: &str) -> Option<(f64, &str)> {
@@ -71,7 +71,7 @@ macro_rules! quantities {
 
         impl Scalar for $name {
             // Kept as text: expressions only support lengths, angles and plain numbers.
-            const KIND: Kind = Kind::Text;
+            const KIND: ValueKind = ValueKind::Text;
             type Limits = RangeInclusive<f64>;
 
             fn parse(text: &str) -> Result<Self, Refusal> {
@@ -216,12 +216,14 @@ impl Scalar for Hardness {
             _ => plain.split_whitespace().collect(),
         };
         let found = match &words[..] {
-            [scale, value] if Scale::from_word(scale).is_some() => Some((Scale::from_word(scale), *value)),
+            [scale, value] if Scale::from_word(scale).is_some() => {
+                Some((Scale::from_word(scale), *value))
+            }
             [value, scale] => Some((Scale::from_word(scale), *value)),
             // Value and scale in one word, such as `43A`.
-            [one] => {
-                one.strip_suffix(['A', 'D']).map(|value| (Scale::from_word(&one[value.len()..]), value))
-            }
+            [one] => one
+                .strip_suffix(['A', 'D'])
+                .map(|value| (Scale::from_word(&one[value.len()..]), value)),
             _ => None,
         };
         let is_plain = |value: &&str| value.bytes().all(|b| b.is_ascii_digit() || b == b'.');

@@ -1,10 +1,15 @@
 //! Assignment of processes and materials to parts: the keys `processes:` and `parts:` of files.
 
-use fabkit_text::{Dialect, YamlEntry, LocatedProblem, TextPlace, NodeReader, Setting, ValueSource, join, to_printable};
+use fabkit_text::{
+    Dialect, LocatedProblem, NodeReader, Setting, TextPlace, ValueSource, YamlEntry, join,
+    to_printable,
+};
 
 use super::part_processes::{PartAssignment, matches_pattern};
-use super::{ProcessAssignments, ProcessFigures, ProcessKind, NamedProcess};
-use crate::user_catalogue::named_sections::{LayeredSections, SectionKind, RawSection, parse_name, key_of, similar_names, read, take_entry};
+use super::{NamedProcess, ProcessAssignments, ProcessFigures, ProcessKind};
+use crate::user_catalogue::named_sections::{
+    LayeredSections, RawSection, SectionKind, key_of, parse_name, read, similar_names, take_entry,
+};
 
 /// Processes in files: key and dialect.
 pub(crate) const PROCESSES: SectionKind = SectionKind {
@@ -27,7 +32,11 @@ pub(crate) struct Processes {
 
 impl Processes {
     /// Reads processes and assignments; later texts override earlier ones.
-    pub fn read(raws: Vec<RawSection>, parts: Vec<(TextPlace, YamlEntry)>, found: &mut Vec<LocatedProblem>) -> Self {
+    pub fn read(
+        raws: Vec<RawSection>,
+        parts: Vec<(TextPlace, YamlEntry)>,
+        found: &mut Vec<LocatedProblem>,
+    ) -> Self {
         let layered = LayeredSections::new(&raws);
         let recipe = |(key, said): (&String, &[&RawSection])| recipe(&layered, key, said, found);
         let recipes = layered.iter().filter_map(recipe).collect();
@@ -43,13 +52,22 @@ impl Processes {
     }
 
     /// Reads an override `parts.PATTERN.process=WORD` of the command line. Returns whether the text was one.
-    pub fn take_override(&mut self, text: &str, place: &TextPlace, found: &mut Vec<LocatedProblem>) -> bool {
+    pub fn take_override(
+        &mut self,
+        text: &str,
+        place: &TextPlace,
+        found: &mut Vec<LocatedProblem>,
+    ) -> bool {
         let Some((path, value)) = text.split_once('=') else { return false };
         let Some(rest) = path.trim().strip_prefix("parts.") else { return false };
         let Some((pattern, key)) = rest.rsplit_once('.') else { return false };
         let mut reading = NodeReader::new(place.clone());
-        let mut given =
-            PartAssignment { pattern: pattern.into(), place: place.clone(), recipe: None, material: None };
+        let mut given = PartAssignment {
+            pattern: pattern.into(),
+            place: place.clone(),
+            recipe: None,
+            material: None,
+        };
         self.key(&mut reading, &mut given, key, path.trim(), value.trim(), place);
         found.extend(reading.found);
         self.given.push(given);
@@ -60,8 +78,12 @@ impl Processes {
     fn part(&mut self, reading: &mut NodeReader, entry: YamlEntry) {
         let path = join(PARTS, &to_printable(&entry.key));
         let place = reading.place.at(entry.key_position);
-        let mut given =
-            PartAssignment { pattern: entry.key.trim().into(), place, recipe: None, material: None };
+        let mut given = PartAssignment {
+            pattern: entry.key.trim().into(),
+            place,
+            recipe: None,
+            material: None,
+        };
         for inner in reading.read_map(&path, &entry.value).to_vec() {
             let path = join(&path, &to_printable(&inner.key));
             let Some(text) = reading.read_scalar(&path, &inner.value) else { continue };
@@ -92,7 +114,8 @@ impl Processes {
                 Some(recipe) => given.recipe = Some(recipe),
                 None => {
                     let names = self.names();
-                    let message = format!("{path} is `{}`, which is no known process", to_printable(text));
+                    let message =
+                        format!("{path} is `{}`, which is no known process", to_printable(text));
                     let did = match &similar_names(text, names.iter().map(String::as_str))[..] {
                         [] => String::new(),
                         near => format!("{} ", fabkit_text::did_you_mean(near)),
@@ -151,7 +174,9 @@ impl Processes {
 
     /// Returns the settings that parts of these names depend on.
     pub fn settings(&self, names: &[String]) -> Vec<Setting> {
-        let is_meant = |given: &&PartAssignment| names.iter().any(|name| matches_pattern(&given.pattern, name));
+        let is_meant = |given: &&PartAssignment| {
+            names.iter().any(|name| matches_pattern(&given.pattern, name))
+        };
         // A machine on which no part is made does not count.
         let is_used = |recipe: &NamedProcess| {
             let given = self.given.iter().filter(is_meant);

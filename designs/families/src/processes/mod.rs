@@ -3,18 +3,18 @@
 //! A family states how each of its parts is usually made. Statements of files on processes change that for the parts
 //! they name: fits, checks and instructions follow.
 
-mod workshop;
 mod assignments;
 mod part_processes;
+mod workshop;
 
 use fabkit_geometry::{Angle, Length, Machine, Process, SliceAdvice};
 
 use crate::{Fit, choices, parameters};
 
-pub use workshop::Workshop;
-pub(crate) use workshop::{assign, names, report_unmatched};
 pub(crate) use assignments::{PARTS, PROCESSES, Processes};
 pub use part_processes::{FixtureProcesses, PartManufacture, ProcessAssignments};
+pub use workshop::Workshop;
+pub(crate) use workshop::{assign, names, report_unmatched};
 
 choices! {
     /// Kind of process by which a part can be made.

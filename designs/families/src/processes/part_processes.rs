@@ -90,7 +90,10 @@ impl ProcessAssignments {
     }
 
     /// Returns the assignments that match a part, the last one first.
-    pub(crate) fn assignments_for(&self, part: &str) -> impl Iterator<Item = &PartAssignment> + Clone {
+    pub(crate) fn assignments_for(
+        &self,
+        part: &str,
+    ) -> impl Iterator<Item = &PartAssignment> + Clone {
         self.0.of_parts.iter().rev().filter(move |given| matches_pattern(&given.pattern, part))
     }
 
@@ -182,7 +185,11 @@ impl<'a> FixtureProcesses<'a> {
     }
 
     /// Returns the largest gap per side, mm, where one shape serves several parts.
-    pub fn widest_gap_mm<N: AsRef<str>>(&self, parts: impl IntoIterator<Item = N>, fit: Fit) -> f64 {
+    pub fn widest_gap_mm<N: AsRef<str>>(
+        &self,
+        parts: impl IntoIterator<Item = N>,
+        fit: Fit,
+    ) -> f64 {
         // Without statements all parts have the same gap.
         if self.making.is_usual() {
             return gap_mm(self.usual, fit);
@@ -198,7 +205,9 @@ impl<'a> FixtureProcesses<'a> {
         PartManufacture {
             process: recipe.map_or(self.usual, |recipe| recipe.kind.process()),
             material: self.making.material(&name, self.usual, material),
-            machine: recipe.or_else(|| self.making.process_for_kind(self.usual)).map(NamedProcess::machine),
+            machine: recipe
+                .or_else(|| self.making.process_for_kind(self.usual))
+                .map(NamedProcess::machine),
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Application of assigned processes, materials and labels to the parts of a sensor or fixture.
 
 use fabkit_geometry::{Body, BodyKind, Machine, Process, Sensor};
-use fabkit_text::{LocatedProblem, InvalidDesign, RuleReport, Setting, join, to_printable};
+use fabkit_text::{InvalidDesign, LocatedProblem, RuleReport, Setting, join, to_printable};
 
 use super::part_processes::{PartAssignment, matches_pattern};
-use super::{ProcessAssignments, PARTS, ProcessKind, Processes, NamedProcess};
+use super::{NamedProcess, PARTS, ProcessAssignments, ProcessKind, Processes};
 use crate::articles::{Articles, fill_all};
 use crate::labels::{self, Labels};
 use crate::user_catalogue::named_sections::similar_names;
@@ -149,7 +149,10 @@ pub(crate) fn assign(
             other.process_word()
         );
         let is_meant = |given: &&PartAssignment| {
-            group.parts.iter().any(|part| matches_pattern(&given.pattern, &format!("{scope}{part}")))
+            group
+                .parts
+                .iter()
+                .any(|part| matches_pattern(&given.pattern, &format!("{scope}{part}")))
         };
         let Some(given) = making.all_assignments().iter().find(is_meant) else { continue };
         let hint = format!("give {} the same process", group.parts.join(", "));

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use fabkit_geometry::Length;
 use fabkit_text::{
-    YamlContent, Dialect, YamlEntry, InvalidDesign, FileSafeName, YamlNode, TextPlace, Position, NodeReader, Scalar,
-    TextLayer, take_format, read_mapping, to_printable, suggestion, take_word,
+    Dialect, FileSafeName, InvalidDesign, NodeReader, Position, Scalar, TextLayer, TextPlace,
+    YamlContent, YamlEntry, YamlNode, read_mapping, suggestion, take_format, take_word,
+    to_printable,
 };
 
 use super::{DiameterFit, LinearFit, PrintProcess, ProcessProfile, Shrinkage};
@@ -267,7 +268,13 @@ impl Sizes {
     fn row(&mut self, path: &str, item: YamlNode) -> Option<Row> {
         let YamlContent::Map(entries) = item.content else {
             let hint = "write `{id: ..., nominal: ..., measured: ...}`";
-            self.text.report_problem(item.position, path, "", format!("{path} is not a size"), hint);
+            self.text.report_problem(
+                item.position,
+                path,
+                "",
+                format!("{path} is not a size"),
+                hint,
+            );
             return None;
         };
         let (mut nominal, mut measured) = (None, None);

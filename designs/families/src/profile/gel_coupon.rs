@@ -5,8 +5,8 @@ use std::ops::RangeInclusive;
 
 use fabkit_geometry::Length;
 use fabkit_text::{
-    YamlContent, Dialect, YamlEntry, InvalidDesign, YamlNode, TextPlace, Position, NodeReader, TextLayer,
-    take_format, read_mapping, to_printable, suggestion, take_word,
+    Dialect, InvalidDesign, NodeReader, Position, TextLayer, TextPlace, YamlContent, YamlEntry,
+    YamlNode, read_mapping, suggestion, take_format, take_word, to_printable,
 };
 
 use crate::materials::Mass;
@@ -195,7 +195,13 @@ fn size(
 fn row(text: &mut NodeReader, path: &str, item: YamlNode) -> Option<GelReading> {
     let YamlContent::Map(entries) = item.content else {
         let message = format!("{path} is not a reading");
-        text.report_problem(item.position, path, "", message, "write `{load: 86.5 g, gap: 18.42 mm}`");
+        text.report_problem(
+            item.position,
+            path,
+            "",
+            message,
+            "write `{load: 86.5 g, gap: 18.42 mm}`",
+        );
         return None;
     };
     let (mut read, mut nulls) = ([None; 2], 0);
@@ -256,7 +262,9 @@ mod tests {
         let written = coupon(&[(40.0, 19.0), (80.0, 18.4), (120.5, 18.0)]);
         assert_eq!(written.file_name(), "gel-smooth-on-ecoflex-00-30.yaml");
         let yaml = written.to_yaml();
-        assert!(GelCoupon::is_gel_file(&yaml) && !GelCoupon::is_gel_file("process: fdm\n# gel: x\n"));
+        assert!(
+            GelCoupon::is_gel_file(&yaml) && !GelCoupon::is_gel_file("process: fdm\n# gel: x\n")
+        );
         assert_eq!(GelCoupon::read("a.yaml", &yaml).unwrap(), written);
     }
 

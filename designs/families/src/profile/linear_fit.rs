@@ -65,8 +65,7 @@ mod tests {
         let fit = LinearFit::fit(&[2.0, 3.0, 5.0, 12.0].map(line)).unwrap();
         assert!((fit.gain - 0.996).abs() < 1e-12 && (fit.offset_mm + 0.2).abs() < 1e-12);
         // Points of +-d about a line through x = -1, 1, -1, 1: gain's sigma is d sqrt(4/2) / 2.
-        let fit =
-            LinearFit::fit(&[(-1.0, 0.1), (1.0, 0.1), (-1.0, -0.1), (1.0, -0.1)]).unwrap();
+        let fit = LinearFit::fit(&[(-1.0, 0.1), (1.0, 0.1), (-1.0, -0.1), (1.0, -0.1)]).unwrap();
         assert!((fit.sigma_gain - 0.1 * 2f64.sqrt() / 2.0).abs() < 1e-12, "{fit:?}");
         assert!((fit.sigma_offset_mm - fit.sigma_gain).abs() < 1e-12);
         assert_eq!(LinearFit::fit(&[(2.0, 1.0), (2.0, 1.1)]), None);

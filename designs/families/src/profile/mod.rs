@@ -5,16 +5,16 @@
 //! copies: the nominal geometry, and all that is derived from it, stays as designed.
 
 mod coupon;
-mod linear_fit;
 mod gel_coupon;
 mod hole_compensation;
+mod linear_fit;
 mod profile_file;
 mod profile_match;
 
 pub use coupon::{Coupon, CouponGroup, CouponRow, MeasuredProfile};
-pub use linear_fit::LinearFit;
 pub use gel_coupon::{GelCoupon, GelReading};
 pub use hole_compensation::HoleCount;
+pub use linear_fit::LinearFit;
 pub use profile_match::ProfileMatch;
 
 use fabkit_geometry::{Length, Process};

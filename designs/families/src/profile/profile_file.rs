@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use fabkit_text::{Dialect, InvalidDesign, TextPlace, TextLayer, read_section};
+use fabkit_text::{Dialect, InvalidDesign, TextLayer, TextPlace, read_section};
 
 use super::{DiameterFit, ProcessProfile};
 

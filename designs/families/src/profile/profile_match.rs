@@ -94,7 +94,13 @@ mod tests {
         assert_eq!(pla.match_part(Process::Sla, "PLA"), ProfileMatch::OtherProcess);
         let resin = profile("sla", "tough resin");
         assert_eq!(resin.match_part(Process::Sla, "Tough  Resin"), ProfileMatch::Match);
-        assert_eq!(resin.match_part(Process::Sla, "tough resin, blue"), ProfileMatch::OtherMaterial);
-        assert_eq!(profile("fdm", "black").match_part(Process::Fdm, "white"), ProfileMatch::OtherMaterial);
+        assert_eq!(
+            resin.match_part(Process::Sla, "tough resin, blue"),
+            ProfileMatch::OtherMaterial
+        );
+        assert_eq!(
+            profile("fdm", "black").match_part(Process::Fdm, "white"),
+            ProfileMatch::OtherMaterial
+        );
     }
 }

@@ -2,7 +2,8 @@
 //! another.
 
 use fabkit_text::{
-    YamlContent, ParameterTable, YamlEntry, TextPlace, TextLayer, WrittenText, read_mapping, to_printable, suggestion,
+    ParameterTable, TextLayer, TextPlace, WrittenText, YamlContent, YamlEntry, read_mapping,
+    suggestion, to_printable,
 };
 
 use super::SENSOR;

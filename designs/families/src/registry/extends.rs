@@ -2,7 +2,10 @@
 //!
 //! This crate reads no files. The caller passes the text of a sensor together with the texts of the files it extends.
 
-use fabkit_text::{LocatedProblem, TextPlace, TextLayer, read_mapping, to_printable, find_similar, suggestion, take_word};
+use fabkit_text::{
+    LocatedProblem, TextLayer, TextPlace, find_similar, read_mapping, suggestion, take_word,
+    to_printable,
+};
 
 use super::{Registry, SENSOR};
 use crate::user_catalogue::UserFile;
@@ -88,8 +91,10 @@ impl Registry {
             files.collect::<Vec<_>>().join(" -> ")
         };
         let (text, file, layer) = if is_file(word) {
-            let Some(base) = bases.iter().find(|b| b.extending_file == *at.file && b.word == word) else {
-                let message = format!("extends `{}`, a file that is not at hand here", to_printable(word));
+            let Some(base) = bases.iter().find(|b| b.extending_file == *at.file && b.word == word)
+            else {
+                let message =
+                    format!("extends `{}`, a file that is not at hand here", to_printable(word));
                 refuse(message, "load the sensor from its file, or extend a built-in one".into());
                 return None;
             };
@@ -110,13 +115,16 @@ impl Registry {
         } else if let Some(text) = self.builtin_yaml(word) {
             (text, format!("{word}.yaml (built-in)"), TextLayer::Base)
         } else {
-            let message = format!("extends `{}`, which is not a built-in sensor", to_printable(word));
+            let message =
+                format!("extends `{}`, which is not a built-in sensor", to_printable(word));
             let mut hint = suggestion(word, self.builtin_names(), "the built-in sensors are");
             if !hint.starts_with("did") {
                 hint += "; a file of your own ends in .yaml";
             }
-            let refused =
-                at.problem("extends", &to_printable(word), message).hint(hint).code("unknown_sensor");
+            let refused = at
+                .problem("extends", &to_printable(word), message)
+                .hint(hint)
+                .code("unknown_sensor");
             found.push(match find_similar(word, self.builtin_names()).first() {
                 Some(meant) => refused.suggest("extends", meant),
                 None => refused,

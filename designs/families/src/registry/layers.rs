@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use fabkit_text::{
-    YamlContent, ParameterTable, YamlEntry, ProblemFacts, FieldDeclaration, LocatedProblem, InvalidDesign, TextPlace, Problem, TextLayer,
-    WrittenValue,
+    FieldDeclaration, InvalidDesign, LocatedProblem, ParameterTable, Problem, ProblemFacts,
+    TextLayer, TextPlace, WrittenValue, YamlContent, YamlEntry,
 };
-use fabkit_text::{apply_overrides, take_format, join, read_mapping};
-use fabkit_text::{to_printable, find_similar, suggestion, take_word};
+use fabkit_text::{apply_overrides, join, read_mapping, take_format};
+use fabkit_text::{find_similar, suggestion, take_word, to_printable};
 
 use super::{BaseFile, Extension, FamilyEntry, Registry, SENSOR, SensorText, camera_modules};
 use crate::blocks;
@@ -35,7 +35,11 @@ pub(super) struct Layers {
 }
 
 /// Lays default files, each with name and text, into a document.
-pub(super) fn lay_defaults(document: &mut ParameterTable, files: &[(&str, &str)], layer: TextLayer) {
+pub(super) fn lay_defaults(
+    document: &mut ParameterTable,
+    files: &[(&str, &str)],
+    layer: TextLayer,
+) {
     for (name, yaml) in files {
         let place = TextPlace::new(layer, name, &SENSOR);
         let mut entries = read_mapping(yaml, &place, &mut document.found).unwrap_or_default();
@@ -191,15 +195,22 @@ impl Registry {
     }
 
     /// Finds a family by its word; returns `None` after reporting an unknown one.
-    fn family(&self, word: &str, at: &TextPlace, found: &mut Vec<LocatedProblem>) -> Option<&FamilyEntry> {
+    fn family(
+        &self,
+        word: &str,
+        at: &TextPlace,
+        found: &mut Vec<LocatedProblem>,
+    ) -> Option<&FamilyEntry> {
         let family = self.families.iter().find(|family| family.name == word);
         if family.is_none() {
             let names: Vec<&str> = self.families.iter().map(|f| f.name).collect();
             let message = format!("`{}` is not a family of sensors", to_printable(word));
             let near = find_similar(word, names.iter().copied()).first().copied();
             let hint = suggestion(word, names, "the families are");
-            let unknown =
-                at.problem("family", &to_printable(word), message).hint(hint).code("unknown_family");
+            let unknown = at
+                .problem("family", &to_printable(word), message)
+                .hint(hint)
+                .code("unknown_family");
             found.push(match near {
                 Some(near) => unknown.suggest("family", near),
                 None => unknown,

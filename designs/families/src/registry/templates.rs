@@ -1,6 +1,8 @@
 //! Template files for new sensors: every parameter with a working value, its description and its allowed range.
 
-use fabkit_text::{FieldDeclaration, FileSafeName, Section, FieldShape, WrittenValue, WrittenText, join};
+use fabkit_text::{
+    FieldDeclaration, FieldShape, FileSafeName, Section, WrittenText, WrittenValue, join,
+};
 
 use super::{FORMAT, FamilyEntry, Header, Registry};
 
@@ -27,7 +29,12 @@ impl Registry {
     /// The parameters of an extended sensor appear as comments that become valid YAML once the first two characters of
     /// each line are removed. `others` are the keys of sections that other crates keep. If a family's example has such
     /// sections, they are copied, because its values do not work without them.
-    pub fn template_text(&self, name: &FileSafeName, start: TemplateBase, others: &[&str]) -> Option<String> {
+    pub fn template_text(
+        &self,
+        name: &FileSafeName,
+        start: TemplateBase,
+        others: &[&str],
+    ) -> Option<String> {
         let base = match start {
             TemplateBase::Family(word) => self.families.iter().find(|f| f.name == word)?.example,
             TemplateBase::Extends(sensor) => sensor,
@@ -57,7 +64,10 @@ impl Registry {
                 intro(&[&first, &values, SOURCES, FIXTURES])
                     + &format
                     + &format!("family: {family}\n\n{header}\n{parameters}")
-                    + &others.iter().map(|key| copy_section(base, base_text, key)).collect::<String>()
+                    + &others
+                        .iter()
+                        .map(|key| copy_section(base, base_text, key))
+                        .collect::<String>()
             }
             TemplateBase::Extends(_) => {
                 let first = format!(

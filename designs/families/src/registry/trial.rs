@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use fabkit_text::{ParameterTable, InvalidDesign, NumericParameter, Reader, RuleReport};
+use fabkit_text::{InvalidDesign, NumericParameter, ParameterTable, Reader, RuleReport};
 
-use super::{Example, OtherSections, LayeredDocument, Registry, ReadOutcome, SensorText};
+use super::{Example, LayeredDocument, OtherSections, ReadOutcome, Registry, SensorText};
 use crate::user_catalogue::ReaderContext;
 
 /// Layered texts of a design, which can be read any number of times.

@@ -1,20 +1,20 @@
 //! User-defined materials, processes and articles, from a sensor's file or from a file for all sensors.
 
-mod reader_context;
 pub(crate) mod named_sections;
+mod reader_context;
 mod schema;
 
 use fabkit_text::{
-    Dialect, YamlEntry, LocatedProblem, OVERRIDE_FILE_NAME, TextPlace, Setting, TextLayer, take_format, read_mapping, to_printable,
-    suggestion,
+    Dialect, LocatedProblem, OVERRIDE_FILE_NAME, Setting, TextLayer, TextPlace, YamlEntry,
+    read_mapping, suggestion, take_format, to_printable,
 };
 
 use crate::articles::{Articles, BUYING};
 use crate::materials::{Castable, Catalogue, MATERIALS};
 use crate::processes::{PARTS, PROCESSES, Processes};
 
+use named_sections::{RawSection, SectionKind, read_sections};
 pub(crate) use reader_context::ReaderContext;
-use named_sections::{SectionKind, RawSection, read_sections};
 pub(crate) use schema::add_to_schema;
 
 /// User's file for all sensors: materials, processes and articles to buy.
@@ -76,7 +76,11 @@ impl UserCatalogue {
 
     /// Removes the assignments to parts, which begin with `parts.`, from the overrides of the command line. Returns the
     /// other overrides.
-    pub fn take_overrides(&mut self, overrides: &[String], found: &mut Vec<LocatedProblem>) -> Vec<String> {
+    pub fn take_overrides(
+        &mut self,
+        overrides: &[String],
+        found: &mut Vec<LocatedProblem>,
+    ) -> Vec<String> {
         let place = TextPlace::new(TextLayer::Override, OVERRIDE_FILE_NAME, &USER);
         let mut rest = overrides.to_vec();
         rest.retain(|text| !self.processes.take_override(text, &place, found));
@@ -109,7 +113,10 @@ impl UserCatalogue {
 }
 
 /// Reads the user's file and reports unknown keys.
-fn user_entries(user: Option<&UserFile>, found: &mut Vec<LocatedProblem>) -> Option<(TextPlace, Vec<YamlEntry>)> {
+fn user_entries(
+    user: Option<&UserFile>,
+    found: &mut Vec<LocatedProblem>,
+) -> Option<(TextPlace, Vec<YamlEntry>)> {
     let UserFile { file, text } = user?;
     let place = TextPlace::new(TextLayer::Base, file, &USER);
     let mut entries = read_mapping(text, &place, found)?;

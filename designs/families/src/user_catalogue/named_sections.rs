@@ -6,8 +6,8 @@
 use std::collections::BTreeMap;
 
 use fabkit_text::{
-    YamlContent, Dialect, ParameterTable, YamlEntry, LocatedProblem, YamlNode, TextPlace, Position, Problem, Reader, Scalar,
-    Section, Setting, join, to_printable, find_similar, take_word,
+    Dialect, LocatedProblem, ParameterTable, Position, Problem, Reader, Scalar, Section, Setting,
+    TextPlace, YamlContent, YamlEntry, YamlNode, find_similar, join, take_word, to_printable,
 };
 
 /// Maximum number of names that extend each other; more than this is a cycle.
@@ -53,7 +53,10 @@ pub(crate) fn key_of(name: &str) -> String {
 }
 
 /// Returns the known names most similar to a misspelt one, best first.
-pub(crate) fn similar_names<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+pub(crate) fn similar_names<'a>(
+    written: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> Vec<&'a str> {
     let plain = |name: &str| key_of(name).replace(' ', "_");
     // Compares with whole names and with their tails, since users often omit the maker's name.
     let mut plains: Vec<(String, &str)> = Vec::new();
@@ -90,12 +93,19 @@ pub(crate) fn parse_name(
         Err(refusal) => refusal.says,
     };
     let message = format!("`{}` is no name: it {says}", to_printable(text));
-    found.push(place.problem(path, &to_printable(text), message).hint("write a short name on one line"));
+    found.push(
+        place.problem(path, &to_printable(text), message).hint("write a short name on one line"),
+    );
     None
 }
 
 /// Reads the value of the key: a map of names to sections, or a list of sections with `name:`.
-pub(crate) fn read_sections(noun: SectionKind, entry: YamlEntry, place: &TextPlace, found: &mut Vec<LocatedProblem>) -> Vec<RawSection> {
+pub(crate) fn read_sections(
+    noun: SectionKind,
+    entry: YamlEntry,
+    place: &TextPlace,
+    found: &mut Vec<LocatedProblem>,
+) -> Vec<RawSection> {
     // Messages then speak of materials, processes or articles instead of sensors.
     let place = TextPlace { dialect: noun.dialect, ..place.clone() };
     let mut raws: Vec<RawSection> = Vec::new();
@@ -182,7 +192,12 @@ impl<'a> LayeredSections<'a> {
     }
 
     /// Returns all sections of a name and of those that it extends; `None` after reporting why they cannot be read.
-    pub fn stack(&self, noun: SectionKind, key: &str, found: &mut Vec<LocatedProblem>) -> Option<Stack> {
+    pub fn stack(
+        &self,
+        noun: SectionKind,
+        key: &str,
+        found: &mut Vec<LocatedProblem>,
+    ) -> Option<Stack> {
         let mut parts: Vec<Stack> = Vec::new();
         let mut seen: Vec<String> = Vec::new();
         let mut next = Some(key.to_owned());
@@ -213,8 +228,11 @@ impl<'a> LayeredSections<'a> {
                 return None;
             }
             if !self.by_key.contains_key(&base) {
-                let message =
-                    format!("{} extends `{}`, which is not known", to_printable(&raw.name), to_printable(&name));
+                let message = format!(
+                    "{} extends `{}`, which is not known",
+                    to_printable(&raw.name),
+                    to_printable(&name)
+                );
                 let hint = unknown_hint(&name, &self.names());
                 found.push(at.problem(&path, &to_printable(&name), message).hint(hint));
                 return None;

@@ -1,6 +1,6 @@
 //! Context that parameters are read with, and the parameters that are looked up in it.
 
-use fabkit_text::{NeighbourCallback, Parameter, Reader, Refusal, FieldShape};
+use fabkit_text::{FieldShape, NeighbourCallback, Parameter, Reader, Refusal};
 
 use super::named_sections::similar_names;
 use crate::materials::{Castable, Catalogue};
@@ -68,7 +68,9 @@ impl Parameter for ProcessAssignments {
     }
 
     fn read(reader: &mut Reader, _: &str, _: &str, (): &()) -> Option<Self> {
-        Some(reader.context::<ReaderContext>().map(|known| known.making.clone()).unwrap_or_default())
+        Some(
+            reader.context::<ReaderContext>().map(|known| known.making.clone()).unwrap_or_default(),
+        )
     }
 
     fn neighbours(&self, _: &str, (): &(), _: f64, _: NeighbourCallback<Self>) {}

@@ -5,7 +5,7 @@
 use std::{env, fs};
 
 use fabkit_designs::fixing::fix;
-use fabkit_designs::parameters::{ValueKind, Problem, Setting};
+use fabkit_designs::parameters::{Problem, Setting, ValueKind};
 use fabkit_designs::{SensorText, load};
 
 /// Shares by which parameters are changed.
@@ -79,7 +79,9 @@ fn changed(setting: &Setting, by: f64) -> Option<String> {
         None => (setting.value.as_str(), String::new()),
     };
     let number: f64 = match setting.kind {
-        ValueKind::Length | ValueKind::Angle | ValueKind::Count | ValueKind::Number => number.parse().ok()?,
+        ValueKind::Length | ValueKind::Angle | ValueKind::Count | ValueKind::Number => {
+            number.parse().ok()?
+        }
         ValueKind::Switch | ValueKind::Text | ValueKind::List => return None,
     };
     let other = match setting.kind {

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use fabkit_designs::parameters::InvalidDesign;
 use fabkit_designs::{Design, builtin_names, builtin_yaml, load};
 use fabkit_geometry::measure::ray_volume;
-use fabkit_geometry::{Assembly, CompiledSolid, BodyKind, Point3, Ray, Sensor, Vector3};
+use fabkit_geometry::{Assembly, BodyKind, CompiledSolid, Point3, Ray, Sensor, Vector3};
 
 /// Every built-in sensor of the family.
 fn sensors() -> impl Iterator<Item = &'static str> {

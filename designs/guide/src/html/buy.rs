@@ -70,7 +70,11 @@ impl Guide {
             *body += &table(&heads("material", &["amount", "EUR"]), 5, rows);
         }
         for (used, head, note) in [
-            (SupplyKind::Supply, "What the work uses up", "A pack of each is enough for several units."),
+            (
+                SupplyKind::Supply,
+                "What the work uses up",
+                "A pack of each is enough for several units.",
+            ),
             (SupplyKind::Tool, "Tools", "Not in the sum: a lab has them, or buys them once."),
         ] {
             let mut rows = self.supplies.iter().filter(|supply| supply.used == used).peekable();

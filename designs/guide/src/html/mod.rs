@@ -19,9 +19,9 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use fabkit_report::{escape, page_with_style};
 
-pub use viewer::{ViewerModel, PressedSurface, CameraRays, CameraRay};
+pub use viewer::{CameraRay, CameraRays, PressedSurface, ViewerModel};
 
-use crate::{Guide, BodyUse};
+use crate::{BodyUse, Guide};
 
 pub use diff::PartImagePairs;
 

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use fabkit_checks::{Movement, Stage, PlacedBody};
+use fabkit_checks::{Movement, PlacedBody, Stage};
 use fabkit_geometry::{
-    Aabb, Action, Body, CompiledSolid, BodyKind, Point3, Pose, Ray, Scratch, Sensor, Step, Vector3,
+    Aabb, Action, Body, BodyKind, CompiledSolid, Point3, Pose, Ray, Scratch, Sensor, Step, Vector3,
 };
 use rayon::prelude::*;
 
@@ -182,7 +182,8 @@ impl<'a> StageMeasurements<'a> {
             self.collect_seats(&came.parts, Vec::new(), counts);
             // Of bodies that arrive together, the made part is checked, which the others sit on.
             let largest = came.bodies.iter().find(|stand| stand.body.is_made());
-            if let (Some(out), Some(stand)) = (came.removal_direction, largest.or(came.bodies.first()))
+            if let (Some(out), Some(stand)) =
+                (came.removal_direction, largest.or(came.bodies.first()))
                 && let Some(beside) = self.find_seat_body(stand, &out, &standing)
                 && let (Some([_, end]), Some(face)) =
                     (self.extent(stand, &out), self.face(beside, stand, &out))

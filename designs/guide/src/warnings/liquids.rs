@@ -87,7 +87,8 @@ pub(super) fn primers(sensor: &Sensor) -> Vec<Warning> {
     let mut told = Vec::new();
     for loose in &sensor.loose {
         let step = sensor.chain.iter().position(|step| step.name == loose.step);
-        let why = format!("{} does not stick to {}, on which it is cast", loose.layer, loose.substrate);
+        let why =
+            format!("{} does not stick to {}, on which it is cast", loose.layer, loose.substrate);
         let does = format!("prime {}, or hold the two together by their shapes", loose.substrate);
         told.push(
             Warning::new("loose", why, does)
@@ -130,7 +131,9 @@ pub(super) fn heat(sensor: &Sensor) -> Vec<Warning> {
     for (index, step) in sensor.chain.iter().enumerate() {
         let (Some((layer, walls)), Some(cure)) = (liquid(step), step.cure()) else { continue };
         for wall in walls.iter().filter_map(|name| sensor.body(name)) {
-            let Some(softens) = wall.substance.softening_point.filter(|s| s.celsius <= cure.celsius) else {
+            let Some(softens) =
+                wall.substance.softening_point.filter(|s| s.celsius <= cure.celsius)
+            else {
                 continue;
             };
             let why = format!(
@@ -182,7 +185,9 @@ pub(super) fn gloves(sensor: &Sensor) -> Vec<Warning> {
     let mut of: BTreeMap<usize, &str> = BTreeMap::new();
     for (index, step) in sensor.chain.iter().enumerate() {
         let layer = liquid(step).and_then(|(layer, _)| sensor.body(layer));
-        if let Some(layer) = layer.filter(|l| l.substance.cure_mechanism == Some(CureMechanism::Platinum)) {
+        if let Some(layer) =
+            layer.filter(|l| l.substance.cure_mechanism == Some(CureMechanism::Platinum))
+        {
             of.insert(index + 1, &layer.name);
         }
     }

@@ -53,7 +53,9 @@ pub(super) fn handling(sensor: &Sensor) -> Vec<Warning> {
             Action::Spray(spray) => sensor.body(&spray.layer),
             _ => None,
         };
-        layer.is_some_and(|layer| layer.substance.cure_mechanism == Some(CureMechanism::Polyurethane))
+        layer.is_some_and(|layer| {
+            layer.substance.cure_mechanism == Some(CureMechanism::Polyurethane)
+        })
     });
     told.push((
         polyurethane,

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::numbers::{MM_PER_M, number, numbers};
 use super::rotation::roll_pitch_yaw;
 use super::xml::{comment, escaped, translation_m, vector};
-use super::{Robot, RobotCamera, RobotLink, RobotShape, RobotSensingSurface};
+use super::{Robot, RobotCamera, RobotLink, RobotSensingSurface, RobotShape};
 
 /// Rotation from a frame that looks along z with y down to SDF's cameras, which look along x with z up, as roll, pitch
 /// and yaw, rad.

@@ -34,7 +34,13 @@ pub fn tacto(robot: &Robot) -> Option<String> {
     let list = |of: &dyn Fn(usize) -> String| {
         format!("[{}]", (0..lamps.len()).map(of).collect::<Vec<_>>().join(", "))
     };
-    let RobotSensingSurface { mesh, size_mm: [wide, high, _], top_z_mm, max_indentation_mm: soft_mm, .. } = touch;
+    let RobotSensingSurface {
+        mesh,
+        size_mm: [wide, high, _],
+        top_z_mm,
+        max_indentation_mm: soft_mm,
+        ..
+    } = touch;
     let mut text = format!("# {}\n", robot.comment.replace('\n', " "));
     // Writing to a string cannot fail.
     let _ = write!(

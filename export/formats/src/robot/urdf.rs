@@ -29,7 +29,12 @@ pub fn urdf(robot: &Robot) -> String {
     for frame in &robot.frames {
         let _ = writeln!(text, "  <link name=\"{}\">\n{MASSLESS}  </link>", escaped(&frame.name));
         let pose = &frame.sensor_from_frame;
-        text += &weld(base, &frame.name, &translation_m(pose), &numbers(roll_pitch_yaw(pose.rotation())));
+        text += &weld(
+            base,
+            &frame.name,
+            &translation_m(pose),
+            &numbers(roll_pitch_yaw(pose.rotation())),
+        );
     }
     text + "</robot>\n"
 }

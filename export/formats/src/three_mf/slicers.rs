@@ -70,7 +70,8 @@ pub(super) fn configs(objects: &[PrintObject], piece: Option<&str>) -> Vec<(&'st
     let numbered = || objects.iter().enumerate().map(|(i, object)| (object_id(i), object));
     let item = |id, name, volumes: Vec<_>| {
         // All volumes of a piece are printed with the settings of the first that has any.
-        let settings = volumes.iter().find_map(|(_, object): &(usize, &PrintObject)| object.settings)?;
+        let settings =
+            volumes.iter().find_map(|(_, object): &(usize, &PrintObject)| object.settings)?;
         Some(Item { id, name, settings, volumes })
     };
     let items: Vec<Item> = match piece {

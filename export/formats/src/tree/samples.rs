@@ -107,7 +107,8 @@ pub fn samples(document: &SamplesDocument) -> Result<Vec<u8>, ExportError> {
     let refused = |reason: String| ExportError::Samples { name: document.name.into(), reason };
     let body = CompiledSolid::new(document.solid).map_err(|e| refused(e.to_string()))?;
     let (figures, mesh) = figures(document.solid).map_err(|e| refused(e.to_string()))?;
-    let mut caster = Caster { body: &body, scratch: Scratch::default(), random: SplitMix64::new(1) };
+    let mut caster =
+        Caster { body: &body, scratch: Scratch::default(), random: SplitMix64::new(1) };
     let reach_mm = (mesh.bounds().max - mesh.bounds().min).norm();
 
     let mut lines = Vec::new();
@@ -118,7 +119,12 @@ pub fn samples(document: &SamplesDocument) -> Result<Vec<u8>, ExportError> {
     caster.cast_at_faces(&mesh, reach_mm, &mut lines);
     // Seams are sampled where a mesh at the usual tolerance deviates, not the finer one of the figures.
     let usual = fabkit_mesh::mesh(document.solid, DEFAULT_TOLERANCE_MM);
-    seams::cast_at_seams(&mut caster, &usual.map_err(|e| refused(e.to_string()))?, reach_mm, &mut lines);
+    seams::cast_at_seams(
+        &mut caster,
+        &usual.map_err(|e| refused(e.to_string()))?,
+        reach_mm,
+        &mut lines,
+    );
     let landmarks = document.landmarks.iter().map(|landmark| {
         let lies_in = caster.landmark(landmark, reach_mm, &mut lines);
         let (point_mm, axis) = (landmark.point.coords.into(), landmark.axis.into());
@@ -183,7 +189,9 @@ impl Caster<'_> {
     /// and another kernel's result there would be arbitrary.
     fn is_clear(&self, origin: Point3<f64>, direction: Vector3<f64>) -> bool {
         let count = |origin| self.body.crossings(&Ray { origin, direction }).len();
-        perpendiculars(&direction).into_iter().all(|aside| count(origin + ASIDE_MM * aside) == count(origin))
+        perpendiculars(&direction)
+            .into_iter()
+            .all(|aside| count(origin + ASIDE_MM * aside) == count(origin))
     }
 
     /// Returns whether slightly shifted lines have their crossings at the same positions, allowing for the slope of

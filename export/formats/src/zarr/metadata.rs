@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::{ZarrType, ZarrArray};
+use super::{ZarrArray, ZarrType};
 
 /// Maximum number of bytes of one sample: 64 million pixels of four bytes.
 const MAX_SAMPLE_BYTES: u64 = 256_000_000;

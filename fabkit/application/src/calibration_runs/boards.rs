@@ -150,7 +150,8 @@ fn opencv_finder() -> Result<Finder, CalibrationRunError> {
 pub fn from_list(path: &Path, board: &Board) -> Result<Views, Error> {
     let hint = CORNERS_HINT;
     let max_bytes = board::MAX_LIST_BYTES as u64;
-    let text = reading::read_text(path, ExpectedFile { what: "a list of corners", max_bytes, hint })?;
+    let text =
+        reading::read_text(path, ExpectedFile { what: "a list of corners", max_bytes, hint })?;
     let list = board::read_corners(&text, board)
         .map_err(|invalid| CalibrationRunError::corners(path, &invalid.problems))?;
     let mut views = Views::default();
@@ -164,7 +165,10 @@ pub fn from_list(path: &Path, board: &Board) -> Result<Views, Error> {
 ///
 /// # Errors
 /// Corners that the board does not have or that occur twice, for all views at once.
-pub fn from_corners(given: Vec<(String, Vec<DetectedCorner>)>, board: &Board) -> Result<Views, Error> {
+pub fn from_corners(
+    given: Vec<(String, Vec<DetectedCorner>)>,
+    board: &Board,
+) -> Result<Views, Error> {
     let mut views = Views::default();
     let mut wrong: Vec<Error> = Vec::new();
     for (view, mut corners) in given {

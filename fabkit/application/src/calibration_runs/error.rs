@@ -191,7 +191,9 @@ impl Explained for CalibrationRunError {
                      the pictures right?"
                 }
                 LensCalibrationError::NoModel { .. } => "try all lens models",
-                LensCalibrationError::NotObservable { .. } => "add pictures of the board in other poses",
+                LensCalibrationError::NotObservable { .. } => {
+                    "add pictures of the board in other poses"
+                }
                 LensCalibrationError::ImpossibleCorner { .. } => "look at the list of corners",
                 LensCalibrationError::Covariance(_) => return None,
             },

@@ -4,14 +4,14 @@ use std::path::Path;
 
 use fabkit_calibration::assignment::{Discrepancy, assign};
 use fabkit_calibration::extrinsics::{
-    CalibrationOptions, Drawing, SurfaceNormal, PoseCalibration, calibrate, solve_drawn,
+    CalibrationOptions, Drawing, PoseCalibration, SurfaceNormal, calibrate, solve_drawn,
 };
 use fabkit_calibration::image::GreyImage;
 use fabkit_calibration::landmarks::{self, PinLandmarks};
 use fabkit_calibration::model::{MarkOffsets, Model, Observation};
 use fabkit_calibration::pin_captures::images::read_grey;
 use fabkit_calibration::pin_captures::{PinCaptureError, PinCaptures};
-use fabkit_calibration::report::{PinCrop, ExtrinsicsReport};
+use fabkit_calibration::report::{ExtrinsicsReport, PinCrop};
 use fabkit_camera::{CameraEstimate, Vector2, files};
 use fabkit_capture::LightConstants;
 use fabkit_designs::Design;
@@ -22,7 +22,7 @@ use fabkit_fixtures::{DrawnBodies, Project};
 use fabkit_geometry::{Point3, Pose};
 
 use super::CalibrationRunError;
-use super::marks::{PinMarkRenderer, RenderingView, LandmarkShapes};
+use super::marks::{LandmarkShapes, PinMarkRenderer, RenderingView};
 
 /// Largest share of marks without a hole. Above it, the labels or the camera are wrong rather than single pins.
 const MAX_UNMATCHED_SHARE: f64 = 0.2;
@@ -233,8 +233,10 @@ fn crop_outliers(calibration: &PoseCalibration, captures: &PinCaptures<'_>) -> V
 /// The file cannot be read or holds no valid camera.
 pub fn read_camera(path: &Path) -> Result<CameraEstimate, Error> {
     let hint = "fabkit reads its own camera files and those of OpenCV, ROS and Kalibr";
-    let text =
-        reading::read_text(path, ExpectedFile { what: "a camera's file", max_bytes: 1 << 20, hint })?;
+    let text = reading::read_text(
+        path,
+        ExpectedFile { what: "a camera's file", max_bytes: 1 << 20, hint },
+    )?;
     let wrong = |source| CalibrationRunError::Camera { file: path.into(), source };
     Ok(files::read(&text).map_err(wrong)?)
 }

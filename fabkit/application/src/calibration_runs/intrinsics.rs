@@ -20,7 +20,8 @@ pub fn solve(
 ) -> Result<LensCalibration, Error> {
     let NominalCamera { width_px, height_px, field_of_view, lens, .. } = nominal;
     let (view_rad, terms) = (field_of_view.rad(), lens.projection.terms());
-    let nominal = Camera::from_data_sheet(*width_px, *height_px, view_rad, terms).map_err(Error::bug)?;
+    let nominal =
+        Camera::from_data_sheet(*width_px, *height_px, view_rad, terms).map_err(Error::bug)?;
     let models = if models.is_empty() { &LensModel::ALL[..] } else { models };
     calibrate(&views.usable, &nominal, models).map_err(|source| {
         // Unusable images are the most frequent cause, so the error lists them.

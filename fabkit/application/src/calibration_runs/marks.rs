@@ -17,10 +17,10 @@ use fabkit_camera::{Camera, Interface, Point2, Vector2};
 use fabkit_capture::{LayerScene, LightConstants};
 use fabkit_depth::ground_truth::{PixelRays, PlacedIndenter, ReferenceSurface};
 use fabkit_files::Error;
-use fabkit_fixtures::halves::{is_from_halves, body_index};
+use fabkit_fixtures::halves::{body_index, is_from_halves};
 use fabkit_fixtures::{PressBody, Project};
-use fabkit_geometry::{Point3, Pose, Sensor, VisibleEffect, Solid, TouchSurface, Vector3};
-use fabkit_optics::{ViewStacks, OpticalStack, CameraView};
+use fabkit_geometry::{Point3, Pose, Sensor, Solid, TouchSurface, Vector3, VisibleEffect};
+use fabkit_optics::{CameraView, OpticalStack, ViewStacks};
 use fabkit_scene::press_simulation::{ElasticSolver, threads};
 use rayon::prelude::*;
 
@@ -176,15 +176,19 @@ impl<'a> PinMarkRenderer<'a> {
         shapes: Option<LandmarkShapes<'a>>,
     ) -> Result<Option<Self>, Error> {
         let lighting = sensor.lightings.first();
-        let lighting = lighting.filter(|light| matches!(light.effect, VisibleEffect::Thickness { .. }));
+        let lighting =
+            lighting.filter(|light| matches!(light.effect, VisibleEffect::Thickness { .. }));
         let (Some(touch), Some(lighting), Some(shapes)) = (&sensor.touch, lighting, shapes) else {
             return Ok(None);
         };
         let lens = *camera.lens();
-        let camera = Camera::new(camera.width_px(), camera.height_px(), lens, Interface::FromDrawing);
+        let camera =
+            Camera::new(camera.width_px(), camera.height_px(), lens, Interface::FromDrawing);
         let camera = camera.map_err(Error::bug)?;
-        let sights = Arc::new(ViewStacks::new(OpticalStack::from_sensor(sensor).map_err(Error::bug)?));
-        let rays = PixelRays::new(&camera, &sensor.camera.sensor_from_camera).traced_through(&sights);
+        let sights =
+            Arc::new(ViewStacks::new(OpticalStack::from_sensor(sensor).map_err(Error::bug)?));
+        let rays =
+            PixelRays::new(&camera, &sensor.camera.sensor_from_camera).traced_through(&sights);
         let whole = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
         let layers = LayerScene::new(sensor, lighting, constants)?;
         Ok(Some(Self {
@@ -223,7 +227,8 @@ impl<'a> PinMarkRenderer<'a> {
         let [scatter, spread] = from.layer;
         // The assumed light, then one light with a step in each parameter, for finite differences.
         let lights = [[0.0; 2], [SCATTER_STEP_FACTOR.ln(), 0.0], [0.0, SPREAD_STEP_MM]];
-        let lights = lights.map(|[more, wider]| self.changed_light([scatter + more, spread + wider]));
+        let lights =
+            lights.map(|[more, wider]| self.changed_light([scatter + more, spread + wider]));
         let of_pin = |pin: &PressedPin| {
             let known = known.and_then(|known| known.offset_at(&pin.tip));
             let by_depth = known.map(|known| known.by_depth);
@@ -283,7 +288,8 @@ impl<'a> PinMarkRenderer<'a> {
         let window = ImageWindow::around(&self.camera, &tip)?;
         let rays = PixelRays::new(&window.camera, &sensor_from_camera).traced_through(&self.sights);
         let surface = ReferenceSurface::cast(self.touch, &rays).ok()?;
-        let (rest, pressed) = (surface.map_without_contact(), surface.map_deformed(&pressers, &answer, false));
+        let (rest, pressed) =
+            (surface.map_without_contact(), surface.map_deformed(&pressers, &answer, false));
         let rest = self.layers.grey_by_each(constants, &rest, None);
         let pressed = self.layers.grey_by_each(constants, &pressed, Some(&answer));
         let tip = tip.coords - Vector2::from(window.first.map(f64::from));
@@ -404,7 +410,8 @@ mod tests {
         let camera = &sensor.camera;
         let terms = camera.lens.projection.terms();
         let fov_rad = camera.field_of_view.rad();
-        let lens = Camera::from_data_sheet(camera.width_px, camera.height_px, fov_rad, terms).unwrap();
+        let lens =
+            Camera::from_data_sheet(camera.width_px, camera.height_px, fov_rad, terms).unwrap();
         let shapes = LandmarkShapes::Pins { radius_mm: landmarks.tip_radius_mm };
         let marks = PinMarkRenderer::new(sensor, &lens, &constants, Some(shapes));
         let marks = marks.unwrap().unwrap();

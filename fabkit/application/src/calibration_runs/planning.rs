@@ -2,7 +2,7 @@
 
 use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{Contact, FitParameter, Observation};
-use fabkit_calibration::planning::{ExpectedErrors, PinTolerances, CapturePlan, PlanInputs};
+use fabkit_calibration::planning::{CapturePlan, ExpectedErrors, PinTolerances, PlanInputs};
 use fabkit_camera::{Camera, CameraEstimate, Point2};
 use fabkit_capture::LightConstants;
 use fabkit_files::Error;
@@ -10,7 +10,7 @@ use fabkit_fixtures::{PoseForecast, Project};
 use serde_json::{Value, json};
 
 use super::CalibrationRunError;
-use super::marks::{PinMarkRenderer, RenderingView, LandmarkShapes};
+use super::marks::{LandmarkShapes, PinMarkRenderer, RenderingView};
 use crate::source::Source;
 
 /// Smallest distance between two pins of one capture, in pin diameters. Marks of closer pins merge.
@@ -106,9 +106,13 @@ pub fn plan_captures(
     };
     let mut is_seen = forecast.is_seen.clone();
     if let Ok(Some(rendered)) = &rendered {
-        let contacts: Vec<Observation> = forecast.landmarks.pins.iter().map(placeholder_observation).collect();
-        let offsets =
-            rendered.compute_offsets(&RenderingView::in_assumed_light(model.camera_from_sensor), &contacts, None);
+        let contacts: Vec<Observation> =
+            forecast.landmarks.pins.iter().map(placeholder_observation).collect();
+        let offsets = rendered.compute_offsets(
+            &RenderingView::in_assumed_light(model.camera_from_sensor),
+            &contacts,
+            None,
+        );
         for (pin, is_seen) in forecast.landmarks.pins.iter().zip(&mut is_seen) {
             // A pin whose mark cannot be detected gives no information.
             *is_seen &= offsets.offset_at(&pin.contact_in_sensor_mm).is_some();
@@ -133,7 +137,8 @@ pub fn plan_captures(
     let of = |captures: usize, pins: usize| {
         (captures, pins, plan.predict(&forecast.plan_in_turn(captures, pins)))
     };
-    let efforts = CAPTURE_COUNTS.iter().flat_map(|captures| PIN_COUNTS.map(|pins| of(*captures, pins)));
+    let efforts =
+        CAPTURE_COUNTS.iter().flat_map(|captures| PIN_COUNTS.map(|pins| of(*captures, pins)));
     let total = wanted.done.len() + more;
     Ok(CapturePlan {
         efforts: efforts.collect(),

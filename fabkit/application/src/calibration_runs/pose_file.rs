@@ -36,7 +36,8 @@ pub fn pose_files(
 /// # Errors
 /// A path without a file name, or a name that is not UTF-8, which the pose file cannot hold.
 pub fn camera_path(output: &Path) -> Result<PathBuf, CalibrationRunError> {
-    let stem = output.file_stem().ok_or_else(|| CalibrationRunError::NotAFileName(output.into()))?;
+    let stem =
+        output.file_stem().ok_or_else(|| CalibrationRunError::NotAFileName(output.into()))?;
     let stem = stem.to_str().ok_or_else(|| CalibrationRunError::NotUtf8(output.into()))?;
     Ok(output.with_file_name(format!("{stem}.camera.yaml")))
 }
@@ -72,7 +73,10 @@ pub fn format_pose(report: &ExtrinsicsReport<'_>, camera_name: &str) -> String {
         let _ = writeln!(text, "  - {}", list(row));
     }
     text += "# Of pose and camera together, for the camera with these values; zeros: held.\n";
-    let _ =
-        write!(text, "joint_covariance:\n{}", StoredJointCovariance::from_estimate(&report.calibration.joint).to_yaml());
+    let _ = write!(
+        text,
+        "joint_covariance:\n{}",
+        StoredJointCovariance::from_estimate(&report.calibration.joint).to_yaml()
+    );
     text
 }

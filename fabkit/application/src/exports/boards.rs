@@ -1,6 +1,8 @@
 //! Fabrication files of a design's circuit boards, one folder for each board.
 
-use fabkit_boards::{BoardError, BoardShape, BoardLayout, STANDARD_RULES, check, fabrication_files, lay_out};
+use fabkit_boards::{
+    BoardError, BoardLayout, BoardShape, STANDARD_RULES, check, fabrication_files, lay_out,
+};
 use fabkit_designs::Design;
 use fabkit_files::staging::OutputFile;
 use fabkit_geometry::{Circuit, Sensor};
@@ -20,7 +22,10 @@ pub struct FinishedBoard<'a> {
 ///
 /// # Errors
 /// [`BoardError`] for parts or tracks that find no room, and for broken rules.
-pub fn lay_out_board(sensor: &Sensor, circuit: &Circuit) -> Result<Option<BoardLayout>, BoardError> {
+pub fn lay_out_board(
+    sensor: &Sensor,
+    circuit: &Circuit,
+) -> Result<Option<BoardLayout>, BoardError> {
     let Some(body) = circuit.board.as_deref().and_then(|name| sensor.body(name)) else {
         return Ok(None);
     };
@@ -41,15 +46,17 @@ pub fn lay_out_board(sensor: &Sensor, circuit: &Circuit) -> Result<Option<BoardL
 /// # Errors
 /// See [`board`].
 pub fn lay_out_boards(sensor: &Sensor) -> Result<Vec<FinishedBoard<'_>>, BoardError> {
-    let finished = sensor
-        .circuits
-        .iter()
-        .map(|circuit| Ok(lay_out_board(sensor, circuit)?.map(|layout| FinishedBoard { circuit, layout })));
+    let finished = sensor.circuits.iter().map(|circuit| {
+        Ok(lay_out_board(sensor, circuit)?.map(|layout| FinishedBoard { circuit, layout }))
+    });
     finished.filter_map(Result::transpose).collect()
 }
 
 /// Makes the files of all boards, each board's in a folder with its name.
-pub(super) fn make_files(design: &Design, design_hash: &str) -> Result<Vec<MadeFile>, ExportRunError> {
+pub(super) fn make_files(
+    design: &Design,
+    design_hash: &str,
+) -> Result<Vec<MadeFile>, ExportRunError> {
     let boards = lay_out_boards(&design.sensor)?;
     if boards.is_empty() {
         let circuits = &design.sensor.circuits;

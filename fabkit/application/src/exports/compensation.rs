@@ -8,7 +8,11 @@ use fabkit_geometry::{Body, Pose, Solid};
 use super::ExportOptions;
 
 /// Computes the compensation of a body's files. `is_drawn` is true if laser outlines are among them.
-pub(super) fn compute_compensation(body: &Body, options: &ExportOptions, is_drawn: bool) -> Compensation {
+pub(super) fn compute_compensation(
+    body: &Body,
+    options: &ExportOptions,
+    is_drawn: bool,
+) -> Compensation {
     let mut found = Compensation { scale: 1.0, kerf_mm: 0.0, print: None, note: "none".into() };
     if !options.has_compensation() {
         return found;

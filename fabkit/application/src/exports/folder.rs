@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use fabkit_export::{FileEntry, Manifest, UnlistedFile, UnlistedReason, PartEntry, ProfileEntry};
+use fabkit_export::{FileEntry, Manifest, PartEntry, ProfileEntry, UnlistedFile, UnlistedReason};
 use fabkit_files::directory_listing::{hash_file, list_visible_files};
 use fabkit_files::reading::{self, ExpectedFile, ReadError};
 use fabkit_files::resumable::{MAX_DOCUMENT_BYTES, SealError, unseal};
@@ -19,8 +19,11 @@ use super::{Exported, MANIFEST_NAME, manifest_file};
 use crate::exports::ExportRunError;
 
 /// Limits for reading a manifest.
-const MANIFEST: ExpectedFile =
-    ExpectedFile { what: "a manifest", max_bytes: MAX_DOCUMENT_BYTES, hint: "it is none of fabkit's" };
+const MANIFEST: ExpectedFile = ExpectedFile {
+    what: "a manifest",
+    max_bytes: MAX_DOCUMENT_BYTES,
+    hint: "it is none of fabkit's",
+};
 
 /// Permissions for existing files.
 #[derive(Clone, Copy, Debug, Default)]
@@ -216,7 +219,8 @@ impl MergedExport {
             let is_same = key(&old) == key(&manifest);
             for entry in old.files.into_iter().filter(|entry| is_plain(&entry.name)) {
                 let (name, hash) = (entry.name.clone(), entry.blake3.clone());
-                let one = if is_same { EarlierEntry::Same(entry) } else { EarlierEntry::Stale(hash) };
+                let one =
+                    if is_same { EarlierEntry::Same(entry) } else { EarlierEntry::Stale(hash) };
                 earlier.insert(name, one);
             }
             let stale = old.others.into_iter().filter(|other| is_plain(&other.name));
@@ -249,7 +253,9 @@ impl MergedExport {
                 }
                 _ if how.clean => removed.push(name.clone()),
                 EarlierEntry::Same(entry) => manifest.files.push(entry.clone()),
-                EarlierEntry::Stale(_) => manifest.others.push(other(UnlistedReason::Stale, Some(found))),
+                EarlierEntry::Stale(_) => {
+                    manifest.others.push(other(UnlistedReason::Stale, Some(found)))
+                }
             }
         }
         let known: BTreeSet<&str> = files(exported)
@@ -344,9 +350,8 @@ fn read_old_manifest(folder: &Path) -> Result<OldManifest, StagingError> {
     Ok(match unseal(&bytes) {
         Err(SealError::Mismatch) => OldManifest::Changed,
         // Manifests of old versions have no seal.
-        Ok(_) | Err(SealError::Missing) => {
-            Manifest::from_json(&bytes).map_or(OldManifest::Unrecognised, |manifest| OldManifest::Ours(manifest.into()))
-        }
+        Ok(_) | Err(SealError::Missing) => Manifest::from_json(&bytes)
+            .map_or(OldManifest::Unrecognised, |manifest| OldManifest::Ours(manifest.into())),
     })
 }
 

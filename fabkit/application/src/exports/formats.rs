@@ -2,14 +2,14 @@
 
 use fabkit_designs::Design;
 use fabkit_export::{
-    DocumentInfo, Drawing, ExportError, SamplesDocument, TetraMesh, TreeDocument, dxf, msh, stl, svg,
-    vtk,
+    DocumentInfo, Drawing, ExportError, SamplesDocument, TetraMesh, TreeDocument, dxf, msh, stl,
+    svg, vtk,
 };
 use fabkit_files::progress::ignore_progress;
 
-use self::FormatWriter::{Outlines, Part, Tetrahedra, Whole};
 use self::FormatTrait::{Compensated, Published};
-use super::{ExportRunError, ExportOptions, MadeFile, MeshedPart, boards, glb, light, object};
+use self::FormatWriter::{Outlines, Part, Tetrahedra, Whole};
+use super::{ExportOptions, ExportRunError, MadeFile, MeshedPart, boards, glb, light, object};
 use crate::images::{self, ImageView};
 
 /// View of a single part's image.

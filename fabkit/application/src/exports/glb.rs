@@ -4,14 +4,14 @@ use fabkit_designs::Design;
 use fabkit_export::{GlbBody, GlbPlacement, GlbScene};
 use fabkit_files::staging::OutputFile;
 use fabkit_geometry::measure::ray_volume;
-use fabkit_geometry::{Body, OpticalClarity, CompiledSolid};
+use fabkit_geometry::{Body, CompiledSolid, OpticalClarity};
 use fabkit_mesh::{PrintMesh, ShadedMesh};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::pieces::MIN_TOLERANCE_MM;
 use super::topology::{self, TopologyCounts};
-use super::{ExportRunError, ExportOptions, Format, MadeFile, limit_triangles};
+use super::{ExportOptions, ExportRunError, Format, MadeFile, limit_triangles};
 use crate::images;
 
 const MM3_PER_CM3: f64 = 1e3;
@@ -49,7 +49,12 @@ pub(super) fn make_file(
     let failed = |source| ExportRunError::Write { file: name.clone(), source };
     let bytes = fabkit_export::glb(&[scene]).map_err(failed)?;
     let parts = standing.iter().map(|one| one.body.name.clone()).collect();
-    Ok(MadeFile { file: OutputFile { name, bytes }, format: Format::Glb.word(), parts, stock: None })
+    Ok(MadeFile {
+        file: OutputFile { name, bytes },
+        format: Format::Glb.word(),
+        parts,
+        stock: None,
+    })
 }
 
 /// Makes a GLB for web pages, with one scene for each assembly, in the given order; the first is shown first. Volumes
@@ -79,7 +84,9 @@ pub(crate) fn display_glb(
     })?;
     let scenes: Vec<GlbScene> = assemblies
         .iter()
-        .map(|assembly| scene(design, design_hash, assembly, assembly, &standing, DISPLAY_TOLERANCE_MM))
+        .map(|assembly| {
+            scene(design, design_hash, assembly, assembly, &standing, DISPLAY_TOLERANCE_MM)
+        })
         .collect();
     let file = Format::Glb.file_name(&design.sensor.name);
     fabkit_export::glb(&scenes).map_err(|source| ExportRunError::Write { file, source })

@@ -2,12 +2,12 @@
 
 use fabkit_designs::Design;
 use fabkit_export::{
-    LightBody, LightCamera, LightDocument, LightDome, OpticalRole, LightPlacement, LightPlane,
-    LightSurface,
+    LightBody, LightCamera, LightDocument, LightDome, LightPlacement, LightPlane, LightSurface,
+    OpticalRole,
 };
 use fabkit_files::staging::OutputFile;
 use fabkit_geometry::{
-    Assembly, Body, OpticalClarity, CompiledSolid, Point3, Sensor, Solid, TouchSurface,
+    Assembly, Body, CompiledSolid, OpticalClarity, Point3, Sensor, Solid, TouchSurface,
 };
 use fabkit_optics::{InvalidStack, OpticalRole, OpticalStack};
 use fabkit_scene::ground_truth::Viewpoint;
@@ -30,7 +30,8 @@ pub(super) fn make_file(design: &Design, design_hash: &str) -> Result<MadeFile, 
     let words = ["nothing", "surface"].map(str::to_owned).into_iter();
     let last = "total reflection".to_owned();
     let pupil = viewpoint.sensor_from_camera.point(Point3::origin());
-    let bodies = sensor.bodies.iter().filter_map(|body| describe_body(sensor, body, &pupil).transpose());
+    let bodies =
+        sensor.bodies.iter().filter_map(|body| describe_body(sensor, body, &pupil).transpose());
     let bodies = bodies.collect::<Result<Vec<_>, InvalidStack>>()?;
     let document = LightDocument {
         design_hash,

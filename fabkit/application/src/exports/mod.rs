@@ -10,9 +10,9 @@ mod light;
 mod options;
 mod pieces;
 mod plates;
-mod slicer_settings;
 mod profile_report;
 mod sheets;
+mod slicer_settings;
 mod stock;
 mod tetra;
 mod topology;
@@ -22,8 +22,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fabkit_designs::{Companion, Design};
 use fabkit_export::{
-    Compensation, DocumentInfo, FileEntry, MachineEntry, Manifest, MeshFigures, PrintObject, PartEntry,
-    SettingEntry,
+    Compensation, DocumentInfo, FileEntry, MachineEntry, Manifest, MeshFigures, PartEntry,
+    PrintObject, SettingEntry,
 };
 use fabkit_geometry::{Body, Pose, Process, Sensor};
 use fabkit_mesh::{PrintMesh, TriMesh};
@@ -185,8 +185,9 @@ pub fn export(
         .map(|piece| {
             // Stops early if the pieces finished so far already exceed the limit.
             limit_triangles(triangles.load(Ordering::Relaxed))?;
-            let mut meshed =
-                piece.mesh_bodies(options).map_err(|failure| topology::attribute_failure(failure, design))?;
+            let mut meshed = piece
+                .mesh_bodies(options)
+                .map_err(|failure| topology::attribute_failure(failure, design))?;
             if options.formats.contains(&Format::ThreeMf) {
                 for one in &mut meshed {
                     one.instructions = slicer_settings::slicer_instructions(sensor, one.body)?;
@@ -334,7 +335,16 @@ fn finish_mesh<'a>(
         }
     });
     let told = slicer_settings::SlicerInstructions::default();
-    Ok(MeshedPart { body, placed_mesh: lying, print, file_from_part, figures, compensation, sheet, instructions: told })
+    Ok(MeshedPart {
+        body,
+        placed_mesh: lying,
+        print,
+        file_from_part,
+        figures,
+        compensation,
+        sheet,
+        instructions: told,
+    })
 }
 
 impl MeshedPart<'_> {
@@ -405,7 +415,14 @@ fn make_part_files<'a>(
 fn object<'a>(meshed: &'a MeshedPart, mesh: &'a PrintMesh) -> PrintObject<'a> {
     let MeshedPart { body, instructions: told, .. } = meshed;
     let (name, material, settings) = (&body.name, &body.material, told.settings);
-    PrintObject { name, material, color: body.color, mesh, settings, settings_note: &told.reasons_text }
+    PrintObject {
+        name,
+        material,
+        color: body.color,
+        mesh,
+        settings,
+        settings_note: &told.reasons_text,
+    }
 }
 
 fn assemble(

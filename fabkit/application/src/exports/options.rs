@@ -1,7 +1,7 @@
 //! Options of an export.
 
 use fabkit_designs::profile::ProcessProfile;
-use fabkit_export::{Bed, ProfileReference, OptionsEntry};
+use fabkit_export::{Bed, OptionsEntry, ProfileReference};
 use fabkit_geometry::Sensor;
 
 use super::Format;

@@ -7,7 +7,9 @@ use fabkit_geometry::{Body, Pose, PrintGroup, Sensor};
 use fabkit_mesh::DEFAULT_TOLERANCE_MM;
 
 use super::topology::TopologyCounts;
-use super::{ExportRunError, ExportOptions, Format, MadeFile, MeshedPart, finish_mesh, object, rotate_mesh};
+use super::{
+    ExportOptions, ExportRunError, Format, MadeFile, MeshedPart, finish_mesh, object, rotate_mesh,
+};
 use crate::bodies;
 
 /// Smallest chord tolerance that is tried against a wrong topology, mm. A topology that is wrong at this tolerance has
@@ -48,13 +50,18 @@ impl<'a> Piece<'a> {
     ///
     /// Where a wall or a hole is narrower than the tolerance, the tolerance is halved until the topology matches the
     /// design; for all bodies, because they share faces.
-    pub(super) fn mesh_bodies(&self, options: &ExportOptions) -> Result<Vec<MeshedPart<'a>>, ExportRunError> {
+    pub(super) fn mesh_bodies(
+        &self,
+        options: &ExportOptions,
+    ) -> Result<Vec<MeshedPart<'a>>, ExportRunError> {
         let mut tolerance_mm = options.tolerance_mm;
         let counted: Vec<_> =
             self.bodies.iter().map(|body| TopologyCounts::from_body(body, tolerance_mm)).collect();
         loop {
             match self.meshed_at(options, &counted, tolerance_mm) {
-                Err(failure) if failure.is_topology_failure() && tolerance_mm > MIN_TOLERANCE_MM => {
+                Err(failure)
+                    if failure.is_topology_failure() && tolerance_mm > MIN_TOLERANCE_MM =>
+                {
                     tolerance_mm /= 2.0;
                 }
                 done => return done,
@@ -81,7 +88,9 @@ impl<'a> Piece<'a> {
         bodies
             .into_iter()
             .zip(counted)
-            .map(|(body, counted)| finish_mesh(body, *counted, &shift, &bed_from_body, tolerance_mm))
+            .map(|(body, counted)| {
+                finish_mesh(body, *counted, &shift, &bed_from_body, tolerance_mm)
+            })
             .collect()
     }
 

@@ -3,13 +3,15 @@
 use std::collections::BTreeMap;
 
 use fabkit_designs::Design;
-use fabkit_export::{Bed, DocumentInfo, PrintObject, BedPosition};
+use fabkit_export::{Bed, BedPosition, DocumentInfo, PrintObject};
 use fabkit_files::staging::OutputFile;
 use fabkit_geometry::{Pose, Process};
 use fabkit_mesh::PrintMesh;
 use rayon::prelude::*;
 
-use super::{ExportRunError, ExportOptions, Format, MadeFile, MeshedPart, limit_triangles, object, stock};
+use super::{
+    ExportOptions, ExportRunError, Format, MadeFile, MeshedPart, limit_triangles, object, stock,
+};
 
 /// Processes whose parts lie on a bed.
 const BED_PROCESSES: [Process; 2] = [Process::Fdm, Process::Sla];
@@ -73,7 +75,8 @@ fn make_stock_plates(
     let plate = |plate: usize| {
         let title = format!("{name}-{}", plate + 1);
         let here: Vec<_> = spots.iter().filter(|spot| spot.plate == plate).collect();
-        let placed: Vec<_> = here.par_iter().map(|spot| place_copy(copies[spot.item], spot)).collect();
+        let placed: Vec<_> =
+            here.par_iter().map(|spot| place_copy(copies[spot.item], spot)).collect();
         let placed: Vec<PrintMesh> = placed.into_iter().collect::<Result<_, _>>()?;
 
         let bodies = || here.iter().map(|spot| &copies[spot.item].body);

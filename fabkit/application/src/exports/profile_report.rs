@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use fabkit_designs::Design;
 use fabkit_designs::profile::{ProcessProfile, ProfileMatch};
-use fabkit_export::{UncompensatedBody, ProfileEntry};
+use fabkit_export::{ProfileEntry, UncompensatedBody};
 use fabkit_geometry::Body;
 
-use super::{ExportRunError, ExportOptions, select_bodies, pieces};
+use super::{ExportOptions, ExportRunError, pieces, select_bodies};
 
 /// Checks that the profile applies to a part of at least one design. A profile without effect is most likely a mistake;
 /// of several designs, some may have no matching part.
@@ -94,5 +94,6 @@ pub(super) fn manifest_entry<'a>(
 }
 
 fn match_profile(profile: &ProcessProfile, body: &Body) -> ProfileMatch {
-    body.process().map_or(ProfileMatch::OtherProcess, |process| profile.match_part(process, &body.material))
+    body.process()
+        .map_or(ProfileMatch::OtherProcess, |process| profile.match_part(process, &body.material))
 }

@@ -13,7 +13,7 @@ use fabkit_guide::{SheetPiece, SheetPlan};
 
 use super::compensation::compute_compensation;
 use super::formats::FormatWriter;
-use super::{ExportRunError, ExportOptions, MadeFile, MeshedPart, stock};
+use super::{ExportOptions, ExportRunError, MadeFile, MeshedPart, stock};
 
 /// Outlines of a part as they are cut, kerf included.
 pub(super) struct CutSheet {
@@ -128,8 +128,11 @@ fn nest_stock(
     let words = stock::material_words(cut.iter().map(|(body, _)| body.material.as_str()));
     let mut stocks: BTreeMap<String, Vec<(&Body, &CutSheet)>> = BTreeMap::new();
     for &(body, sheet) in cut {
-        let name =
-            format!("sheet-{}-{}", words[body.material.as_str()], format_thickness(sheet.thickness_mm));
+        let name = format!(
+            "sheet-{}-{}",
+            words[body.material.as_str()],
+            format_thickness(sheet.thickness_mm)
+        );
         stocks.entry(name).or_default().push((body, sheet));
     }
     let stock = |(name, cut): (String, Vec<(&Body, &CutSheet)>)| {
@@ -196,7 +199,11 @@ pub(crate) fn plan(design: &Design, units: u32) -> Result<PlannedSheets, ExportR
             thickness_mm: stocked.thickness_mm,
             stock_mm,
             sheets,
-            needs_mm: stocked.sheets.iter().map(|sheet| sheet.used_size_mm.map(f64::ceil)).collect(),
+            needs_mm: stocked
+                .sheets
+                .iter()
+                .map(|sheet| sheet.used_size_mm.map(f64::ceil))
+                .collect(),
             pieces: pieces.into_iter().map(|(name, count)| SheetPiece { name, count }).collect(),
             cut_mm: stocked.cut_mm,
         });
@@ -218,10 +225,12 @@ mod tests {
     #[test]
     fn outlines_of_molds_are_scaled_before_they_are_widened() {
         let solid = Solid::cuboid(40.0, 20.0, 3.0);
-        let frame =
-            Body::made("mold-frame", "", Process::Laser, solid).with_material("plywood").for_shrinkage(0.02);
+        let frame = Body::made("mold-frame", "", Process::Laser, solid)
+            .with_material("plywood")
+            .for_shrinkage(0.02);
         let options = ExportOptions::default();
-        let sheet = cut_sheet(&frame, &compute_compensation(&frame, &options, true)).unwrap().unwrap();
+        let sheet =
+            cut_sheet(&frame, &compute_compensation(&frame, &options, true)).unwrap().unwrap();
         let SheetFigures { size_mm, thickness_mm, .. } = sheet.figures();
         for (size, nominal) in size_mm.into_iter().zip([40.0, 20.0]) {
             assert!((size - nominal / 0.98 - 0.25).abs() < 1e-9, "{size_mm:?}");

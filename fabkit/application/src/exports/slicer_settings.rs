@@ -17,11 +17,17 @@ pub(super) struct SlicerInstructions {
 ///
 /// # Errors
 /// [`ExportFailure::Examined`] if its solid is invalid.
-pub(super) fn slicer_instructions(sensor: &Sensor, body: &Body) -> Result<SlicerInstructions, ExportRunError> {
+pub(super) fn slicer_instructions(
+    sensor: &Sensor,
+    body: &Body,
+) -> Result<SlicerInstructions, ExportRunError> {
     let about = match (print_settings(sensor, body)?, body.process()) {
         (Some(settings), _) => {
             let about = format!("{}: {}.", body.name, reasons(&settings));
-            return Ok(SlicerInstructions { settings: Some(slicer(&settings)), reasons_text: about });
+            return Ok(SlicerInstructions {
+                settings: Some(slicer(&settings)),
+                reasons_text: about,
+            });
         }
         (None, Some(process @ (Process::Sla | Process::PolyJet))) => format!(
             "{}: no settings, because layers, exposure and supports of {process} are the resin's and the \

@@ -4,7 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Returns a unique word for each material, for use in file names: `black-pla`, `tough-resin-blue`. Materials that
 /// differ only in punctuation are numbered in alphabetical order.
-pub(super) fn material_words<'a>(materials: impl IntoIterator<Item = &'a str>) -> BTreeMap<&'a str, String> {
+pub(super) fn material_words<'a>(
+    materials: impl IntoIterator<Item = &'a str>,
+) -> BTreeMap<&'a str, String> {
     // Alphabetical, so that the numbering does not depend on the order of the parts.
     let materials: BTreeSet<&str> = materials.into_iter().collect();
     let mut taken = BTreeSet::new();

@@ -9,7 +9,7 @@ use fabkit_tetra::{Quality, Tetrahedra};
 use serde_json::json;
 
 use super::formats::FormatWriter;
-use super::{ExportRunError, ExportOptions, Format, MadeFile};
+use super::{ExportOptions, ExportRunError, Format, MadeFile};
 
 /// Default edge length of tetrahedra, mm.
 pub const DEFAULT_EDGE_MM: f64 = 0.5;

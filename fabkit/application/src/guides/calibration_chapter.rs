@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use fabkit_calibration::landmarks::PinLandmarks;
 use fabkit_designs::Design;
 use fabkit_fixtures::Project;
-use fabkit_guide::{Calibration, PinCapture, FixtureNote, CalibrationCommand};
+use fabkit_guide::{Calibration, CalibrationCommand, FixtureNote, PinCapture};
 
 use crate::source::Target;
 
@@ -16,7 +16,11 @@ pub type CommandLines<'a> = &'a dyn Fn(&[&str], Option<&str>) -> Vec<Calibration
 /// Describes the calibration of a sensor; for a fixture, only its own role, if it has one. If its pins cannot be
 /// placed, there is no capture plan, and `check` of the fixture explains why. The command lines come from the caller,
 /// which knows the command.
-pub fn describe_calibration(project: &Project, target: Target, typed: CommandLines) -> Option<Calibration> {
+pub fn describe_calibration(
+    project: &Project,
+    target: Target,
+    typed: CommandLines,
+) -> Option<Calibration> {
     let names = project.fixture_names();
     let pins_in = project.pin_fixture_name();
     let has_pins = names.contains(&pins_in);

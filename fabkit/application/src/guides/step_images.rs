@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use fabkit_checks::{Movement, Stage, PlacedBody};
+use fabkit_checks::{Movement, PlacedBody, Stage};
 use fabkit_depth::{Actor, RenderError, View, render};
 use fabkit_geometry::{Aabb, Action, CompiledSolid, Point3, Pose, Sensor, Solid, Vector3};
 
-use crate::images::{DrawingError, encode_png, upright_rotation, compile_body};
+use crate::images::{DrawingError, compile_body, encode_png, upright_rotation};
 
 /// Width and height of a step's image, px.
 const STEP_PX: [u32; 2] = [340, 255];
@@ -84,7 +84,8 @@ impl<'a> CompiledBodies<'a> {
                 self.movement_scene(stage, &stage.after, &leaving, true, is_cut)
             }
         };
-        let after = stage.after.iter().map(|stand| ShiftedBody { stand: *stand, shift: Vector3::zeros() });
+        let after =
+            stage.after.iter().map(|stand| ShiftedBody { stand: *stand, shift: Vector3::zeros() });
         [before, self.build_scene(stage, after.collect(), Vec::new(), [true, false])]
     }
 
@@ -126,7 +127,8 @@ impl<'a> CompiledBodies<'a> {
         for came in moving {
             let (mut piece, mut inner) = (Vec::new(), Vec::new());
             if came.parts.is_empty() {
-                let here = |stand: &PlacedBody<'a>| ShiftedBody { stand: *stand, shift: Vector3::zeros() };
+                let here =
+                    |stand: &PlacedBody<'a>| ShiftedBody { stand: *stand, shift: Vector3::zeros() };
                 piece.extend(came.bodies.iter().map(here));
             } else {
                 // The members of a sub-assembly are spread by half the gap, so that they still appear as a group.

@@ -29,7 +29,7 @@ use fabkit_text::InvalidDesign;
 use rayon::prelude::*;
 
 use self::bench_workers::BenchWorkers;
-pub use self::store::{SweepResult, KIND, Store, SweepError};
+pub use self::store::{KIND, Store, SweepError, SweepResult};
 use crate::source::{MAX_YAML_BYTES, Source};
 
 /// Memory of one row, in the tables and in the report, bytes.
@@ -109,7 +109,8 @@ pub fn run(
     cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<SweepResult, SweepError> {
     let rows = ROW_BYTES * sweep.plan.len() as u64;
-    let each = if sweep.plan.bench_metrics().next().is_some() { BENCH_BYTES } else { VARIANT_BYTES };
+    let each =
+        if sweep.plan.bench_metrics().next().is_some() { BENCH_BYTES } else { VARIANT_BYTES };
     memory::run_on_workers("the sweep", rows, each, MemoryHint::Variants, || {
         compute_rows(folder, sweep, progress, cancelled)
     })
@@ -145,7 +146,12 @@ fn compute_rows(
             });
             if let Ok(mut done) = done.lock() {
                 *done += 1;
-                progress(ProgressStep { done: *done, resumed: found, total: plan.len(), last_name: "" });
+                progress(ProgressStep {
+                    done: *done,
+                    resumed: found,
+                    total: plan.len(),
+                    last_name: "",
+                });
             }
         }
         let is_whole = rows.len() == numbers.len();

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use fabkit_export::ExportError;
 use fabkit_files::memory::MemoryError;
-use fabkit_files::resumable::{FilesByPath, ResumableFolder, ResumableFolderError, FolderKind, Piece, SAME_VERSION_HINT};
+use fabkit_files::resumable::{
+    FilesByPath, FolderKind, Piece, ResumableFolder, ResumableFolderError, SAME_VERSION_HINT,
+};
 use fabkit_files::staging::{OutputFile, StagingError};
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 use fabkit_sweep::{InvalidRow, PANIC, Plan, PlanSource, Row, Status, Table, report};
@@ -200,7 +202,11 @@ impl Store {
     ///
     /// # Errors
     /// Missing rows, or files that cannot be written.
-    pub fn finish(self, plan: &Plan, cancelled: &dyn Fn() -> bool) -> Result<SweepResult, SweepError> {
+    pub fn finish(
+        self,
+        plan: &Plan,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<SweepResult, SweepError> {
         if let Some(finished) = self.finished {
             // A run that was killed after writing the tables leaves the row files; they are removed now.
             self.folder.finish(Map::new())?;

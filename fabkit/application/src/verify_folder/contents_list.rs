@@ -6,8 +6,8 @@ use std::path::Path;
 use fabkit_export::{Manifest, UnlistedFile};
 use fabkit_files::directory_listing;
 use fabkit_files::resumable::{
-    self, FilesByPath, ResumableFolderError, MAX_DOCUMENT_BYTES, Piece, SealError, listed_files, is_safe_name,
-    read_regular, unseal,
+    self, FilesByPath, MAX_DOCUMENT_BYTES, Piece, ResumableFolderError, SealError, is_safe_name,
+    listed_files, read_regular, unseal,
 };
 use serde_json::Value;
 
@@ -35,7 +35,10 @@ impl ContentsList {
     ///
     /// # Errors
     /// A list of another format version, and errors of the file system.
-    pub(super) fn read(folder: &Path, kind: FolderContent) -> Result<Result<Self, String>, FolderVerificationError> {
+    pub(super) fn read(
+        folder: &Path,
+        kind: FolderContent,
+    ) -> Result<Result<Self, String>, FolderVerificationError> {
         let path = folder.join(kind.document());
         if directory_listing::is_not_a_file(&path) {
             return Ok(Err("it is not a file".into()));
@@ -47,10 +50,13 @@ impl ContentsList {
         };
         match read {
             Ok(listed) => Ok(Ok(listed)),
-            Err(ResumableFolderError::DamagedDocument { what, .. } | ResumableFolderError::Damaged { what, .. }) => {
-                Ok(Err(what))
+            Err(
+                ResumableFolderError::DamagedDocument { what, .. }
+                | ResumableFolderError::Damaged { what, .. },
+            ) => Ok(Err(what)),
+            Err(error @ ResumableFolderError::OtherVersion { .. }) => {
+                Err(FolderVerificationError::OtherVersion(error))
             }
-            Err(error @ ResumableFolderError::OtherVersion { .. }) => Err(FolderVerificationError::OtherVersion(error)),
             Err(error) => Err(error.into()),
         }
     }
@@ -60,7 +66,10 @@ fn gone(path: &Path) -> ResumableFolderError {
     ResumableFolderError::Damaged { path: path.into(), what: "it is missing".into() }
 }
 
-fn document(path: &Path, kind: resumable::FolderKind) -> Result<ContentsList, ResumableFolderError> {
+fn document(
+    path: &Path,
+    kind: resumable::FolderKind,
+) -> Result<ContentsList, ResumableFolderError> {
     let document = kind.read(path)?.ok_or_else(|| gone(path))?;
     let files = listed_files(&document);
     let names = document["files"].as_object().into_iter().flatten().map(|(name, _)| name);
@@ -71,7 +80,8 @@ fn document(path: &Path, kind: resumable::FolderKind) -> Result<ContentsList, Re
 
 fn manifest(path: &Path) -> Result<ContentsList, ResumableFolderError> {
     let bytes = read_regular(path, MAX_DOCUMENT_BYTES)?.ok_or_else(|| gone(path))?;
-    let damaged = |what: String| Err(ResumableFolderError::DamagedDocument { path: path.into(), what });
+    let damaged =
+        |what: String| Err(ResumableFolderError::DamagedDocument { path: path.into(), what });
     let (document, note) = match unseal(&bytes) {
         Ok(document) => (document, None),
         Err(error @ SealError::Mismatch) => return damaged(error.to_string()),
@@ -113,7 +123,9 @@ fn manifest(path: &Path) -> Result<ContentsList, ResumableFolderError> {
 impl ContentsList {
     /// Adds leftovers of an earlier export, so that they are compared as well where they still exist.
     fn add_stale(&mut self, folder: &Path, others: &[UnlistedFile]) {
-        for UnlistedFile { name, blake3, .. } in others.iter().filter(|other| is_safe_name(&other.name)) {
+        for UnlistedFile { name, blake3, .. } in
+            others.iter().filter(|other| is_safe_name(&other.name))
+        {
             let Some(blake3) = blake3 else { continue };
             // Their sizes are not listed, and they may have been removed.
             let Some(bytes) = directory_listing::size_bytes(&folder.join(name)) else { continue };

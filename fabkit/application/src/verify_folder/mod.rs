@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use fabkit_dataset::{self, DatasetReader};
 use fabkit_files::directory_listing::{self, DirectoryEntry};
-use fabkit_files::resumable::{FilesByPath, ResumableFolderError, PieceState};
+use fabkit_files::resumable::{FilesByPath, PieceState, ResumableFolderError};
 use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained};
 use rayon::prelude::*;
 
@@ -172,7 +172,8 @@ impl FolderContent {
     /// Determines the kind by the name of the list. Anything with that name counts, even if it is not a file: it is
     /// then reported as damaged.
     fn detect(folder: &Path) -> Option<Self> {
-        let is_there = |kind: &Self| directory_listing::exists_or_dangles(&folder.join(kind.document()));
+        let is_there =
+            |kind: &Self| directory_listing::exists_or_dangles(&folder.join(kind.document()));
         Self::ALL.into_iter().find(is_there)
     }
 }
@@ -229,7 +230,8 @@ fn verify_one(folder: &Path, kind: FolderContent) -> Result<VerifiedFolder, Erro
         Ok(listed) => listed,
         Err(why) => {
             // A damaged list cannot be relied on, so nothing else is compared.
-            let findings = vec![FileDifference { file: document, what: DifferenceKind::Damaged, why }];
+            let findings =
+                vec![FileDifference { file: document, what: DifferenceKind::Damaged, why }];
             let folder = folder.into();
             let what = kind.what();
             return Ok(VerifiedFolder {
@@ -246,7 +248,8 @@ fn verify_one(folder: &Path, kind: FolderContent) -> Result<VerifiedFolder, Erro
     let mut findings = compare_files(folder, &listed.files);
     for (file, why) in &listed.impossible {
         let what = DifferenceKind::Damaged;
-        findings.insert(file.clone(), FileDifference { file: file.clone(), what, why: why.clone() });
+        findings
+            .insert(file.clone(), FileDifference { file: file.clone(), what, why: why.clone() });
     }
     if kind == FolderContent::Dataset {
         add_chunks(folder, &mut findings)?;
@@ -324,9 +327,11 @@ fn find_foreign_files(
     let mut open = vec![String::new()];
     while let Some(below) = open.pop() {
         let place = folder.join(&below);
-        let entries = directory_listing::list_entries(&place).map_err(|e| cannot_list(&place, e))?;
+        let entries =
+            directory_listing::list_entries(&place).map_err(|e| cannot_list(&place, e))?;
         for entry in entries {
-            let DirectoryEntry { name, is_folder, .. } = entry.map_err(|e| cannot_list(&place, e))?;
+            let DirectoryEntry { name, is_folder, .. } =
+                entry.map_err(|e| cannot_list(&place, e))?;
             if name.starts_with(HIDDEN) {
                 continue;
             }

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
-use fabkit_application::calibration_runs::boards;
 use fabkit_application::calibration::intrinsics::LensModel;
+use fabkit_application::calibration_runs::boards;
 
 use super::{completing, examples};
 

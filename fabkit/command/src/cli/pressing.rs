@@ -6,7 +6,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use fabkit_application::Error;
 use fabkit_application::press_simulation::{
-    ContactModel, StrainTheory, LinearOptions, MAX_STEPS, PressRequest, PressingError, threads,
+    ContactModel, LinearOptions, MAX_STEPS, PressRequest, PressingError, StrainTheory, threads,
 };
 use fabkit_application::scene::MEMBRANE_LIMITS_MM;
 
@@ -78,7 +78,9 @@ impl PressOptions {
         indenter: &'a str,
         depth_mm: f64,
     ) -> Result<PressRequest<'a>, PressingError> {
-        let level = [StrainTheory::Linear, StrainTheory::Finite].into_iter().find(|l| l.name() == self.contact);
+        let level = [StrainTheory::Linear, StrainTheory::Finite]
+            .into_iter()
+            .find(|l| l.name() == self.contact);
         let unknown = || PressingError::Contact {
             problem: format!("there is no contact `{}`: linear or finite", self.contact),
         };

@@ -196,7 +196,8 @@ fn generate_module(module: &PythonModule) -> String {
     for line in module.template.lines() {
         let indent = " ".repeat(line.len() - line.trim_start().len());
         let asked = line.trim().strip_prefix("# ");
-        let filled = asked.and_then(|asked| fill_comment(module.template, asked, &keywords, &indent));
+        let filled =
+            asked.and_then(|asked| fill_comment(module.template, asked, &keywords, &indent));
         for line in filled.unwrap_or_else(|| vec![line.trim().to_owned()]) {
             text += format!("{indent}{line}").trim_end();
             text.push('\n');
@@ -206,7 +207,12 @@ fn generate_module(module: &PythonModule) -> String {
 }
 
 /// Returns the lines that replace a template's comment; `None` for an ordinary comment.
-fn fill_comment(template: &str, asked: &str, keywords: &[Keyword], indent: &str) -> Option<Vec<String>> {
+fn fill_comment(
+    template: &str,
+    asked: &str,
+    keywords: &[Keyword],
+    indent: &str,
+) -> Option<Vec<String>> {
     let (what, ids) = asked.split_once(' ').unwrap_or((asked, ""));
     if !what.chars().all(char::is_uppercase) {
         return None;

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
-use fabkit_application::capturing::{SimulatedCapture, SkinView, Unit, capture_comment, capture_document, select_lighting};
+use fabkit_application::capturing::{
+    SimulatedCapture, SkinView, Unit, capture_comment, capture_document, select_lighting,
+};
 use fabkit_application::export::png_with_comment;
 use fabkit_application::fixtures::{Press, Project};
-use fabkit_application::ground_truth::{MapCollector, FileSelection};
+use fabkit_application::ground_truth::{FileSelection, MapCollector};
 use fabkit_application::press_simulation::{PressRequest, farthest_marker};
 use fabkit_application::reading::has_extension;
 use fabkit_application::scene::SensorView;

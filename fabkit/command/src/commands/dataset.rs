@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use fabkit_application::capturing::Unit;
-use fabkit_application::dataset::{self, DatasetPlan, DatasetJob, WrittenDataset};
+use fabkit_application::dataset::{self, DatasetJob, DatasetPlan, WrittenDataset};
 use fabkit_application::export::png;
 use fabkit_application::picture::has_image_extension as is_picture;
 use fabkit_application::progress::ProgressStep;
@@ -27,7 +27,8 @@ use crate::table::group_digits;
 pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
     let start = Instant::now();
     roles(args).check()?;
-    let scene = view::build_unit_scene(&args.design, &args.view.camera, args.options.unit.map(Unit))?;
+    let scene =
+        view::build_unit_scene(&args.design, &args.view.camera, args.options.unit.map(Unit))?;
     if args.probes {
         return probes::run(args, &scene);
     }
@@ -38,8 +39,8 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
         &order,
         |job, room| {
             let sheet = args.contact_sheet.as_deref();
-            let sheet =
-                sheet.map(|path| Ok::<_, Failure>((path, contact_sheet(path, job, args.options.seed)?)));
+            let sheet = sheet
+                .map(|path| Ok::<_, Failure>((path, contact_sheet(path, job, args.options.seed)?)));
             let sheet = sheet.transpose()?;
             interrupt::begin_writing()?;
             let progress = Progress::new(global, "writing files");
@@ -93,7 +94,14 @@ fn report(
     start: Instant,
 ) -> Outcome {
     let folder = args.output.display().to_string();
-    let WrittenDataset { halves, samples, existing_files: found, written_files: made, damaged, halves_without_contact: untouched } = written;
+    let WrittenDataset {
+        halves,
+        samples,
+        existing_files: found,
+        written_files: made,
+        damaged,
+        halves_without_contact: untouched,
+    } = written;
     let kind = if args.options.materialise { "written" } else { "listed" };
     let mut text = format!(
         "{folder}: {halves} halves, {} samples {kind}; {} files made{} ({:.2} s)\n",

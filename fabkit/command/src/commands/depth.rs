@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use fabkit_application::export::ExportError;
 use fabkit_application::fixtures::Press;
-use fabkit_application::ground_truth::{MapCollector, DeepestContact, GREY_STEP_MM, MapQuantity, FileSelection};
+use fabkit_application::ground_truth::{
+    DeepestContact, FileSelection, GREY_STEP_MM, MapCollector, MapQuantity,
+};
 use fabkit_application::press_simulation::{self, ContactGap};
 use fabkit_application::reading::has_extension;
 use fabkit_application::scene::SensorView;

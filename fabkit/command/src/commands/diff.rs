@@ -74,9 +74,14 @@ fn format_difference(difference: &DesignDifference) -> String {
         ("buy", besides(&["component"])),
         (
             "reuse",
-            listed(&mut difference.with_change(ChangeKind::Same), &|one| one.quantity[0].min(one.quantity[1])),
+            listed(&mut difference.with_change(ChangeKind::Same), &|one| {
+                one.quantity[0].min(one.quantity[1])
+            }),
         ),
-        ("not needed", listed(&mut difference.with_change(ChangeKind::Removed), &|one| one.quantity[0])),
+        (
+            "not needed",
+            listed(&mut difference.with_change(ChangeKind::Removed), &|one| one.quantity[0]),
+        ),
         (
             "steps",
             difference

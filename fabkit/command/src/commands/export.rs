@@ -7,7 +7,8 @@ use std::time::Instant;
 use fabkit_application::designs::Design;
 use fabkit_application::export::{Bed, FileEntry, Manifest, UnlistedFile, UnlistedReason};
 use fabkit_application::exports::{
-    self, DEFAULT_STOCK, ExportRunError, ExportOptions, Exported, Format, Overwriting, WrittenExport,
+    self, DEFAULT_STOCK, ExportOptions, ExportRunError, Exported, Format, Overwriting,
+    WrittenExport,
 };
 use fabkit_application::packaging::{self, GUIDE_FOLDER, Terms};
 use fabkit_application::robots::robot_files;
@@ -23,7 +24,7 @@ use crate::defaults::{self, Defaults};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::roles::FileRoles;
-use crate::table::{Align::Left, Align::Right, group_digits, format_size, table};
+use crate::table::{Align::Left, Align::Right, format_size, group_digits, table};
 
 /// Default chord tolerance, mm.
 const DEFAULT_TOLERANCE_MM: f64 = 0.01;
@@ -50,7 +51,11 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
 
     let mut text = made.faults.as_ref().map(format_warning).unwrap_or_default();
     for ((name, exported), written) in made.of_fixtures.iter().zip(&written.of_fixtures) {
-        text += &format!("{name}\n{}{}", parts_table(&exported.manifest), format_remaining_files(exported, written));
+        text += &format!(
+            "{name}\n{}{}",
+            parts_table(&exported.manifest),
+            format_remaining_files(exported, written)
+        );
         text.push('\n');
     }
     text += &parts_table(&made.own.manifest);
@@ -234,8 +239,9 @@ impl<'a> ExportJob<'a> {
         let progress = Progress::new(self.global, doing);
         let project = self.target.project(set)?;
         let guide = |target: Target, design: &Design| {
-            let lines =
-                |names: &[&str], pins_in: Option<&str>| typed::calibration_commands(names, pins_in, target, set);
+            let lines = |names: &[&str], pins_in: Option<&str>| {
+                typed::calibration_commands(names, pins_in, target, set)
+            };
             let calibration = guides::describe_calibration(&project, target, &lines);
             packaging::make_guide(design, calibration.as_ref(), &|step| progress.show(step))
         };
@@ -393,7 +399,11 @@ fn format_remaining_files(exported: &Exported, written: &WrittenExport) -> Strin
         others.map(|UnlistedFile { name, .. }| name.as_str()).collect()
     };
     let hint = "; --clean removes them";
-    line("warning: of another version of the design or of the options", of(UnlistedReason::Stale), hint);
+    line(
+        "warning: of another version of the design or of the options",
+        of(UnlistedReason::Stale),
+        hint,
+    );
     line("warning: changed since an earlier export", of(UnlistedReason::Changed), "");
     line("not fabkit's", of(UnlistedReason::Foreign), "");
     line("removed", written.removed.iter().map(String::as_str).collect(), "");
@@ -406,7 +416,8 @@ fn parts_table(manifest: &Manifest) -> String {
         vec![["part", "n", "made", "triangles", "cm3", "files"].map(str::to_owned).to_vec()];
     for part in &manifest.parts {
         let files = manifest.files.iter().filter(|file| is_file_of_part(file, &part.name));
-        let sizes: Vec<String> = files.map(|f| format!("{} {}", f.format, format_size(f.bytes))).collect();
+        let sizes: Vec<String> =
+            files.map(|f| format!("{} {}", f.format, format_size(f.bytes))).collect();
         rows.push(vec![
             part.name.clone(),
             part.quantity.to_string(),
@@ -418,7 +429,8 @@ fn parts_table(manifest: &Manifest) -> String {
     }
     let mut text = table(&[Left, Right, Left, Right, Right, Left], &rows);
     // Files without a part of their own: plates, stock sheets and documents.
-    let is_layout = |file: &&FileEntry| !manifest.parts.iter().any(|part| is_file_of_part(file, &part.name));
+    let is_layout =
+        |file: &&FileEntry| !manifest.parts.iter().any(|part| is_file_of_part(file, &part.name));
     for file in manifest.files.iter().filter(is_layout) {
         // Landmarks and the artwork of boards contain no pieces.
         let pieces = match file.parts.len() {

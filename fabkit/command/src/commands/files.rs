@@ -28,10 +28,9 @@ impl Files {
 
     /// Lists the files, one line for each.
     pub(super) fn text(&self) -> String {
-        let lines = self
-            .0
-            .iter()
-            .map(|(path, bytes)| format!("{}: {}\n", path.display(), format_size(bytes.len() as u64)));
+        let lines = self.0.iter().map(|(path, bytes)| {
+            format!("{}: {}\n", path.display(), format_size(bytes.len() as u64))
+        });
         lines.collect()
     }
 

@@ -30,8 +30,8 @@ pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
     let calibration = guides::describe_calibration(&project, target, &lines);
     let progress = Progress::new(global, format!("drawing {}", args.design.sensor));
     let stages = guides::find_stages(&design).map_err(Failure::bug)?;
-    let mut guide =
-        guides::collect_facts(&design, &stages, calibration.as_ref(), args.units).map_err(Failure::bug)?;
+    let mut guide = guides::collect_facts(&design, &stages, calibration.as_ref(), args.units)
+        .map_err(Failure::bug)?;
     if let Some(slicer) = slicer {
         let show = |step: ProgressStep| progress.show(step);
         slicing::slice_parts(&design, &mut guide, &slicer, &interrupt::poll_interrupt, &show)?;

@@ -1,6 +1,7 @@
 //! The `fabkit` command: one file for each subcommand. A command returns the text for standard output; only this module
 //! prints.
 
+mod archive;
 mod bench;
 mod calibrate;
 mod capture;
@@ -18,23 +19,22 @@ mod gel_profile;
 mod guide;
 mod list;
 mod man;
-mod usage_error;
 mod new;
 mod optics_pack;
 mod outcome;
-mod archive;
 mod press;
 mod profile;
 mod profile_report;
 mod progress;
 mod reconstruct;
 mod render;
-mod verify_folder;
 mod schema;
 mod show;
 mod sweep;
 mod typed;
+mod usage_error;
 mod verify;
+mod verify_folder;
 mod view;
 
 use std::ffi::OsString;
@@ -46,7 +46,7 @@ use fabkit_application::memory;
 use serde_json::Value;
 
 use crate::cli::{Calibrate, Cli, Command, Global};
-use crate::failure::{self, ErrorKind, FailureCode, Failure};
+use crate::failure::{self, ErrorKind, Failure, FailureCode};
 use crate::interrupt;
 use outcome::Outcome;
 

@@ -20,13 +20,16 @@ const FOREIGN_SECTIONS: [&str; 1] = ["fixtures"];
 pub(super) fn run(args: &New) -> Result<Outcome, Failure> {
     let name = sensor_name(&args.name)?;
     let (start, what) = match (&args.family, &args.extends) {
-        (Some(family), _) => (TemplateBase::Family(family), format!("a sensor of the family {family}")),
+        (Some(family), _) => {
+            (TemplateBase::Family(family), format!("a sensor of the family {family}"))
+        }
         (None, sensor) => {
             let sensor = sensor.as_deref().unwrap_or_default();
             (TemplateBase::Extends(sensor), format!("extends {sensor}"))
         }
     };
-    let text = REGISTRY.template_text(&name, start, &FOREIGN_SECTIONS).ok_or_else(|| unknown(start))?;
+    let text =
+        REGISTRY.template_text(&name, start, &FOREIGN_SECTIONS).ok_or_else(|| unknown(start))?;
     let place = match &args.output {
         Some(place) => place.clone(),
         None => PathBuf::from(format!("{}.yaml", name.as_str())),
@@ -61,7 +64,9 @@ fn sensor_name(text: &str) -> Result<FileSafeName, Failure> {
 fn unknown(start: TemplateBase) -> Failure {
     let families = REGISTRY.families().iter().map(FamilyEntry::name);
     let (unknown, all) = match start {
-        TemplateBase::Family(word) => (UnknownName::new("family", word, families), "the families are"),
+        TemplateBase::Family(word) => {
+            (UnknownName::new("family", word, families), "the families are")
+        }
         TemplateBase::Extends(sensor) => {
             let unknown = UnknownName::new("built-in sensor", sensor, REGISTRY.builtin_names());
             (unknown, "the built-in sensors are")

@@ -4,9 +4,9 @@ use fabkit_application::Error;
 use fabkit_application::depth::RenderedImage;
 use fabkit_application::export::{NpyArray, npz, png};
 use fabkit_application::press_simulation::{
-    StrainTheory, MarkerDisplacement, PressResult, SkinPressResult, PressRequest, PressingError, SkinStep, SoftLayer, press_arrays,
-    curve_csv, curve_svg, press_document, farthest_marker, draw_displacement, skin_arrays, skin_csv, skin_document,
-    skin_svg,
+    MarkerDisplacement, PressRequest, PressResult, PressingError, SkinPressResult, SkinStep,
+    SoftLayer, StrainTheory, curve_csv, curve_svg, draw_displacement, farthest_marker,
+    press_arrays, press_document, skin_arrays, skin_csv, skin_document, skin_svg,
 };
 use fabkit_application::source::convert_press_error;
 use fabkit_application::source::{Source, Target};
@@ -137,7 +137,8 @@ fn marks_text(marks: &[MarkerDisplacement]) -> String {
 
 fn skin_text(pressed: &SkinPressResult) -> String {
     let stack = &pressed.stack;
-    let mut text = heading(&pressed.id, StrainTheory::Linear, &stack.layers, &stack.simplifications);
+    let mut text =
+        heading(&pressed.id, StrainTheory::Linear, &stack.layers, &stack.simplifications);
     text += "depth mm  force N  contact radius mm  pressed in mm  bulge mm  sags mm\n";
     for SkinStep { depth_mm, outcome } in &pressed.steps {
         text += &format!(

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use fabkit_application::edited_files::{check_replaceable, sign_text};
 use fabkit_application::designs::profile::{CouponGroup, GelCoupon, LinearFit, MeasuredProfile};
+use fabkit_application::edited_files::{check_replaceable, sign_text};
 use fabkit_application::reading::{self, ExpectedFile};
 use fabkit_application::source::MAX_YAML_BYTES;
 use fabkit_application::staging::write_each;
@@ -18,7 +18,10 @@ use crate::roles::FileRoles;
 use crate::table::{Align::Left, Align::Right, table};
 
 pub(super) fn run(args: &Profile) -> Result<Outcome, Failure> {
-    FileRoles::default().reads("COUPON.yaml", [&args.coupon]).writes("-o", [&args.output]).check()?;
+    FileRoles::default()
+        .reads("COUPON.yaml", [&args.coupon])
+        .writes("-o", [&args.output])
+        .check()?;
     let hint =
         "is it the right file? `fabkit export SENSOR/coupon` or `SENSOR/gel-coupon` writes it";
     let expected = ExpectedFile { what: "a coupon's file", max_bytes: MAX_YAML_BYTES, hint };
@@ -40,7 +43,11 @@ pub(super) fn run(args: &Profile) -> Result<Outcome, Failure> {
 }
 
 /// Evaluates a printed coupon. Returns the profile's file and the outcome.
-fn evaluate_coupon(args: &Profile, file: String, text: String) -> Result<(String, Outcome), Failure> {
+fn evaluate_coupon(
+    args: &Profile,
+    file: String,
+    text: String,
+) -> Result<(String, Outcome), Failure> {
     let name = printer(&args.output)?;
     let measured = MeasuredProfile::read(&file, &text, &name)
         .map_err(|invalid| Failure::invalid(invalid, file, text))?;

@@ -8,7 +8,8 @@ use fabkit_application::Error;
 use fabkit_application::geometry::Sensor;
 use fabkit_application::memory::{self, MemoryHint};
 use fabkit_application::reconstructing::{
-    DepthNetwork, TrackedMarkers, ImageReading, ImageReader, ReconstructError, DepthResult, CapturedImage,
+    CapturedImage, DepthNetwork, DepthResult, ImageReader, ImageReading, ReconstructError,
+    TrackedMarkers,
 };
 use fabkit_application::scene::SensorView;
 use serde_json::json;

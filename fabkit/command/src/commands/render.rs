@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use fabkit_application::camera_view::{self, DrawnRay};
+use fabkit_application::images::{self, ImageView, MAX_PIXELS};
 use fabkit_application::memory::{self, MemoryHint};
-use fabkit_application::images::{self, MAX_PIXELS, ImageView};
 use fabkit_application::progress::ProgressStep;
 use fabkit_application::reading::has_extension;
 use fabkit_application::scene::viewpoint_from_files;
-use fabkit_application::camera_view::{self, DrawnRay};
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 use fabkit_application::{Error, bodies};

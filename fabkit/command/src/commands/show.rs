@@ -16,7 +16,7 @@ use fabkit_application::{Explained, UnknownName, documents};
 use super::Outcome;
 use crate::cli;
 use crate::failure::{ErrorKind, Failure};
-use crate::table::{Align::Left, Align::Right, wrapped_table, wrap_text};
+use crate::table::{Align::Left, Align::Right, wrap_text, wrapped_table};
 
 pub(super) fn run(args: &cli::Show, global: &cli::Global) -> Result<Outcome, Failure> {
     let cli::Design { sensor, set, preset, fix: _ } = &args.design;
@@ -102,7 +102,11 @@ fn reasons(design: &Design) -> String {
             rows.push(row([path, &reason]));
         }
     }
-    if rows.len() > 1 { format!("\n{}", wrapped_table(&[Left, Left], &rows)) } else { String::new() }
+    if rows.len() > 1 {
+        format!("\n{}", wrapped_table(&[Left, Left], &rows))
+    } else {
+        String::new()
+    }
 }
 
 /// Lists the notes of the parts. A note shared by many parts, such as a hundred semi-domes, is printed once.

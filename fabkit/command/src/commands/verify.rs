@@ -23,7 +23,10 @@ pub(super) fn run(args: &Verify, global: &Global) -> Result<Outcome, Failure> {
     }
     let target = Target::new(&args.sensor);
     let part = target.part;
-    FileRoles::default().reads("SENSOR", target.files()).writes("--report", &args.report).check()?;
+    FileRoles::default()
+        .reads("SENSOR", target.files())
+        .writes("--report", &args.report)
+        .check()?;
     let design = target.design(&args.set)?;
     let verifier = Verifier::find()?;
     let options = VerifyOptions {
@@ -71,7 +74,9 @@ fn text(name: &str, answer: &Value) -> String {
     let mut rows =
         vec![["part"].into_iter().chain(kernels.iter().copied()).map(str::to_owned).collect()];
     for (part, cells) in &by_part {
-        let cell = |kernel: &&str| cells.get(kernel).map_or(String::new(), |result| format_comparison(result));
+        let cell = |kernel: &&str| {
+            cells.get(kernel).map_or(String::new(), |result| format_comparison(result))
+        };
         rows.push(std::iter::once((*part).to_owned()).chain(kernels.iter().map(cell)).collect());
     }
     let mut text = table(&vec![Left; kernels.len() + 1], &rows);

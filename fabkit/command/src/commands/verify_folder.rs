@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use fabkit_application::verify_folder::{self, FileDifference, VerifiedFolder, DifferenceKind};
+use fabkit_application::verify_folder::{self, DifferenceKind, FileDifference, VerifiedFolder};
 use serde_json::{Value, json};
 
 use super::Outcome;
 use crate::cli::Verify;
 use crate::failure::{ErrorKind, Failure};
-use crate::table::{group_digits, format_size};
+use crate::table::{format_size, group_digits};
 
 pub(super) fn run(args: &Verify, folder: &Path) -> Result<Outcome, Failure> {
     let for_sensors = [
@@ -69,7 +69,9 @@ fn text_of(reread: &VerifiedFolder) -> String {
     if let Some(note) = reread.note {
         text += &format!("warning: {note}\n");
     }
-    let count = |wanted: DifferenceKind| reread.findings.iter().filter(|found| found.what == wanted).count();
+    let count = |wanted: DifferenceKind| {
+        reread.findings.iter().filter(|found| found.what == wanted).count()
+    };
     let wrong = [
         (DifferenceKind::Damaged, count(DifferenceKind::Damaged)),
         (DifferenceKind::Missing, count(DifferenceKind::Missing)),

@@ -6,7 +6,7 @@ use fabkit_application::capturing::{LightConstants, Unit, select_lighting as lit
 use fabkit_application::fixtures::Project;
 use fabkit_application::geometry::Lighting;
 use fabkit_application::ground_truth::{SurfaceCoverage, Viewpoint};
-use fabkit_application::scene::{SensorView, viewpoint_from_files, join_causes};
+use fabkit_application::scene::{SensorView, join_causes, viewpoint_from_files};
 use fabkit_application::source::{Source, Target};
 
 use super::{ErrorKind, Failure};

@@ -159,7 +159,11 @@ impl ResumableFolder {
             let differences = find_differences(found, &plan);
             if !differences.is_empty() {
                 let what = kind.what;
-                return Err(ResumableFolderError::OtherPlan { what, folder: folder.into(), differences });
+                return Err(ResumableFolderError::OtherPlan {
+                    what,
+                    folder: folder.into(),
+                    differences,
+                });
             }
         }
         let mut noted = read_journal(&folder.join(kind.partial(JOURNAL)))?;
@@ -260,8 +264,10 @@ impl ResumableFolder {
     /// [`FolderError::Damaged`] if it is missing or its content has changed.
     pub fn read(&self, name: &str) -> Result<Vec<u8>, ResumableFolderError> {
         let piece = self.state().done.get(name).copied();
-        let missing =
-            || ResumableFolderError::Damaged { path: self.path().join(name), what: "it is missing".into() };
+        let missing = || ResumableFolderError::Damaged {
+            path: self.path().join(name),
+            what: "it is missing".into(),
+        };
         piece.ok_or_else(missing)?.read(self.path(), name)
     }
 
@@ -273,7 +279,8 @@ impl ResumableFolder {
         if self.document.is_none() {
             let state = self.state();
             // Pieces that an earlier run of the same plan left, and that this run did not request, are not listed.
-            let is_ours = |name: &String| state.requested.contains(name) && !self.kind.is_partial(name);
+            let is_ours =
+                |name: &String| state.requested.contains(name) && !self.kind.is_partial(name);
             let files = state.done.iter().filter(|(name, _)| is_ours(name));
             let files = files.map(|(name, piece)| (name.clone(), *piece)).collect();
             let document = self.kind.whole(&self.plan, results, &files);
@@ -291,7 +298,10 @@ impl ResumableFolder {
     /// Writes a file within the folder. Names that leave the folder and links on the way are refused.
     fn write_within(&self, name: &str, bytes: &[u8]) -> Result<(), ResumableFolderError> {
         if !piece::is_safe_name(name) {
-            return Err(ResumableFolderError::Outside { name: name.into(), folder: self.path().into() });
+            return Err(ResumableFolderError::Outside {
+                name: name.into(),
+                folder: self.path().into(),
+            });
         }
         if let Some(path) = piece::find_link_on_path(self.path(), name)? {
             return Err(ResumableFolderError::Link { path });

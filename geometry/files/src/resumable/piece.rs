@@ -120,7 +120,8 @@ impl Piece {
     /// [`FolderError::Damaged`] and [`FolderError::Io`].
     pub fn read(&self, folder: &Path, name: &str) -> Result<Vec<u8>, ResumableFolderError> {
         let path = folder.join(name);
-        let damaged = |what: &str| ResumableFolderError::Damaged { path: path.clone(), what: what.into() };
+        let damaged =
+            |what: &str| ResumableFolderError::Damaged { path: path.clone(), what: what.into() };
         match read_regular(&path, self.bytes) {
             Ok(Some(bytes)) if Self::from_bytes(&bytes) == *self => Ok(bytes),
             Ok(Some(bytes)) if bytes.len() as u64 == self.bytes => {
@@ -168,7 +169,10 @@ pub fn is_safe_name(name: &str) -> bool {
 }
 
 /// Returns the first folder on the way to a file that is a symbolic link.
-pub(super) fn find_link_on_path(folder: &Path, name: &str) -> Result<Option<PathBuf>, ResumableFolderError> {
+pub(super) fn find_link_on_path(
+    folder: &Path,
+    name: &str,
+) -> Result<Option<PathBuf>, ResumableFolderError> {
     let mut path = folder.to_path_buf();
     let mut parts: Vec<&str> = name.split('/').collect();
     parts.pop();

@@ -62,7 +62,8 @@ pub fn unseal(bytes: &[u8]) -> Result<Value, SealError> {
         return serde_json::from_slice(&text).map_err(|_| SealError::Missing);
     }
     // Either end of a seal shows that there was one, which is now damaged.
-    let is_sealed = seal.starts_with(HASH_PREFIX.as_bytes()) || seal.ends_with(HASH_SUFFIX.as_bytes());
+    let is_sealed =
+        seal.starts_with(HASH_PREFIX.as_bytes()) || seal.ends_with(HASH_SUFFIX.as_bytes());
     Err(if is_sealed { SealError::Mismatch } else { SealError::Missing })
 }
 

@@ -60,7 +60,10 @@ fn one_writer_at_a_time_and_one_plan() {
     assert!(other.contains("another thing") && other.contains("seed: 1 there, 2"), "{other}");
     let newer = FolderKind { version: 3, ..KIND };
     let error = ResumableFolder::open(newer, root.path(), plan(1), true).unwrap_err();
-    assert!(matches!(error, ResumableFolderError::OtherVersion { found: 2, known: 3, .. }), "{error}");
+    assert!(
+        matches!(error, ResumableFolderError::OtherVersion { found: 2, known: 3, .. }),
+        "{error}"
+    );
 }
 
 /// Pieces that are no longer what was written count as missing.

@@ -159,14 +159,22 @@ fn restore_files(folder: &Path, records: &[Record]) -> Result<(), RestoreFailure
             (Ok(FoundContent::Other), _) | (Ok(FoundContent::Nothing), None) => Ok(()),
             (Ok(FoundContent::New), None) => fs::remove_file(&place),
             // The old file has the same content, so nothing needs to be put back.
-            (Ok(FoundContent::New), Some(kept)) if matches!(inspect(kept, record), Ok(FoundContent::New)) => Ok(()),
+            (Ok(FoundContent::New), Some(kept))
+                if matches!(inspect(kept, record), Ok(FoundContent::New)) =>
+            {
+                Ok(())
+            }
             (Ok(_), Some(kept)) => match fs::rename(kept, &place) {
                 Err(error) if is_missing(&error) => Ok(()),
                 other => other,
             },
         };
         if let (Err(source), true) = (result, first.is_ok()) {
-            first = Err(RestoreFailure { backup: kept.unwrap_or_else(|| place.clone()), place, source });
+            first = Err(RestoreFailure {
+                backup: kept.unwrap_or_else(|| place.clone()),
+                place,
+                source,
+            });
         }
     }
     first

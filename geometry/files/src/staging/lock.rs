@@ -159,7 +159,8 @@ impl FolderLock {
         let unreadable = |e| failed("read the folder", &self.folder, e);
         for entry in fs::read_dir(&self.folder).map_err(unreadable)? {
             let name = entry.map_err(unreadable)?.file_name();
-            let is_ours = name.to_str().is_some_and(|n| n.starts_with(HIDDEN_PREFIX) && n != LOCK_FILE);
+            let is_ours =
+                name.to_str().is_some_and(|n| n.starts_with(HIDDEN_PREFIX) && n != LOCK_FILE);
             if is_ours {
                 let path = self.folder.join(name);
                 fs::remove_file(&path).map_err(|e| failed("remove", &path, e))?;

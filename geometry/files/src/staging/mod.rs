@@ -102,7 +102,9 @@ impl Explained for StagingError {
             Self::Io { source, .. } => io_hint(source)?,
             Self::Occupied { .. } => "move it away, or choose another place",
             Self::Locked { .. } => "wait until it has finished, or choose another place",
-            Self::NotRestored { .. } => "nothing is lost: the next run that writes there puts it back",
+            Self::NotRestored { .. } => {
+                "nothing is lost: the next run that writes there puts it back"
+            }
             Self::Cancelled => return None,
         };
         Some(hint.into())

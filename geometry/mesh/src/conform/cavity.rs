@@ -3,9 +3,9 @@
 use fabkit_geometry::{Point3, Pose};
 
 use super::EVERYWHERE;
-use super::revolved_tool::RevolvedTool;
-use super::base_mesh::{NONE, BaseMesh};
+use super::base_mesh::{BaseMesh, NONE};
 use super::intersection_curves::Curve;
+use super::revolved_tool::RevolvedTool;
 
 /// Base triangles that touch a curve or the area enclosed by it.
 pub(super) struct Cavity {

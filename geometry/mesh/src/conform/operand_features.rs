@@ -7,8 +7,8 @@
 use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
 
 use super::cavity::Candidate;
-use super::nearby::CandidateGrid;
 use super::intersection_curves::Curve;
+use super::nearby::CandidateGrid;
 use super::{Base, Feature};
 use crate::facets::Facets;
 

@@ -2,12 +2,12 @@
 
 use fabkit_geometry::{Point3, Vector3};
 
-use super::curvature::compute_curvatures;
-use super::cavity::{Candidate, Cavity};
-use super::fill::Fill;
-use super::measure::DeviationCheck;
 use super::base_mesh::BaseMesh;
+use super::cavity::{Candidate, Cavity};
+use super::curvature::compute_curvatures;
+use super::fill::Fill;
 use super::intersection_curves::Curve;
+use super::measure::DeviationCheck;
 use super::{Base, Feature};
 
 /// Smallest sine of the angle between a tool's axis and a surface; surfaces met at a flatter angle are left to the

@@ -7,7 +7,7 @@ use fabkit_geometry_testing::{cases, directions, poses, primitives};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
-use crate::evaluate::{evaluate_without_fusion, evaluate_with_deferred_features};
+use crate::evaluate::{evaluate_with_deferred_features, evaluate_without_fusion};
 use crate::facets::Facets;
 use crate::oracle;
 use crate::{DEFAULT_TOLERANCE_MM, MeshError, TriMesh, to_mesh};
@@ -89,7 +89,8 @@ fn stray_mm(solid: &Solid, mesh: &TriMesh) -> f64 {
 }
 
 fn by(solid: &Solid, conforming: bool) -> Result<TriMesh, MeshError> {
-    evaluate_without_fusion(solid, TOLERANCE_MM, conforming).map(|facets: Facets| to_mesh(solid, facets))
+    evaluate_without_fusion(solid, TOLERANCE_MM, conforming)
+        .map(|facets: Facets| to_mesh(solid, facets))
 }
 
 /// Compares both methods. Returns whether the meshes differ at all, that is, whether any feature conformed.

@@ -1,7 +1,7 @@
 //! Part of the tool's own surface that becomes part of the body.
 
-use super::revolved_tool::RevolvedTool;
 use super::intersection_curves::Curve;
+use super::revolved_tool::RevolvedTool;
 use crate::tessellate::{RingPoints, StripTriangle, stitch};
 
 /// Corner of a wall's triangle.
@@ -57,8 +57,12 @@ fn stretch(
         let (lower, upper) = (ring(starts_here, 0), ring(ends_here, 1));
         stitch(lower.spread(), upper.spread(), |strip| {
             let corners = match strip {
-                StripTriangle::Lower { a, b } => [lower.corner(a), lower.corner(a + 1), upper.corner(b)],
-                StripTriangle::Upper { a, b } => [lower.corner(a), upper.corner(b + 1), upper.corner(b)],
+                StripTriangle::Lower { a, b } => {
+                    [lower.corner(a), lower.corner(a + 1), upper.corner(b)]
+                }
+                StripTriangle::Upper { a, b } => {
+                    [lower.corner(a), upper.corner(b + 1), upper.corner(b)]
+                }
             };
             emit(corners, stroke.face);
         });

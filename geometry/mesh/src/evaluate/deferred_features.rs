@@ -12,7 +12,7 @@ use fabkit_geometry::{Aabb, CompiledSolid as ExactBody, Pose, Solid};
 use super::features::{LARGEST_SHARE, diagonal_mm};
 use super::{Evaluator, Subtree};
 use crate::MeshError;
-use crate::conform::{Base, Effect, Feature, RevolvedTool, FeatureTree, conform};
+use crate::conform::{Base, Effect, Feature, FeatureTree, RevolvedTool, conform};
 use crate::extent::extent;
 use crate::facets::Facets;
 use crate::tessellate::face_count;
@@ -22,7 +22,10 @@ const MIN_FEATURES: usize = 8;
 
 impl Evaluator {
     /// Returns the mesh; `None` if there are too few features, or some that cannot be inserted.
-    pub(super) fn evaluate_with_deferred_features(&mut self, root: &Subtree) -> Result<Option<Facets>, MeshError> {
+    pub(super) fn evaluate_with_deferred_features(
+        &mut self,
+        root: &Subtree,
+    ) -> Result<Option<Facets>, MeshError> {
         let mut lift = Lift { evaluator: self, features: Vec::new(), faces: Vec::new(), leaves: 0 };
         let mut next_face = root.first_face;
         let bare = lift.strip_features(root.core, root.pose, true, &mut next_face)?;

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use fabkit_geometry::{CompiledSolid as ExactBody, Solid};
 
-use super::{Evaluator, Subtree, Shape};
+use super::{Evaluator, Shape, Subtree};
 use crate::MeshError;
 use crate::conform::{Base, Effect, Feature, RevolvedTool, conform};
 use crate::shape_key::shape_key;
@@ -28,7 +28,8 @@ impl Evaluator {
     ) -> Result<Split<'a>, MeshError> {
         let mut split = Split { features: Vec::new(), others: Vec::new() };
         for item in items {
-            let small = |pin: &Rc<RevolvedTool>| pin.diagonal_mm() <= LARGEST_SHARE * base_diagonal_mm;
+            let small =
+                |pin: &Rc<RevolvedTool>| pin.diagonal_mm() <= LARGEST_SHARE * base_diagonal_mm;
             match self.pin(&item)?.filter(small) {
                 Some(pin) if self.conforming => split.features.push((item, pin)),
                 _ => split.others.push(item),

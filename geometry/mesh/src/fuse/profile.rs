@@ -247,7 +247,12 @@ impl OutlineSegment {
         Ok([-1.0, 1.0].map(|sign| at((-b + sign * root2.sqrt()) / a)).to_vec())
     }
 
-    fn bend_with(&self, other: &Self, a: &EllipseArc, b: &EllipseArc) -> Result<Vec<[f64; 2]>, Undecidable> {
+    fn bend_with(
+        &self,
+        other: &Self,
+        a: &EllipseArc,
+        b: &EllipseArc,
+    ) -> Result<Vec<[f64; 2]>, Undecidable> {
         let way = minus(b.centre, a.centre);
         let apart_mm = way[0].hypot(way[1]);
         let wider = [0, 1].map(|i| a.axes[i] - b.axes[i]);
@@ -308,7 +313,10 @@ impl Outline {
                 let [low, high] = [[0.0, -s.radius_mm], [0.0, s.radius_mm]];
                 let axes = [s.radius_mm; 2];
                 let bend = EllipseArc { centre: [0.0; 2], axes, ccw: true, round: true };
-                vec![OutlineSegment { bend: Some(bend), ..OutlineSegment::line(low, high, face(0)) }]
+                vec![OutlineSegment {
+                    bend: Some(bend),
+                    ..OutlineSegment::line(low, high, face(0))
+                }]
             }
             Solid::Revolution(s) if s.profile.holes.is_empty() => {
                 let path = &s.profile.outer;
@@ -428,7 +436,11 @@ fn in_order(mut pieces: Vec<OutlineSegment>) -> Option<Vec<OutlineSegment>> {
 }
 
 /// Returns the outline of a cylinder or cone. The side is face 0, the bottom 1 and the top 2.
-fn frustum([bottom, top]: [f64; 2], height_mm: f64, face: impl Fn(usize) -> u32) -> Vec<OutlineSegment> {
+fn frustum(
+    [bottom, top]: [f64; 2],
+    height_mm: f64,
+    face: impl Fn(usize) -> u32,
+) -> Vec<OutlineSegment> {
     let corners = [[0.0, 0.0], [bottom, 0.0], [top, height_mm], [0.0, height_mm]];
     let sides = corners.windows(2).zip([1, 0, 2]);
     sides.map(|(ends, i)| OutlineSegment::line(ends[0], ends[1], face(i))).collect()

@@ -20,7 +20,9 @@ pub(super) fn check_validity(print: &PrintMesh, original: &TriMesh) -> Result<()
     if let Some(pair) = places.windows(2).find(|w| w[0] >> 32 == w[1] >> 32) {
         return defect("two vertices fall together", at(pair[0] as u32));
     }
-    if let Some(&[a, ..]) = print.triangles.iter().find(|t| doubled_area_normal(t.map(at)) == [0.0; 3]) {
+    if let Some(&[a, ..]) =
+        print.triangles.iter().find(|t| doubled_area_normal(t.map(at)) == [0.0; 3])
+    {
         return defect("a triangle has no area", at(a));
     }
     if let Some(vertex) = open_fan(vertices.len(), &print.triangles) {

@@ -184,8 +184,12 @@ impl Placed {
 fn connect(out: &mut Facets, lower: Placed, upper: Placed, face: u32, flip: bool) {
     stitch(lower.ring.spread, upper.ring.spread, |strip| {
         let [p, q, r] = match strip {
-            StripTriangle::Lower { a, b } => [lower.vertex(a), lower.vertex(a + 1), upper.vertex(b)],
-            StripTriangle::Upper { a, b } => [lower.vertex(a), upper.vertex(b + 1), upper.vertex(b)],
+            StripTriangle::Lower { a, b } => {
+                [lower.vertex(a), lower.vertex(a + 1), upper.vertex(b)]
+            }
+            StripTriangle::Upper { a, b } => {
+                [lower.vertex(a), upper.vertex(b + 1), upper.vertex(b)]
+            }
         };
         out.triangle(if flip { [p, r, q] } else { [p, q, r] }, face);
     });

@@ -68,7 +68,8 @@ pub(super) fn find_rings(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Optio
             let Some(limit) = search.longest_chord(strips, weights, longest) else { continue };
             let mut shorter = 0;
             while shorter < CHORDS {
-                let rings = search.candidate(strips, weights, limit * CHORD_STEP_RATIO.powi(shorter));
+                let rings =
+                    search.candidate(strips, weights, limit * CHORD_STEP_RATIO.powi(shorter));
                 let cost = triangles(&ends, &rings);
                 let enough =
                     |(least, _): &(usize, _)| cost as f64 > WORTH_MEASURING * *least as f64;

@@ -57,7 +57,11 @@ pub(crate) fn stitch(lower: RingPoints, upper: RingPoints, mut emit: impl FnMut(
 /// Emits the triangles of the first repeating sector between two rings.
 ///
 /// No triangle is wider than one step of the coarser ring.
-pub(super) fn stitch_sector(lower: RingPoints, upper: RingPoints, mut emit: impl FnMut(StripTriangle)) {
+pub(super) fn stitch_sector(
+    lower: RingPoints,
+    upper: RingPoints,
+    mut emit: impl FnMut(StripTriangle),
+) {
     let repeats = repeats(lower, upper);
     let (steps_a, steps_b) = (steps(lower) / repeats, steps(upper) / repeats);
     // Azimuths over the common denominator, as integers: ties are ties on every machine.

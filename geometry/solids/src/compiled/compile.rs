@@ -72,7 +72,8 @@ impl Compiler {
         }
         let bounds = |&node: &u32| self.bounds[node as usize];
         let hull = members.iter().map(bounds).fold(Aabb::nothing(), |all, b| all.hull(&b));
-        let items = members.iter().map(|node| (*node, enlarge_for_rounding(&bounds(node)))).collect();
+        let items =
+            members.iter().map(|node| (*node, enlarge_for_rounding(&bounds(node)))).collect();
         self.push(Node::Union(BoxTree::new(items)), hull)
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::region::Region;
-use super::shape::{Candidate, LocalRay, Shape, CastBuffers};
+use super::shape::{Candidate, CastBuffers, LocalRay, Shape};
 use crate::{Extrusion, roots::quadratic};
 
 const BOTTOM: u32 = 0;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::shape::{Chord, LocalRay, Shape, Wall, CastBuffers};
+use super::shape::{CastBuffers, Chord, LocalRay, Shape, Wall};
 use crate::{Cuboid, HalfSpace};
 
 impl Cuboid {

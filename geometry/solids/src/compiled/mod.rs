@@ -4,7 +4,6 @@ mod boxes;
 mod compile;
 mod extrusion;
 mod flat;
-mod subdivision;
 mod offset;
 mod region;
 mod revolution;
@@ -12,17 +11,18 @@ mod ring;
 mod round;
 mod shape;
 mod span;
+mod subdivision;
 
 use nalgebra::{Point3, Vector3};
 
 pub(crate) use self::boxes::Line;
 use self::boxes::enlarge_for_rounding;
 use self::compile::{CompiledLeaf, Compiler, Node};
-pub(crate) use self::subdivision::{subdivide_for_obstacles, subdivide_for_overlap};
 pub(crate) use self::region::{Edge, Region, path_length, signed_area};
-use self::shape::{LocalRay, CastBuffers};
+use self::shape::{CastBuffers, LocalRay};
 use self::span::SLIVER_MM;
 pub(crate) use self::span::{Hit, Span};
+pub(crate) use self::subdivision::{subdivide_for_obstacles, subdivide_for_overlap};
 use crate::{Aabb, InvalidSolid, Pose, Solid};
 
 /// Infinite line with a direction. The parameter `t` is measured in lengths of `direction` and may be negative.
@@ -150,7 +150,9 @@ impl CompiledSolid {
             Node::Union(children) => {
                 children.find(|b| b.contains(point), |child| self.node_contains(child, point))
             }
-            Node::Intersection(children) => children.iter().all(|&child| self.node_contains(child, point)),
+            Node::Intersection(children) => {
+                children.iter().all(|&child| self.node_contains(child, point))
+            }
             Node::Difference { of, tools } => {
                 self.node_contains(*of, point) && !self.node_contains(*tools, point)
             }

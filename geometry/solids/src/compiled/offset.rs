@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::ring::{meridian, rotate_to_azimuth};
-use super::shape::{Chord, LocalRay, Shape, CastBuffers};
+use super::shape::{CastBuffers, Chord, LocalRay, Shape};
 use crate::{Ellipsoid, EllipsoidOffset};
 
 /// First quadrant of an ellipse around the origin, in units of its short half axis and with the long one first.
@@ -134,7 +134,12 @@ impl EllipsoidOffset {
     /// line misses.
     ///
     /// `outer_mm` are parameters before each crossing, and `guess_mm` parameters near it.
-    fn find_chord_ends(&self, ray: &LocalRay, outer_mm: [f64; 2], guess_mm: [f64; 2]) -> Option<[f64; 2]> {
+    fn find_chord_ends(
+        &self,
+        ray: &LocalRay,
+        outer_mm: [f64; 2],
+        guess_mm: [f64; 2],
+    ) -> Option<[f64; 2]> {
         let ellipse = Quadrant::new(self.half_axes());
         let offset = self.offset_mm / ellipse.short_mm;
         let mut ends = [0, 1].map(|end| {

@@ -3,8 +3,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::region::{Edge, Region};
-use super::ring::{meridian, refine_root, swept_ellipse, rotate_to_azimuth};
-use super::shape::{Candidate, LocalRay, Shape, CastBuffers};
+use super::ring::{meridian, refine_root, rotate_to_azimuth, swept_ellipse};
+use super::shape::{Candidate, CastBuffers, LocalRay, Shape};
 use crate::{Revolution, roots::quadratic};
 
 /// [`Revolution`] prepared for queries.

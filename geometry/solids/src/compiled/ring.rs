@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::region::Ellipse;
-use super::shape::{Candidate, LocalRay, Shape, CastBuffers};
+use super::shape::{Candidate, CastBuffers, LocalRay, Shape};
 use crate::{
     Torus,
     roots::{Roots, polynomial, quadratic},

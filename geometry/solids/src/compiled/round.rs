@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::shape::{Chord, LocalRay, Shape, Wall, CastBuffers};
+use super::shape::{CastBuffers, Chord, LocalRay, Shape, Wall};
 use crate::{Cone, Cylinder, Ellipsoid, Sphere, roots::quadratic};
 
 const SIDE: u32 = 0;
@@ -43,7 +43,8 @@ impl Ellipsoid {
     /// Returns the stretch of a line inside.
     pub(crate) fn chord(&self, ray: &LocalRay) -> Option<Chord> {
         // In coordinates scaled by the semi-axes it is a unit sphere.
-        let (origin, direction) = (self.to_unit_sphere(&ray.origin), self.to_unit_sphere(&ray.direction));
+        let (origin, direction) =
+            (self.to_unit_sphere(&ray.origin), self.to_unit_sphere(&ray.direction));
         let a = direction.norm_squared();
         let b = origin.dot(&direction) / a;
         let foot = origin - b * direction;

@@ -1,6 +1,6 @@
 //! Proofs must never exclude an overlap that lines or points would find.
 
-use fabkit_geometry::proofs::{find_overlap_boxes, find_obstacle_boxes};
+use fabkit_geometry::proofs::{find_obstacle_boxes, find_overlap_boxes};
 use fabkit_geometry::{Aabb, CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
 use fabkit_geometry_testing::{cases, poses, primitives, trees};
 use proptest::prelude::*;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use fabkit_geometry::measure::{VolumeEstimate, MeasureError, overlap_volume, ray_volume};
+use fabkit_geometry::measure::{MeasureError, VolumeEstimate, overlap_volume, ray_volume};
 use fabkit_geometry::{Angle, CompiledSolid, Path, Point3, Pose, Profile, Solid, Vector3};
 use fabkit_geometry_testing::{cases, dimpled_mold, perforated_dome, poses, trees};
 use proptest::prelude::*;

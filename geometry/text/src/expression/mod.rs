@@ -15,7 +15,7 @@ pub(crate) use resolve::resolve;
 
 use std::collections::BTreeSet;
 
-use crate::{TextLayer, printable};
+use crate::{TextLayer, to_printable};
 use quantity::{Dimension, Function, Quantity};
 
 /// Maximum length of an expression, characters.
@@ -123,7 +123,9 @@ impl Term {
                 left.collect_names(is_plain, names);
                 right.collect_names(is_plain, names);
             }
-            TermKind::Call(_, values) => values.iter().for_each(|value| value.collect_names(is_plain, names)),
+            TermKind::Call(_, values) => {
+                values.iter().for_each(|value| value.collect_names(is_plain, names))
+            }
             // Only the argument that is used counts as an input.
             TermKind::Given(of, otherwise) => {
                 let used = if is_plain(&of.text) { of } else { otherwise };
@@ -249,8 +251,11 @@ impl Term {
             check_same_unit("compared", (one, *first), (term, *dimension))?;
         }
         function.result_dimension(*first).map_err(|takes| {
-            let says =
-                format!("has `{}`, but `{}` is {first}", to_printable(&self.text), to_printable(&one.text));
+            let says = format!(
+                "has `{}`, but `{}` is {first}",
+                to_printable(&self.text),
+                to_printable(&one.text)
+            );
             let wrong = ExpressionError::new(says, format!("that function takes {takes}"));
             Failure::Error(wrong.code("wrong_unit"))
         })

@@ -3,8 +3,8 @@
 use fabkit_geometry::{Angle, Length};
 
 use super::quantity::{Dimension, Function, Quantity};
-use super::{MAX_CHARACTERS, MAX_DEPTH, Operation, Term, TermKind, ExpressionError};
-use crate::{Scalar, did_you_mean, printable, find_similar};
+use super::{ExpressionError, MAX_CHARACTERS, MAX_DEPTH, Operation, Term, TermKind};
+use crate::{Scalar, did_you_mean, find_similar, to_printable};
 
 /// Hint that lists the parts of an expression.
 const SYNTAX_HINT: &str = "an expression has names such as `section.name`, numbers with units, + - * / ( ), \
@@ -79,8 +79,10 @@ impl<'a> Parser<'a> {
                 self.error(format!("has a `{next}` here"), "write decimals with a point: `0.5 mm`")
             }
             c if c.is_alphanumeric() => {
-                let word: String = self.rest().chars().take_while(|c| is_name_character(*c)).collect();
-                let says = format!("goes on with `{}` where it should be at its end", to_printable(&word));
+                let word: String =
+                    self.rest().chars().take_while(|c| is_name_character(*c)).collect();
+                let says =
+                    format!("goes on with `{}` where it should be at its end", to_printable(&word));
                 self.error(says, "write + - * or / between two values")
             }
             c => self.error(format!("has a `{}` here", to_printable(&c.to_string())), SYNTAX_HINT),
@@ -94,12 +96,18 @@ impl<'a> Parser<'a> {
 
     /// Parses a sum of products.
     fn parse_sum(&mut self) -> Result<Term, ExpressionError> {
-        self.parse_operators(&[('+', Operation::Add), ('-', Operation::Subtract)], Self::parse_product)
+        self.parse_operators(
+            &[('+', Operation::Add), ('-', Operation::Subtract)],
+            Self::parse_product,
+        )
     }
 
     /// Parses a product of operands.
     fn parse_product(&mut self) -> Result<Term, ExpressionError> {
-        self.parse_operators(&[('*', Operation::Multiply), ('/', Operation::Divide)], Self::parse_operand)
+        self.parse_operators(
+            &[('*', Operation::Multiply), ('/', Operation::Divide)],
+            Self::parse_operand,
+        )
     }
 
     /// Parses operators of one precedence, from left to right, such as `a + b - c`.
@@ -122,7 +130,10 @@ impl<'a> Parser<'a> {
     }
 
     /// Runs `inner` one level deeper, unless [`MAX_DEPTH`] is reached.
-    fn deeper<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T, ExpressionError>) -> Result<T, ExpressionError> {
+    fn deeper<T>(
+        &mut self,
+        inner: impl FnOnce(&mut Self) -> Result<T, ExpressionError>,
+    ) -> Result<T, ExpressionError> {
         if self.depth >= MAX_DEPTH {
             let says = format!("is nested more than {MAX_DEPTH} deep");
             let wrong = self.error(says, "divide it among several parameters");
@@ -193,7 +204,10 @@ impl<'a> Parser<'a> {
         if !is_unit {
             self.at = start + end;
             let value = <f64 as Scalar>::parse(&number.replace('_', "")).map_err(|e| {
-                ExpressionError::new(format!("has `{}`, which {}", to_printable(number), e.says), SYNTAX_HINT)
+                ExpressionError::new(
+                    format!("has `{}`, which {}", to_printable(number), e.says),
+                    SYNTAX_HINT,
+                )
             })?;
             let what = TermKind::Quantity(Quantity { value, dimension: Dimension::NUMBER });
             return Ok(self.term(start, what));
@@ -212,9 +226,14 @@ impl<'a> Parser<'a> {
                 Quantity { value: deg, dimension: Dimension::ANGLE }
             }
             (Err(_), Err(_)) => {
-                let says =
-                    format!("has `{}`, which is no finite number with a unit", to_printable(&written));
-                return Err(ExpressionError::new(says, "the units are um, mm, cm, m, in, deg and rad"));
+                let says = format!(
+                    "has `{}`, which is no finite number with a unit",
+                    to_printable(&written)
+                );
+                return Err(ExpressionError::new(
+                    says,
+                    "the units are um, mm, cm, m, in, deg and rad",
+                ));
             }
         };
         Ok(self.term(start, TermKind::Quantity(quantity)))
@@ -242,7 +261,8 @@ impl<'a> Parser<'a> {
             return Err(ExpressionError::new(format!("gives {count} values to `{GIVEN}`"), HOW));
         };
         let TermKind::Name(name) = &of.kind else {
-            let says = format!("asks with `{GIVEN}` for `{}`, which is no name", to_printable(&of.text));
+            let says =
+                format!("asks with `{GIVEN}` for `{}`, which is no name", to_printable(&of.text));
             return Err(ExpressionError::new(says, HOW));
         };
         // Text without brackets around the name, because the name is looked up by it.

@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::quantity::{Dimension, Quantity};
-use super::{Failure, Formula, NameLookup, Term, ExpressionError, parse, expression_text};
+use super::{ExpressionError, Failure, Formula, NameLookup, Term, expression_text, parse};
 use crate::parameter_table::ParameterTable;
 use crate::place::{LocatedProblem, TextPlace, WrittenText};
-use crate::{ValueKind, Scalar, FieldShape, TextLayer, UNKNOWN_PARAMETER, printable};
+use crate::{FieldShape, Scalar, TextLayer, UNKNOWN_PARAMETER, ValueKind, to_printable};
 
 /// Maximum distance of a count from a whole number.
 const TOLERANCE: f64 = 1e-9;
@@ -179,7 +179,8 @@ impl Resolver<'_> {
 
     /// Returns kind and dimension of a name in an expression; fails unless it is a single number.
     fn kind_and_dimension(&self, name: &str) -> Result<(ValueKind, Dimension), Failure> {
-        let wrong = |says: String, hint: String| Err(Failure::Error(ExpressionError::new(says, hint)));
+        let wrong =
+            |says: String, hint: String| Err(Failure::Error(ExpressionError::new(says, hint)));
         let kind = match self.document.field(name).map(|field| &field.shape) {
             Some(FieldShape::Value { kind, is_list: false, .. }) => *kind,
             Some(FieldShape::Value { .. }) => {
@@ -313,7 +314,12 @@ fn check_value(value: Quantity, kind: ValueKind) -> Result<Quantity, ExpressionE
 }
 
 /// Creates the problem of an expression.
-fn problem(path: &str, text: &str, place: &TextPlace, ExpressionError { says, hint, code }: ExpressionError) -> LocatedProblem {
+fn problem(
+    path: &str,
+    text: &str,
+    place: &TextPlace,
+    ExpressionError { says, hint, code }: ExpressionError,
+) -> LocatedProblem {
     let text = format!("= {text}");
     let message = format!("{path} is `{}`, which {says}", to_printable(&text));
     place.problem(path, &to_printable(&text), message).hint(hint).code(code)

@@ -4,7 +4,7 @@ use fabkit_geometry::{Angle, Length};
 
 use super::{MAX_CHARACTERS, MAX_DEPTH};
 use crate::{
-    Dialect, ParameterTable, Parameter, TextPlace, Problem, Reader, Section, Setting, TextLayer,
+    Dialect, Parameter, ParameterTable, Problem, Reader, Section, Setting, TextLayer, TextPlace,
     apply_overrides, read_mapping,
 };
 

@@ -3,15 +3,20 @@
 use fabkit_geometry::{Scratch, Vector3};
 use rayon::prelude::*;
 
+use super::indenter::{InsideBounds, PlacedIndenter};
 use super::map::{DepthMap, NO_LABEL, SURFACE_LABEL};
-use super::indenter::{PlacedIndenter, InsideBounds};
 use super::reference::ReferenceSurface;
 use super::tiles::Tile;
 
 impl ReferenceSurface<'_> {
     /// Restores a map from stored indentations, mm, and labels, row by row. The map has no normals of its own.
     /// Indentations below `still_mm` count as zero.
-    pub fn map_from_indentation(&self, indentation_mm: &[f32], label: &[u8], still_mm: f64) -> DepthMap<'_> {
+    pub fn map_from_indentation(
+        &self,
+        indentation_mm: &[f32],
+        label: &[u8],
+        still_mm: f64,
+    ) -> DepthMap<'_> {
         let mut map = self.map_without_contact();
         for (range_mm, by_mm) in map.range_mm.iter_mut().zip(indentation_mm) {
             let by_mm = f64::from(*by_mm);

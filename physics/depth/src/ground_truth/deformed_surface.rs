@@ -8,8 +8,8 @@
 use fabkit_geometry::{Point3, Ray, TouchSurface, Vector3};
 use rayon::prelude::*;
 
-use super::map::{DepthMap, SURFACE_LABEL};
 use super::indenter::PlacedIndenter;
+use super::map::{DepthMap, SURFACE_LABEL};
 use super::reference::ReferenceSurface;
 
 /// Tolerance of a ray's end, mm.
@@ -109,7 +109,11 @@ impl DeformedRay<'_> {
 
 /// Computes the depth of a point below the deformed surface, mm.
 #[inline]
-fn depth_below_mm(touch: &TouchSurface, moved: &dyn SurfaceDisplacement, point: &Point3<f64>) -> f64 {
+fn depth_below_mm(
+    touch: &TouchSurface,
+    moved: &dyn SurfaceDisplacement,
+    point: &Point3<f64>,
+) -> f64 {
     let (depth_mm, outward) = touch.depth_mm(point);
     depth_mm + moved.outwards_mm(&(point + depth_mm * outward), &outward)
 }

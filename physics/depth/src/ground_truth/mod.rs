@@ -21,23 +21,23 @@
 
 mod ball;
 mod cast;
-mod map;
-mod membrane;
+mod deformed_surface;
 mod false_color;
 mod indenter;
+mod map;
+mod membrane;
 mod rays;
 mod reference;
-mod uncertainty;
 mod stitch;
 mod tiles;
 mod transfer;
-mod deformed_surface;
+mod uncertainty;
 
-pub use map::{DepthMap, NO_LABEL, SURFACE_LABEL};
+pub use deformed_surface::SurfaceDisplacement;
 pub use false_color::{false_color, scale_color};
 pub use indenter::PlacedIndenter;
+pub use map::{DepthMap, NO_LABEL, SURFACE_LABEL};
 pub use rays::PixelRays;
 pub use reference::ReferenceSurface;
-pub use uncertainty::{StandardDeviations, Uncertainty};
 pub use stitch::{Seam, Side};
-pub use deformed_surface::SurfaceDisplacement;
+pub use uncertainty::{StandardDeviations, Uncertainty};

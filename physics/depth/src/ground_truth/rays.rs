@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use fabkit_camera::{Camera, Interface, Point2};
 use fabkit_geometry::{Point3, Pose, Ray, Vector3};
-use fabkit_optics::{TileTracing, RayEnd, LightPath, ViewStacks, OpticalStack, TILE, TileTracer};
+use fabkit_optics::{LightPath, OpticalStack, RayEnd, TILE, TileTracer, TileTracing, ViewStacks};
 use rayon::prelude::*;
 
 use super::tiles::{Tile, tiles};

@@ -4,7 +4,7 @@
 //! it in two. The media's effect on these four changes is the same for all errors and every press, and is traced once.
 
 use fabkit_geometry::{Point3, Ray, Vector3};
-use fabkit_optics::{SightLine, ViewStacks, Tracer};
+use fabkit_optics::{SightLine, Tracer, ViewStacks};
 use rayon::prelude::*;
 
 use super::PixelRays;

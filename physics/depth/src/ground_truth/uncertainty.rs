@@ -128,13 +128,13 @@ impl DepthMap<'_> {
             let ray = rays.ray(pixel).filter(|_| is_seen)?;
             let leaving = if transfer.is_some() { rays.camera_ray(pixel)? } else { ray };
             let entered = rays.traced_start(&leaving);
-            let change =
-                |cause: &RayParameter| {
-                    let change = camera_ray_change(rays, pixel, &leaving, cause)?;
-                    Some(transfer.map_or(change, |t| {
-                        t.apply(pixel, [&leaving, &entered, &ray], &change)
-                    }))
-                };
+            let change = |cause: &RayParameter| {
+                let change = camera_ray_change(rays, pixel, &leaving, cause)?;
+                Some(
+                    transfer
+                        .map_or(change, |t| t.apply(pixel, [&leaving, &entered, &ray], &change)),
+                )
+            };
             let changes: Vec<Change> =
                 causes.iter().map(|cause| change(cause).unwrap_or(Change::UNKNOWN)).collect();
             let now = End { ray: &ray, range_mm: self.range_mm[pixel], normal: &normals[pixel] };
@@ -260,7 +260,12 @@ impl ShownSurface<'_> {
 }
 
 /// Computes the change of a ray, where it leaves the camera, by a unit change of a parameter.
-fn camera_ray_change(rays: &PixelRays, pixel: usize, ray: &Ray, cause: &RayParameter) -> Option<Change> {
+fn camera_ray_change(
+    rays: &PixelRays,
+    pixel: usize,
+    ray: &Ray,
+    cause: &RayParameter,
+) -> Option<Change> {
     let rotation = rays.camera_from_sensor().rotation();
     match cause {
         RayParameter::Pose(i) => {
@@ -290,12 +295,18 @@ fn camera_ray_change(rays: &PixelRays, pixel: usize, ray: &Ray, cause: &RayParam
 }
 
 /// Returns the parameters with a variance, and their covariance.
-fn find_free_parameters(camera: &Camera, joint: &JointEstimate) -> (Vec<RayParameter>, DMatrix<f64>) {
+fn find_free_parameters(
+    camera: &Camera,
+    joint: &JointEstimate,
+) -> (Vec<RayParameter>, DMatrix<f64>) {
     let cause = |i: usize| match i.checked_sub(POSE_PARAMETER_COUNT) {
         None => Some((i, RayParameter::Pose(i))),
-        Some(parameter) => Some((i, RayParameter::Camera(Box::new(step_camera(camera, parameter)?)))),
+        Some(parameter) => {
+            Some((i, RayParameter::Camera(Box::new(step_camera(camera, parameter)?))))
+        }
     };
-    let (free, causes): (Vec<usize>, Vec<RayParameter>) = joint.free_parameters().filter_map(cause).unzip();
+    let (free, causes): (Vec<usize>, Vec<RayParameter>) =
+        joint.free_parameters().filter_map(cause).unzip();
     let matrix = joint.covariance();
     let covariance = DMatrix::from_fn(free.len(), free.len(), |r, c| matrix[(free[r], free[c])]);
     (causes, covariance)

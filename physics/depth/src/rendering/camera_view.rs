@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::framing::Framing;
 use super::shade::{Linear, Shader, add, linear, srgb};
 use super::surface::VisibleSurface;
-use super::{Actor, RenderedImage, RenderError, View};
+use super::{Actor, RenderError, RenderedImage, View};
 use crate::{Scene, SceneScratch};
 
 /// Number of rays along each side of a pixel in which more than one face is seen.
@@ -86,7 +86,12 @@ pub fn render_camera_view<T>(
 }
 
 /// Returns whether a neighbour of a pixel shows another face.
-fn is_edge(middles: &[(Face, Linear)], width: usize, [column, row]: [usize; 2], face: Face) -> bool {
+fn is_edge(
+    middles: &[(Face, Linear)],
+    width: usize,
+    [column, row]: [usize; 2],
+    face: Face,
+) -> bool {
     let differs = |at: usize| middles.get(at).is_some_and(|(other, _)| *other != face);
     let at = row * width + column;
     (column > 0 && differs(at - 1))

@@ -1,6 +1,6 @@
 //! Contact sheets: several images in one.
 
-use super::{RenderedImage, RenderError, shade};
+use super::{RenderError, RenderedImage, shade};
 
 /// Lays images out in a grid, row by row, each centred in a cell of the largest one's size, with `gap_px` between the
 /// cells and around them.

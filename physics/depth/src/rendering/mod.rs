@@ -4,14 +4,14 @@
 //! step in depth, a crease), the pixel is refined with [`pen::SUBSAMPLES`] squared rays; lines are drawn there, and
 //! nowhere else. The work is cut into tiles that overlap by as much as a line can reach, so that tiles are independent.
 
+mod camera_view;
+mod contact_sheet;
 mod framing;
 mod lines;
 mod overlay;
 mod pen;
 mod sample;
-mod camera_view;
 mod shade;
-mod contact_sheet;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -22,12 +22,12 @@ use fabkit_geometry::{CompiledSolid, Point3, Pose};
 use rayon::prelude::*;
 
 use crate::Scene;
+pub use camera_view::{PixelContent, render_camera_view};
+pub use contact_sheet::contact_sheet;
 pub use framing::Framing;
 use pen::Pen;
 use sample::{Setup, Tracer};
-pub use camera_view::{PixelContent, render_camera_view};
 use shade::Shader;
-pub use contact_sheet::contact_sheet;
 use tile::{TILE_PX, Tile};
 pub use view::{SectionCut, View, ViewProjection};
 
@@ -232,7 +232,8 @@ fn prepare<'a>(actors: &'a [Actor], view: &View) -> Result<Setup<'a>, RenderErro
     let shelters = Scene::new(opaque.map(|actor| (&actor.body, actor.scene_from_body)));
     let framing = Framing::fit(view, &framed_points(&scene, view.cut.as_ref())?)?;
     let shader = Shader::new(actors, &framing, view);
-    let mut setup = Setup { scene, occluders: shelters, framing, shader, pen: Pen::from_view(view) };
+    let mut setup =
+        Setup { scene, occluders: shelters, framing, shader, pen: Pen::from_view(view) };
     if let Some(closer) = find_tight_framing(&setup, view) {
         setup.framing = closer;
     }

@@ -1,6 +1,6 @@
 //! Visible properties of rendered images, as numbers.
 
-use fabkit_depth::{Actor, MAX_PIXELS, RenderedImage, RenderError, View, contact_sheet, render};
+use fabkit_depth::{Actor, MAX_PIXELS, RenderError, RenderedImage, View, contact_sheet, render};
 use fabkit_geometry::{Angle, CompiledSolid, Point3, Pose, Solid, Vector3};
 
 const RED: [u8; 3] = [220, 40, 40];

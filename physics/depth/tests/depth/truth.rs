@@ -183,7 +183,11 @@ fn pressed_primitives_agree_with_closed_forms_creases_included() {
     ];
     for interface in [
         Interface::None,
-        Interface::Flat(FlatInterface { tilt_x_rad: 0.01, tilt_y_rad: -0.02, ..FlatInterface::bare_in_air(2.0, 1.41) }),
+        Interface::Flat(FlatInterface {
+            tilt_x_rad: 0.01,
+            tilt_y_rad: -0.02,
+            ..FlatInterface::bare_in_air(2.0, 1.41)
+        }),
     ] {
         let camera = camera();
         let camera = Camera::new(160, 120, *camera.lens(), interface).unwrap();
@@ -320,7 +324,8 @@ fn stitched_along_the_seam(touch: &TouchSurface, middle_z_mm: f64) {
         let pose = Pose::translation(x, 2.0, middle_z_mm);
         PlacedIndenter::new("ball", &Solid::sphere(2.0), pose).unwrap()
     };
-    let (left, right) = (surface.map_with_indenters(&[ball(-5.0)]), surface.map_with_indenters(&[ball(5.0)]));
+    let (left, right) =
+        (surface.map_with_indenters(&[ball(-5.0)]), surface.map_with_indenters(&[ball(5.0)]));
     let both = surface.map_with_indenters(&[ball(-5.0), ball(5.0)]);
     let seam = Seam::new(&surface, Vector3::x(), 0.5);
     let stitched = seam.stitch(left.range_mm(), right.range_mm(), f64::NAN);

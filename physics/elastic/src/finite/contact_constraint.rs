@@ -22,7 +22,10 @@ pub(super) struct ContactConstraint {
 
 /// Creates the constraints of all rings; the pole's ring is merged with the next one.
 pub(super) fn contact_constraints(rings: &Rings) -> Vec<ContactConstraint> {
-    let grip = |ring: &Ring| ContactConstraint { weight: ring.weight, shares: ring.column_weights.clone() };
+    let grip = |ring: &Ring| ContactConstraint {
+        weight: ring.weight,
+        shares: ring.column_weights.clone(),
+    };
     let mut grips: Vec<ContactConstraint> = rings.rings[1..].iter().map(grip).collect();
     if let Some(first) = grips.first_mut() {
         first.weight += rings.rings[0].weight;

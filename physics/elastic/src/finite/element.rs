@@ -178,7 +178,8 @@ mod tests {
         let shape = Shape::new();
         let material = ElasticMaterial::new(0.5, 0.49).unwrap();
         let at_rest =
-            compute_element(&shape, &PLACES, &material, &SVector::zeros(), &Vector3::zeros()).unwrap();
+            compute_element(&shape, &PLACES, &material, &SVector::zeros(), &Vector3::zeros())
+                .unwrap();
         let linear = shape.stiffness(&PLACES, &material).unwrap().evaluate(0);
         assert!(at_rest.energy.abs() < 1e-15 && at_rest.forces.amax() < 1e-15);
         for i in 0..UNKNOWNS {
@@ -194,6 +195,8 @@ mod tests {
     fn what_is_inside_out_is_none() {
         let material = ElasticMaterial::new(0.5, 0.3).unwrap();
         let u = SVector::from_fn(|i, _| if i % 2 == 1 { -2.0 * PLACES[i / 2][1] } else { 0.0 });
-        assert!(compute_element(&Shape::new(), &PLACES, &material, &u, &Vector3::zeros()).is_none());
+        assert!(
+            compute_element(&Shape::new(), &PLACES, &material, &u, &Vector3::zeros()).is_none()
+        );
     }
 }

@@ -5,16 +5,16 @@
 //! contact region is found together with the displacements: nodes that would pull are released, nodes that would enter
 //! the indenter are added.
 
-pub(crate) mod element;
 mod contact_constraint;
+pub(crate) mod element;
 mod system;
 
 use fabkit_geometry::Vector3;
 
+use crate::indenter::{Indenter, Press};
 use crate::outcome::PressOutcome;
-use crate::indenter::{Press, Indenter};
 use crate::stack::ElasticStack;
-use crate::{LayeredBody, MeshDensity, ElasticError};
+use crate::{ElasticError, LayeredBody, MeshDensity};
 use system::System;
 
 /// Tolerance of the last displacement step, relative to the depth of the press.

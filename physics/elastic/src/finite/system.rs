@@ -4,14 +4,14 @@ use fabkit_geometry::Vector3;
 use fabkit_sparse::solve_general;
 use nalgebra::SVector;
 
+use super::contact_constraint::{ContactConstraint, IndenterGap, contact_constraints};
 use super::element::{ElementState, UNKNOWNS, compute_element};
-use super::contact_constraint::{IndenterGap, ContactConstraint, contact_constraints};
 use crate::ElasticError;
 use crate::element::Shape;
 use crate::harmonic::factorisation_error;
+use crate::indenter::Indenter;
 use crate::mesh::Mesh;
 use crate::outcome::PressOutcome;
-use crate::indenter::Indenter;
 use crate::stack::ElasticStack;
 
 /// Coefficients, by column, of three times the slope of axial displacement on the axis, which is constrained to zero: a
@@ -132,7 +132,8 @@ impl<'a> System<'a> {
             // on a Bard-type scheme for solving the complementarity problem", Opsearch 11, 1974).
             let is_eager = iteration < EAGER_ITERATIONS;
             let may_change = is_eager || largest <= SETTLED * tolerance_mm;
-            let is_same = !(may_change && self.update_contact(presser, shift_mm, tolerance_mm, is_eager));
+            let is_same =
+                !(may_change && self.update_contact(presser, shift_mm, tolerance_mm, is_eager));
             if is_same && largest <= tolerance_mm {
                 return Ok(());
             }
@@ -150,8 +151,12 @@ impl<'a> System<'a> {
         let before = self.state.displacements.clone();
         let mut part = 1.0;
         // Predicted before displacements change.
-        let targets: Vec<Option<Vector3<f64>>> =
-            self.mesh.elements().enumerate().map(|each| self.predict_pressures(each, steps)).collect();
+        let targets: Vec<Option<Vector3<f64>>> = self
+            .mesh
+            .elements()
+            .enumerate()
+            .map(|each| self.predict_pressures(each, steps))
+            .collect();
         for _ in 0..10 {
             for (i, value) in self.state.displacements.iter_mut().enumerate() {
                 *value = before[i] + self.rows[i].map_or(0.0, |row| part * steps[row]);

@@ -5,16 +5,16 @@
 
 mod columns;
 mod contact;
-mod skin_model;
 mod outcome;
+mod skin_model;
 
 use fabkit_geometry::{LiquidSkin, Sensor, Vector3};
 use nalgebra::DMatrix;
 
 pub use self::columns::{AMBIENT_AIR_MPA, LiquidColumn};
 use self::contact::LinearResponses;
-use self::skin_model::SkinModel;
 pub use self::outcome::{ChannelOutcome, LiquidOutcome, SkinNode};
+use self::skin_model::SkinModel;
 use crate::slab::{Slab, SlabField};
 use crate::{ElasticError, Indenter, SoftError, SoftLayer};
 

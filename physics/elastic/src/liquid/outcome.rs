@@ -105,7 +105,8 @@ impl LiquidOutcome {
             }
         });
         let channels: Vec<ChannelOutcome> = channels.collect();
-        if let Some(shut) = channels.iter().find(|channel| channel.closure_mm >= channel.height_mm) {
+        if let Some(shut) = channels.iter().find(|channel| channel.closure_mm >= channel.height_mm)
+        {
             return Err(SoftError::ChannelClosed {
                 channel: shut.name.clone(),
                 closes_mm: shut.closure_mm,

@@ -1,7 +1,7 @@
 //! Brick model of a drawn skin: grid lines along its faces, and the contents of bricks from rays cast upwards.
 
 use fabkit_geometry::{
-    CompiledSolid, Elasticity, InvalidSolid, BodyKind, LiquidSkin, Point3, Ray, Scratch, Sensor,
+    BodyKind, CompiledSolid, Elasticity, InvalidSolid, LiquidSkin, Point3, Ray, Scratch, Sensor,
     TouchSurface, Vector3,
 };
 
@@ -203,7 +203,9 @@ fn find_soft_bodies(sensor: &Sensor, skin: &LiquidSkin) -> Result<Vec<SoftBody>,
     let mut soft = Vec::new();
     let [low, high] =
         [skin.levels_mm.first(), skin.levels_mm.last()].map(|z| z.copied().unwrap_or(0.0));
-    for body in sensor.bodies.iter().filter(|body| body.kind == BodyKind::Cast || body.is_deformable) {
+    for body in
+        sensor.bodies.iter().filter(|body| body.kind == BodyKind::Cast || body.is_deformable)
+    {
         let Some(elasticity) = &body.substance.elasticity else { continue };
         let in_sensor = |place: &&fabkit_geometry::Placement| {
             place.assembly == fabkit_geometry::Assembly::sensor()
@@ -289,7 +291,10 @@ mod tests {
 
     #[test]
     fn lines_go_through_faces_and_evenly_between() {
-        assert_eq!(divide_between_faces(vec![3.0, 0.0, 3.0, 4.0, 3.1], 1.0), [0.0, 1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(
+            divide_between_faces(vec![3.0, 0.0, 3.0, 4.0, 3.1], 1.0),
+            [0.0, 1.0, 2.0, 3.0, 4.0]
+        );
         assert_eq!(divide_between_faces(vec![0.0, 2.5], 1.0), [0.0, 2.5 / 3.0, 5.0 / 3.0, 2.5]);
         // The outermost face stays, whatever lies before it.
         assert_eq!(divide_between_faces(vec![0.0, 0.9, 1.0], 1.0), [0.0, 1.0]);

@@ -21,7 +21,10 @@ pub(super) fn dilation(edges_mm: [f64; 3]) -> [f64; UNKNOWNS] {
 
 /// Computes the stiffness of a brick, N/mm. The volume change enters by its mean, the change of shape at every Gauss
 /// point (Hughes, "Generalization of selective integration procedures", 1980).
-pub(super) fn stiffness(edges_mm: [f64; 3], material: &ElasticMaterial) -> [[f64; UNKNOWNS]; UNKNOWNS] {
+pub(super) fn stiffness(
+    edges_mm: [f64; 3],
+    material: &ElasticMaterial,
+) -> [[f64; UNKNOWNS]; UNKNOWNS] {
     let volume_mm3: f64 = edges_mm.iter().product();
     let shear = material.shear_modulus_mpa();
     let bulk = material.lame_mpa() + 2.0 / 3.0 * shear;

@@ -189,7 +189,11 @@ impl SlabAssembly {
     }
 
     /// Assigns unknowns to the nodes of bricks, except where they are fixed.
-    fn assign_unknowns(&mut self, cells: &[([usize; 3], BrickContents)], is_held: impl Fn(Point3<f64>) -> bool) {
+    fn assign_unknowns(
+        &mut self,
+        cells: &[([usize; 3], BrickContents)],
+        is_held: impl Fn(Point3<f64>) -> bool,
+    ) {
         let mut is_used = vec![false; self.unknown.len()];
         for (at, _) in cells {
             for node in self.nodes(*at) {
@@ -208,7 +212,11 @@ impl SlabAssembly {
     }
 
     /// Computes the volume change of each cavity by each unknown.
-    fn growth(&self, cells: &[([usize; 3], BrickContents)], cavities: usize) -> Vec<Vec<(usize, f64)>> {
+    fn growth(
+        &self,
+        cells: &[([usize; 3], BrickContents)],
+        cavities: usize,
+    ) -> Vec<Vec<(usize, f64)>> {
         let mut growth = vec![BTreeMap::<usize, f64>::new(); cavities];
         // Liquid pushes on solid parts only. Nodes inside cavities and on openings are left out: the forces of the
         // bricks around them cancel except for rounding, and hardly any stiffness would resist it.
@@ -266,7 +274,8 @@ impl SlabAssembly {
                 }
             }
         }
-        let matrix = SymmetricPattern::new(self.unknowns, places).map_err(factorisation_error(0))?;
+        let matrix =
+            SymmetricPattern::new(self.unknowns, places).map_err(factorisation_error(0))?;
         matrix.factorise(&values).map_err(factorisation_error(0))
     }
 }

@@ -1,7 +1,8 @@
 //! Intersections of rays with the bodies of a sensor.
 
 use fabkit_geometry::{
-    Assembly, CompiledSolid, Elasticity, BodyKind, Point3, Ray, Scratch, Sensor, TouchSurface, Vector3,
+    Assembly, BodyKind, CompiledSolid, Elasticity, Point3, Ray, Scratch, Sensor, TouchSurface,
+    Vector3,
 };
 
 use super::error::SoftError;
@@ -72,7 +73,11 @@ impl Bodies {
         let (mut scratch, mut found, mut met) = (Scratch::default(), Vec::new(), Vec::new());
         for (body, placed) in self.placed.iter().enumerate() {
             placed.solid.stretches_into(ray, &mut scratch, &mut found);
-            met.extend(found.iter().map(|&[begin_mm, end_mm]| RayInterval { body, begin_mm, end_mm }));
+            met.extend(found.iter().map(|&[begin_mm, end_mm]| RayInterval {
+                body,
+                begin_mm,
+                end_mm,
+            }));
         }
         met.sort_by(|a, b| a.begin_mm.total_cmp(&b.begin_mm));
         met

@@ -3,7 +3,7 @@
 use fabkit_geometry::{Point3, Vector3};
 
 use super::SoftStack;
-use crate::{DisplacementField, PressOutcome, ElasticStack};
+use crate::{DisplacementField, ElasticStack, PressOutcome};
 
 /// Iterations to trace a point back along the drag, which varies little over its own length.
 const STEPS_BACK: usize = 3;
@@ -20,7 +20,11 @@ pub struct DeformedSurface {
 
 impl DeformedSurface {
     /// Creates the surface from a straight press, and optionally the same press after its shear.
-    pub fn new(stack: &ElasticStack, straight: &PressOutcome, sheared: Option<&PressOutcome>) -> Self {
+    pub fn new(
+        stack: &ElasticStack,
+        straight: &PressOutcome,
+        sheared: Option<&PressOutcome>,
+    ) -> Self {
         let field = |outcome| DisplacementField::new(stack, outcome, 0);
         Self { straight: field(straight), sheared: sheared.map(field) }
     }

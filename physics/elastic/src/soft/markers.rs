@@ -1,6 +1,6 @@
 //! Displacement of the markers that a camera follows, during a press.
 
-use fabkit_geometry::{MarkerCarrier, Marker, Point3, TouchSurface, Vector3};
+use fabkit_geometry::{Marker, MarkerCarrier, Point3, TouchSurface, Vector3};
 
 use super::SoftStack;
 use super::rod::{Rod, Turn};
@@ -64,12 +64,21 @@ impl SoftStack {
     /// The gel carries a marker like its centre. This is exact for markers as stiff as the gel around them, and for any
     /// symmetric marker in a strain that is uniform over its size. A pin follows the displacement and the rotation of
     /// the interface that it stands on, averaged over its foot; beyond its foot it is a beam in the surrounding gel.
-    pub fn displace_marker(&self, outcome: &PressOutcome, touch: &TouchSurface, mark: &Marker) -> Option<DisplacedMarker> {
+    pub fn displace_marker(
+        &self,
+        outcome: &PressOutcome,
+        touch: &TouchSurface,
+        mark: &Marker,
+    ) -> Option<DisplacedMarker> {
         let here = self.locate(touch, mark.point)?;
         let gel_moved_mm = self.gel_displacement_mm(outcome, &here);
         let MarkerCarrier::Pin { root } = mark.carrier else {
-            let turn = self.interface_rotation(outcome, touch, mark.point, &here, mark.radius_mm)?;
-            return Some(DisplacedMarker { displacement_mm: gel_moved_mm, axis: turn.rotate(mark.axis) });
+            let turn =
+                self.interface_rotation(outcome, touch, mark.point, &here, mark.radius_mm)?;
+            return Some(DisplacedMarker {
+                displacement_mm: gel_moved_mm,
+                axis: turn.rotate(mark.axis),
+            });
         };
         let foot = self.locate(touch, root)?;
         let turn = self.interface_rotation(outcome, touch, root, &foot, mark.radius_mm)?;
@@ -79,7 +88,8 @@ impl SoftStack {
         let lever_mm = mark.point - root;
         let rod = Rod::new(pin, gel, mark.radius_mm, lever_mm.norm());
         let root_moved_mm = self.gel_displacement_mm(outcome, &foot);
-        let (displacement_mm, axis) = rod.displace_end(lever_mm, root_moved_mm, gel_moved_mm, &turn);
+        let (displacement_mm, axis) =
+            rod.displace_end(lever_mm, root_moved_mm, gel_moved_mm, &turn);
         Some(DisplacedMarker { displacement_mm, axis })
     }
 

@@ -64,7 +64,12 @@ pub(super) fn find_usual_layers(bodies: &Bodies, face: &DomePoints) -> (Vec<usiz
 
 impl Meridian {
     /// Averages the depths of the layers in `names` around the axis, at each step along the meridian.
-    pub(super) fn from_bodies(bodies: &Bodies, face: &DomePoints, names: &[usize], usual_mm: f64) -> Self {
+    pub(super) fn from_bodies(
+        bodies: &Bodies,
+        face: &DomePoints,
+        names: &[usize],
+        usual_mm: f64,
+    ) -> Self {
         let column = |polar: f64, azimuth: f64| {
             let (point, outward) = face.point_in_direction(polar, azimuth)?;
             let column = bodies.find_soft_below(point, outward);
@@ -180,8 +185,9 @@ pub(super) fn is_rim_held(
     layer: usize,
 ) -> bool {
     let depth_mm = meridian.depths_mm[STEPS][layer] / 2.0;
-    let place =
-        |polar: f64| face.point_in_direction(polar, 0.01).map(|(point, outward)| point - depth_mm * outward);
+    let place = |polar: f64| {
+        face.point_in_direction(polar, 0.01).map(|(point, outward)| point - depth_mm * outward)
+    };
     let (Some(end), Some(before)) = (place(meridian.end_rad), place(meridian.end_rad * 0.995))
     else {
         return false;

@@ -1,14 +1,14 @@
 //! Soft layers below a sensing surface, found by rays through the drawn bodies, as input of the elastic solver.
 
 mod bodies;
+mod deformed_surface;
 mod error;
 mod floor;
 mod markers;
 mod meridian;
-mod surface_coordinates;
 mod rod;
+mod surface_coordinates;
 mod tip_press;
-mod deformed_surface;
 
 use std::sync::Arc;
 
@@ -17,14 +17,14 @@ use fabkit_geometry::{
 };
 
 use self::bodies::{Bodies, RayInterval};
+pub use self::deformed_surface::DeformedSurface;
 pub use self::error::SoftError;
 use self::floor::Floor;
 pub use self::markers::DisplacedMarker;
 use self::meridian::{Meridian, ROUND_MM, find_usual_layers, is_rim_held};
 use self::surface_coordinates::SurfaceCoordinates;
 pub use self::tip_press::{BondLine, TipPressOutcome};
-pub use self::deformed_surface::DeformedSurface;
-use crate::{LayeredBody, MeridianCurve, BoundaryCondition, ElasticLayer, ElasticMaterial};
+use crate::{BoundaryCondition, ElasticLayer, ElasticMaterial, LayeredBody, MeridianCurve};
 
 /// Thickness below which a layer on the axis is merged with the next one, mm. Such layers are coats of paint, which
 /// bend with the layer below. A coat of 0.1 mm that came out thicker counts too.
@@ -75,7 +75,11 @@ impl SoftStack {
     ///
     /// # Errors
     /// Nothing soft below the surface, or nothing rigid that holds it.
-    pub fn from_sensor(sensor: &Sensor, points: &SurfacePoints, place: &PressPoint) -> Result<Self, SoftError> {
+    pub fn from_sensor(
+        sensor: &Sensor,
+        points: &SurfacePoints,
+        place: &PressPoint,
+    ) -> Result<Self, SoftError> {
         let bodies = Bodies::from_sensor(sensor)?;
         match points {
             SurfacePoints::Dome(face) => dome(bodies, sensor, face),
@@ -199,7 +203,8 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
     let is_deep = most_mm >= bodies.deepest_mm - ROUND_MM;
     let floor = if is_deep { Floor::find(&bodies, face, apex_z_mm) } else { None };
     if let Some(floor) = &floor {
-        (inner, held_by) = (BoundaryCondition::Bonded, Some(bodies.placed[floor.body].name.clone()));
+        (inner, held_by) =
+            (BoundaryCondition::Bonded, Some(bodies.placed[floor.body].name.clone()));
     } else if is_deep {
         left_out.push(format!("that what lies deeper than {:.1} mm gives way", bodies.deepest_mm));
     }
@@ -243,7 +248,14 @@ fn dome(bodies: Bodies, sensor: &Sensor, face: &DomePoints) -> Result<SoftStack,
         is_rim_bonded,
         kinks: Vec::new(),
     };
-    Ok(SoftStack { layers, body, sensor_from_stack: Pose::identity(), simplifications: left_out, held_by, plan })
+    Ok(SoftStack {
+        layers,
+        body,
+        sensor_from_stack: Pose::identity(),
+        simplifications: left_out,
+        held_by,
+        plan,
+    })
 }
 
 /// Returns the meridian of the surface, or of a layer's lower face.

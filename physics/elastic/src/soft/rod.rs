@@ -38,7 +38,12 @@ pub(super) struct Rod {
 
 impl Rod {
     /// Solves the beam and rod equations for a pin of a radius and length in gel.
-    pub(super) fn new(pin: &ElasticMaterial, gel: &ElasticMaterial, radius_mm: f64, length_mm: f64) -> Self {
+    pub(super) fn new(
+        pin: &ElasticMaterial,
+        gel: &ElasticMaterial,
+        radius_mm: f64,
+        length_mm: f64,
+    ) -> Self {
         let hold_mpa = 4.0 * PI * gel.shear_modulus_mpa();
         let stretching_n = pin.young_mpa() * PI * radius_mm.powi(2);
         let bending_nmm2 = stretching_n * radius_mm.powi(2) / 4.0;

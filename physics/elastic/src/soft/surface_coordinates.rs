@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use fabkit_geometry::{Point3, Vector3};
 
 use super::{SoftError, SoftStack};
-use crate::{MeshDensity, ElasticStack};
+use crate::{ElasticStack, MeshDensity};
 
 /// Parametrisation of a sensor's surface.
 #[derive(Clone, Copy, Debug)]

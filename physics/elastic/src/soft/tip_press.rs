@@ -4,7 +4,10 @@
 use fabkit_geometry::{Point3, Sensor, SurfacePoints, Vector3};
 
 use super::{SoftError, SoftStack};
-use crate::{BallIndenter, LayeredBody, MeridianCurve, MeshDensity, FiniteStack, BoundaryCondition, PressOutcome, Press, ElasticStack};
+use crate::{
+    BallIndenter, BoundaryCondition, ElasticStack, FiniteStack, LayeredBody, MeridianCurve,
+    MeshDensity, Press, PressOutcome,
+};
 
 /// Nodes across the radius of the undeformed intersection of ball and surface.
 const ACROSS: f64 = 24.0;
@@ -79,7 +82,8 @@ impl SoftStack {
         let ball = self.ball_above(radius_mm)?;
         let pressed = |depth_mm: f64| stack.press(&ball, &Press::along(-Vector3::z(), depth_mm)?);
         // The force at two close depths yields the stiffness.
-        let (before, last) = (pressed((1.0 - STIFFNESS_STEP_SHARE) * depth_mm)?, pressed(depth_mm)?);
+        let (before, last) =
+            (pressed((1.0 - STIFFNESS_STEP_SHARE) * depth_mm)?, pressed(depth_mm)?);
         let bonds = lines.iter().map(|line| line.measure(self, &last)).collect();
         Ok(TipPressOutcome {
             force_n: -last.force_n.z,

@@ -1,7 +1,7 @@
 //! Indenters of many shapes at many poses: each press yields a balanced result or an error.
 
 use crate::support::{round_layer, stack};
-use fabkit_elastic::{MeshDensity, ElasticError, Press, SolidIndenter, ContactState};
+use fabkit_elastic::{ContactState, ElasticError, MeshDensity, Press, SolidIndenter};
 use fabkit_geometry::{Angle, CompiledSolid, Point3, Pose, Solid, Vector3};
 
 const PRESSES: usize = 150;
@@ -41,7 +41,8 @@ fn presses_of_anything_balance_or_are_refused() {
         let outward =
             Vector3::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos());
         let solid = CompiledSolid::new(&some_solid(&mut chance)).unwrap();
-        let presser = SolidIndenter::new(&solid, &Pose::z_to(outward, Point3::from(30.0 * outward)));
+        let presser =
+            SolidIndenter::new(&solid, &Pose::z_to(outward, Point3::from(30.0 * outward)));
         let mut press = Press::along(-outward, 0.05 + chance.up_to(1.4)).unwrap();
         let is_sheared = chance.up_to(1.0) < 0.4;
         let friction = chance.up_to(1.5);

@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 
 use crate::support::{ball_over, down, press_down, round_layer, stack, two_layers};
-use fabkit_elastic::{LayeredBody, MeshDensity, ElasticError, BoundaryCondition, PressOutcome, Press, SolidIndenter};
+use fabkit_elastic::{
+    BoundaryCondition, ElasticError, LayeredBody, MeshDensity, Press, PressOutcome, SolidIndenter,
+};
 use fabkit_geometry::{CompiledSolid, Point3, Pose, Solid, Vector3};
 
 #[test]
@@ -137,7 +139,8 @@ fn threads_do_not_change_bytes() {
         .iter()
         .map(|&threads| {
             let stack =
-                fabkit_elastic::ElasticStack::new(&body, &MeshDensity::uniform(0.4, 20), threads).unwrap();
+                fabkit_elastic::ElasticStack::new(&body, &MeshDensity::uniform(0.4, 20), threads)
+                    .unwrap();
             let outcome = stack.press(&ball_over(0.0, 0.0, 4.0), &press).unwrap();
             let nodes = outcome.nodes.iter();
             nodes
@@ -193,7 +196,8 @@ fn what_cannot_be_pressed_is_refused_with_its_numbers() {
         .press(&ball_over(1.0, 0.0, 4.0), &Press::along(down(), 0.2).unwrap());
     assert!(matches!(off_axis, Err(ElasticError::Press { .. })), "{off_axis:?}");
     for (radius, hint) in [(-1.0, "-1"), (f64::NAN, "NaN")] {
-        let refused = fabkit_elastic::BallIndenter::new(Point3::origin(), radius).unwrap_err().to_string();
+        let refused =
+            fabkit_elastic::BallIndenter::new(Point3::origin(), radius).unwrap_err().to_string();
         assert!(refused.contains(hint));
     }
 }
@@ -212,7 +216,10 @@ fn invalid_bodies_are_refused() {
     let even = MeshDensity::uniform(0.5, 0);
     assert!(refused(&|b| b.interfaces.truncate(2), even).contains("3 interfaces"));
     assert!(refused(&|b| b.interfaces.swap(0, 1), even).contains("no thickness"));
-    assert!(refused(&|b| b.inner = fabkit_elastic::BoundaryCondition::Free, even).contains("nothing holds"));
+    assert!(
+        refused(&|b| b.inner = fabkit_elastic::BoundaryCondition::Free, even)
+            .contains("nothing holds")
+    );
     assert!(refused(&|b| b.kinks = vec![1.5], even).contains("1.5"));
     assert!(refused(&|_| {}, MeshDensity::uniform(-0.5, 0)).contains("-0.5"));
     assert!(refused(&|_| {}, MeshDensity::uniform(f64::NAN, 0)).contains("NaN"));
@@ -230,8 +237,13 @@ fn fewer_bonds_make_a_body_softer() {
         let body = LayeredBody { inner, ..round_layer(0.49) };
         -press_down(&stack(&body, MeshDensity::uniform(0.25, 0)), 4.0, depth_mm).force_n.z
     };
-    let forces =
-        [BoundaryCondition::Bonded, BoundaryCondition::BondedBeyond(0.1), BoundaryCondition::BondedBeyond(0.4), BoundaryCondition::Free].map(force);
+    let forces = [
+        BoundaryCondition::Bonded,
+        BoundaryCondition::BondedBeyond(0.1),
+        BoundaryCondition::BondedBeyond(0.4),
+        BoundaryCondition::Free,
+    ]
+    .map(force);
     println!("{forces:?}");
     assert!(forces.windows(2).all(|pair| pair[0] > 1.01 * pair[1]), "{forces:?}");
 }

@@ -1,7 +1,7 @@
 //! Presses at large strain.
 
 use crate::support::{ball_over, layer, press_down, round_layer, stack, two_layers};
-use fabkit_elastic::{LayeredBody, MeshDensity, ElasticError, FiniteStack, StrainTheory};
+use fabkit_elastic::{ElasticError, FiniteStack, LayeredBody, MeshDensity, StrainTheory};
 
 #[test]
 fn a_shallow_press_is_the_linear_one() {

@@ -1,7 +1,9 @@
 //! Presses with shear.
 
 use crate::support::{ball_over, down, layer, round_layer, stack, two_layers};
-use fabkit_elastic::{LayeredBody, MeshDensity, ElasticMaterial, PressOutcome, Press, ElasticStack, ContactState};
+use fabkit_elastic::{
+    ContactState, ElasticMaterial, ElasticStack, LayeredBody, MeshDensity, Press, PressOutcome,
+};
 use fabkit_geometry::Vector3;
 
 const BALL_MM: f64 = 4.0;
@@ -13,7 +15,8 @@ fn sheared(
     way_mm: Vector3<f64>,
     steps: usize,
 ) -> PressOutcome {
-    let press = Press::along(down(), depth_mm).unwrap().with_shear(friction, way_mm, steps).unwrap();
+    let press =
+        Press::along(down(), depth_mm).unwrap().with_shear(friction, way_mm, steps).unwrap();
     stack.press(&ball_over(0.0, 0.0, BALL_MM), &press).unwrap()
 }
 
@@ -134,6 +137,7 @@ fn invalid_shears_are_refused() {
     assert!(said(0.5, x * f64::INFINITY, 1).contains("shear"));
     assert!(said(0.5, x, 0).contains("steps"));
     let even = stack(&two_layers(), MeshDensity::uniform(0.5, 0));
-    let refused = even.press(&ball_over(0.0, 0.0, BALL_MM), &press().with_shear(0.5, x, 1).unwrap());
+    let refused =
+        even.press(&ball_over(0.0, 0.0, BALL_MM), &press().with_shear(0.5, x, 1).unwrap());
     assert!(refused.unwrap_err().to_string().contains("harmonics"));
 }

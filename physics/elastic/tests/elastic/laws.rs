@@ -1,7 +1,7 @@
 //! Presses with closed-form solutions.
 
 use crate::support::{layer, press_down, stack};
-use fabkit_elastic::{LayeredBody, MeshDensity, ElasticMaterial};
+use fabkit_elastic::{ElasticMaterial, LayeredBody, MeshDensity};
 
 /// Hertz contact of a ball on a half space, approximated by a large pad (Johnson, "Contact mechanics", 1985, section
 /// 4.2).
@@ -60,7 +60,12 @@ fn bessel(x: f64) -> [f64; 2] {
 /// p' / r) - t p / M = -(d - r^2 / 2R)`, where p and p' vanish at the edge (Barber, "Contact mechanics", 2018, chapter
 /// on thin layers; Johnson, 1985, section 5.8). Without compression the solution is `d = a^2 / 4R`, `F = 2 pi G R^2 d^3
 /// / t^3`.
-fn thin_layer(material: &ElasticMaterial, thickness_mm: f64, radius_mm: f64, a_mm: f64) -> [f64; 2] {
+fn thin_layer(
+    material: &ElasticMaterial,
+    thickness_mm: f64,
+    radius_mm: f64,
+    a_mm: f64,
+) -> [f64; 2] {
     let (shear, poisson) = (material.shear_modulus_mpa(), material.poisson());
     let oedometer = 2.0 * shear * (1.0 - poisson) / (1.0 - 2.0 * poisson);
     let alpha = (3.0 * shear / oedometer).sqrt() / thickness_mm;
@@ -108,7 +113,8 @@ fn a_thin_bonded_layer_flows_aside() {
             let a_mm = thicknesses * t;
             let [depth_mm, force_n] = thin_layer(&material, t, ball, a_mm);
             let body = LayeredBody::pad(1.3 * a_mm, vec![(layer(0.5, poisson), t)]);
-            let outcome = press_down(&stack(&body, MeshDensity::uniform(0.25 * t, 0)), ball, depth_mm);
+            let outcome =
+                press_down(&stack(&body, MeshDensity::uniform(0.25 * t, 0)), ball, depth_mm);
             let of_force = -outcome.force_n.z / force_n - 1.0;
             let of_radius = outcome.contact_radius_mm / a_mm - 1.0;
             println!(

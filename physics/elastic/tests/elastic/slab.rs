@@ -62,7 +62,12 @@ fn rigidity(material: &ElasticMaterial, thickness_mm: f64) -> f64 {
 
 /// Contribution of shear to the deflection in the middle of a circle, mm (Timoshenko and Woinowsky-Krieger, Theory of
 /// Plates and Shells, 1959, article 20; shear factor 5/6).
-fn sheared_mm(material: &ElasticMaterial, thickness_mm: f64, pressure_mpa: f64, radius_mm: f64) -> f64 {
+fn sheared_mm(
+    material: &ElasticMaterial,
+    thickness_mm: f64,
+    pressure_mpa: f64,
+    radius_mm: f64,
+) -> f64 {
     pressure_mpa * radius_mm.powi(2)
         / (4.0 * 5.0 / 6.0 * material.shear_modulus_mpa() * thickness_mm)
 }
@@ -82,7 +87,8 @@ fn a_clamped_circle_bends_as_timoshenko_says() {
 
 #[test]
 fn a_clamped_square_bends_as_timoshenko_says() {
-    let (material, thickness, side, pressure) = (ElasticMaterial::new(1.0, 0.3).unwrap(), 3.0, 60.0, 1e-6);
+    let (material, thickness, side, pressure) =
+        (ElasticMaterial::new(1.0, 0.3).unwrap(), 3.0, 60.0, 1e-6);
     let lines = lines([side / 2.0; 2], thickness, [60, 60, 4]);
     let found = middle_mm(lines, material, pressure, |_, _| true).unwrap();
     // Table 35: 0.00126 q a^4 / D, with about the shear contribution of the inscribed circle.

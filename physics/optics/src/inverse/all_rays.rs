@@ -2,7 +2,7 @@
 
 use fabkit_geometry::{Point3, Ray, Vector3};
 
-use super::{SightLineSolver, SightLine, fibonacci_directions, newton, solve_sequence};
+use super::{SightLine, SightLineSolver, fibonacci_directions, newton, solve_sequence};
 use crate::tile_tracing::RefractionSequence;
 
 /// Number of start directions: 4.5 degrees from one to the next.
@@ -39,12 +39,17 @@ impl SightLineSolver<'_> {
     /// assert!(every.iter().any(|sight| (sight.direction.x / sight.direction.z - 14.0 / 30.0).abs() < 1e-9));
     /// # Ok::<(), fabkit_optics::InvalidStack>(())
     /// ```
-    pub fn find_all_sight_lines(&mut self, pupil: &Point3<f64>, place: &Point3<f64>) -> Vec<SightLine> {
+    pub fn find_all_sight_lines(
+        &mut self,
+        pupil: &Point3<f64>,
+        place: &Point3<f64>,
+    ) -> Vec<SightLine> {
         let straight = (place - pupil).try_normalize(0.0);
         let mut sights: Vec<SightLine> = Vec::new();
         for start in straight.into_iter().chain(fibonacci_directions(START_DIRECTIONS)) {
             let Some(direction) = self.solve_from(pupil, place, &start) else { continue };
-            let is_known = |known: &SightLine| (known.direction - direction).norm() < MIN_SEPARATION_RAD;
+            let is_known =
+                |known: &SightLine| (known.direction - direction).norm() < MIN_SEPARATION_RAD;
             if sights.iter().any(is_known) {
                 continue;
             }
@@ -65,7 +70,9 @@ impl SightLineSolver<'_> {
         let ray = Ray { origin: *pupil, direction: *start };
         match RefractionSequence::from_ray(&mut self.clear, self.surfaces, &ray, way_mm) {
             Some(chain) => solve_sequence(&chain, pupil, place, start),
-            None => newton(*start, |d| self.closest_approach(pupil, place, d)).map(|(found, _)| found),
+            None => {
+                newton(*start, |d| self.closest_approach(pupil, place, d)).map(|(found, _)| found)
+            }
         }
     }
 }

@@ -58,7 +58,8 @@ impl RefractionSequence {
                 faces.intersect_item(item, &line, &mut scratch, &mut passed);
             }
             // Faces that touch each other lie in one surface, so any of them that has a closed form will do.
-            let there = passed.iter().filter(|face| (face.t_mm - at_mm).abs() <= TOUCH_TOLERANCE_MM);
+            let there =
+                passed.iter().filter(|face| (face.t_mm - at_mm).abs() <= TOUCH_TOLERANCE_MM);
             let face =
                 there.map(|passed| passed.face).find(|face| faces.surface(*face).is_some())?;
             let surface = faces.surface(face)?.clone();

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use fabkit_geometry::{Path, Point3, Segment, Vector3};
 
-use super::faces::{Cell, PARTS_PER_QUARTER, SLACK_MM, AxialPose, ring_between};
+use super::faces::{AxialPose, Cell, PARTS_PER_QUARTER, SLACK_MM, ring_between};
 use super::quadric::Quadric;
 
 /// Edge of a profile.
@@ -134,7 +134,9 @@ impl Edge<'_> {
     pub(super) fn revolved_cells(&self, up: &AxialPose) -> Vec<Cell> {
         let parts = match self.segment {
             // A slanted line sweeps a cone, for which boxes are tight only in parts.
-            Segment::Line { to } if self.from[0] != to[0] && self.from[1] != to[1] => PARTS_PER_QUARTER,
+            Segment::Line { to } if self.from[0] != to[0] && self.from[1] != to[1] => {
+                PARTS_PER_QUARTER
+            }
             _ => 1,
         };
         let split = |[a, b]: [[f64; 2]; 2]| {
@@ -144,7 +146,11 @@ impl Edge<'_> {
             };
             (0..parts).map(move |k| [at(k), at(k + 1)])
         };
-        self.monotonic_pieces().into_iter().flat_map(split).map(|[a, b]| ring_between(up, a, b)).collect()
+        self.monotonic_pieces()
+            .into_iter()
+            .flat_map(split)
+            .map(|[a, b]| ring_between(up, a, b))
+            .collect()
     }
 
     /// Splits the edge into pieces that are monotonic in both coordinates, and returns their ends. The box around a

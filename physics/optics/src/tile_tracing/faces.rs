@@ -8,7 +8,7 @@ use fabkit_geometry::{
     Scratch, Solid, Vector3,
 };
 
-use super::edges::{Edge, edges, bounding_box};
+use super::edges::{Edge, bounding_box, edges};
 use super::quadric::{Quadric, Surface};
 use super::trim::{Outline, Trim};
 use crate::stack::Item;
@@ -101,9 +101,10 @@ impl Faces {
                 let (first, cells) = (faces.surfaces.len() as u32, faces.cells.len());
                 faces.add(leaf);
                 faces.clip(cells, &item.bounds);
-                faces
-                    .groups
-                    .push((enclosing_cell(&faces.cells[cells..]), cells as u32..faces.cells.len() as u32));
+                faces.groups.push((
+                    enclosing_cell(&faces.cells[cells..]),
+                    cells as u32..faces.cells.len() as u32,
+                ));
                 let cells = cells as u32..faces.cells.len() as u32;
                 faces.trims[first as usize..]
                     .iter_mut()
@@ -149,8 +150,10 @@ impl Faces {
             solid.crossings_into(line, scratch, crossings);
             let within =
                 |crossing: &&Crossing| self.bounds[item as usize].contains(&line.at(crossing.t));
-            let of =
-                |crossing: &Crossing| FaceIntersection { t_mm: crossing.t, face: first_face + crossing.face };
+            let of = |crossing: &Crossing| FaceIntersection {
+                t_mm: crossing.t,
+                face: first_face + crossing.face,
+            };
             passed.extend(crossings.iter().filter(within).map(of));
         }
     }
@@ -241,8 +244,10 @@ impl Faces {
                     let back = pose.inverse().point(Point3::origin());
                     solid.contains(&Point3::new(back.x, back.y, height / 2.0))
                 });
-                let nearest =
-                    edges.iter().map(|edge| edge.min_axis_distance(&up)).fold(f64::INFINITY, f64::min);
+                let nearest = edges
+                    .iter()
+                    .map(|edge| edge.min_axis_distance(&up))
+                    .fold(f64::INFINITY, f64::min);
                 let outline = Outline::from_extrusion(extrusion, &edges, pose);
                 for z in [0.0, height] {
                     let plane =

@@ -2,11 +2,11 @@
 
 use fabkit_geometry::Ray;
 
-use super::faces::{Faces, FaceIntersection};
+use super::faces::{FaceIntersection, Faces};
 use super::quadric::Surface;
 use super::trim::{Room, Trim};
 use crate::snell::refract;
-use crate::trace::{RayEnd, PieceEnd, TOUCH_TOLERANCE_MM, Tracer};
+use crate::trace::{PieceEnd, RayEnd, TOUCH_TOLERANCE_MM, Tracer};
 
 /// Faces that are passed together: those of two touching bodies lie in one surface.
 #[derive(Clone, Debug)]
@@ -54,7 +54,8 @@ impl Itinerary {
             passed.retain(|face| face.t_mm > from_mm && face.t_mm <= at_mm + TOUCH_TOLERANCE_MM);
             passed.sort_by(|a, b| a.t_mm.total_cmp(&b.t_mm).then(a.face.cmp(&b.face)));
             // Faces within the tolerance are passed together.
-            let mut groups = passed.chunk_by(|a, b| b.t_mm - a.t_mm <= TOUCH_TOLERANCE_MM).peekable();
+            let mut groups =
+                passed.chunk_by(|a, b| b.t_mm - a.t_mm <= TOUCH_TOLERANCE_MM).peekable();
             let mut last_faces = Vec::new();
             while let Some(group) = groups.next() {
                 let is_last = groups.peek().is_none();
@@ -72,7 +73,8 @@ impl Itinerary {
                 steps.push(step);
             }
             // Otherwise the event belongs to no known face, as at an edge.
-            let reaches = passed.last().is_some_and(|last| (last.t_mm - at_mm).abs() <= TOUCH_TOLERANCE_MM);
+            let reaches =
+                passed.last().is_some_and(|last| (last.t_mm - at_mm).abs() <= TOUCH_TOLERANCE_MM);
             match event {
                 PieceEnd::Bend { normal, to_index, item, .. } if reaches => {
                     let ratio = index? / to_index;

@@ -7,11 +7,12 @@ use super::faces::Faces;
 use super::itinerary::{Itinerary, ItineraryStep};
 use super::quadric::{Intersections, ZERO_TOLERANCE};
 use super::simd_lanes::{
-    LANES, Lane, Mask, Triple, ZERO_TRIPLE, gradients, second_intersections, advance, bounding_box, lane_point, refract_lanes, mark_outside, intersect,
-    transform, may_intersect, rotate,
+    LANES, Lane, Mask, Triple, ZERO_TRIPLE, advance, bounding_box, gradients, intersect,
+    lane_point, mark_outside, may_intersect, refract_lanes, rotate, second_intersections,
+    transform,
 };
 use crate::sensing::SensingSurface;
-use crate::trace::{RayEnd, LightPath};
+use crate::trace::{LightPath, RayEnd};
 
 /// Rays of a tile along an itinerary.
 #[derive(Debug, Default)]
@@ -175,14 +176,18 @@ impl RayBlocks {
                 let meetings = (0..LANES)
                     .filter(is_asked)
                     .map(|lane| surface.meetings(&lane_point(from, lane), &lane_point(to, lane)));
-                if Intersections::box_around(meetings).is_some_and(|bounds| trim.misses_box(&bounds)) {
+                if Intersections::box_around(meetings)
+                    .is_some_and(|bounds| trim.misses_box(&bounds))
+                {
                     continue;
                 }
             }
             for (lane, is_lost) in block.is_lost.iter_mut().enumerate() {
                 if is_near[lane] != 0
                     && *is_lost == 0
-                    && !surface.meetings(&lane_point(from, lane), &lane_point(to, lane)).miss_face(trim)
+                    && !surface
+                        .meetings(&lane_point(from, lane), &lane_point(to, lane))
+                        .miss_face(trim)
                 {
                     *is_lost = 1;
                 }
@@ -299,7 +304,14 @@ impl RayBlock {
 
     /// Marks as lost the rays that do not meet the next face, and those that, before it, meet its surface or that of
     /// the previous faces on one of these faces.
-    fn mark_blocked(&mut self, step: &ItineraryStep, before: &[u32], faces: &Faces, t_mm: &Lane, back_mm: &Lane) {
+    fn mark_blocked(
+        &mut self,
+        step: &ItineraryStep,
+        before: &[u32],
+        faces: &Faces,
+        t_mm: &Lane,
+        back_mm: &Lane,
+    ) {
         let mut is_between = [0u64; LANES];
         for lane in 0..LANES {
             let (at, t) = (self.at_mm[lane], t_mm[lane]);

@@ -22,14 +22,14 @@ mod faces;
 mod itinerary;
 mod lanes;
 mod quadric;
-mod trim;
 mod simd_lanes;
+mod trim;
 
 use std::ops::Range;
 
 use fabkit_geometry::{Aabb, Point3, Ray, Scratch};
 
-pub(crate) use self::chain::{RefractionSequence, FaceSurfaces};
+pub(crate) use self::chain::{FaceSurfaces, RefractionSequence};
 use self::faces::{Cell, Faces, radius_range};
 use self::itinerary::Itinerary;
 use self::lanes::RayBlocks;
@@ -240,7 +240,8 @@ impl TileTracer<'_> {
                 let mut asked = None;
                 for cell in &near {
                     let is_touched = |(slice, radius_mm): &(Aabb, _)| {
-                        cell.touches(slice, *radius_mm) && !self.of.faces.misses_box(cell.face, slice)
+                        cell.touches(slice, *radius_mm)
+                            && !self.of.faces.misses_box(cell.face, slice)
                     };
                     if asked != Some(cell.face) && slices.iter().any(is_touched) {
                         asked = Some(cell.face);

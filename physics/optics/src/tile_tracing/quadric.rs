@@ -264,7 +264,11 @@ impl Quadric {
         // without cancellation is used.
         let up = if m >= 0.0 { -c / (root + m) } else { (root - m) / h };
         let down = if m <= 0.0 { c / (root - m) } else { -(root + m) / h };
-        if grows { QuadricPassage { t_mm: up, opposite_mm: down } } else { QuadricPassage { t_mm: down, opposite_mm: up } }
+        if grows {
+            QuadricPassage { t_mm: up, opposite_mm: down }
+        } else {
+            QuadricPassage { t_mm: down, opposite_mm: up }
+        }
     }
 
     /// Finds the possible intersections with the straight way between two points, as shares of it; `None` if it grazes

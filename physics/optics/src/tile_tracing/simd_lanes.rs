@@ -2,7 +2,7 @@
 
 use fabkit_geometry::{Aabb, Point3, Pose};
 
-use super::quadric::{ZERO_TOLERANCE, Quadric, Surface};
+use super::quadric::{Quadric, Surface, ZERO_TOLERANCE};
 use super::trim::Room;
 
 /// Number of rays of a block: few enough to stay in the cache, enough for loops to pay.

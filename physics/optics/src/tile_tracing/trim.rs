@@ -117,7 +117,11 @@ enum OutlinePiece {
 
 impl Outline {
     /// Builds the outline of an extrusion's end faces.
-    pub(super) fn from_extrusion(extrusion: &Extrusion, edges: &[Edge], pose: &Pose) -> Option<Arc<Self>> {
+    pub(super) fn from_extrusion(
+        extrusion: &Extrusion,
+        edges: &[Edge],
+        pose: &Pose,
+    ) -> Option<Arc<Self>> {
         let plate = CompiledSolid::new(&Solid::Extrusion(extrusion.clone())).ok()?;
         let border = |edge: &Edge| {
             let (from, to) = (Vector2::from(edge.from), Vector2::from(edge.segment.to()));

@@ -1,10 +1,10 @@
 //! Rays to given points, and back.
 
 use fabkit_geometry::{
-    Angle, Assembly, Body, OpticalClarity, NominalCamera, Placement, Point3, Pose, Process, Ray, Sensor,
-    Solid, MaterialProperties, Vector3,
+    Angle, Assembly, Body, MaterialProperties, NominalCamera, OpticalClarity, Placement, Point3,
+    Pose, Process, Ray, Sensor, Solid, Vector3,
 };
-use fabkit_optics::{RayEnd, SightLine, ViewStacks, OpticalStack, Tracer};
+use fabkit_optics::{OpticalStack, RayEnd, SightLine, Tracer, ViewStacks};
 use proptest::prelude::*;
 
 fn placed(body: Body) -> Body {
@@ -12,8 +12,11 @@ fn placed(body: Body) -> Body {
 }
 
 fn medium(name: &str, index: f64, solid: Solid) -> Body {
-    let mut body = placed(Body::cast(name, "", solid).with_material("jelly").with_clarity(OpticalClarity::Clear));
-    body.substance = MaterialProperties { refractive_index: Some(index), ..MaterialProperties::default() };
+    let mut body = placed(
+        Body::cast(name, "", solid).with_material("jelly").with_clarity(OpticalClarity::Clear),
+    );
+    body.substance =
+        MaterialProperties { refractive_index: Some(index), ..MaterialProperties::default() };
     body
 }
 
@@ -25,7 +28,9 @@ fn sights(bodies: impl IntoIterator<Item = Body>) -> ViewStacks {
         field_of_view: Angle::from_deg(120.0).unwrap(),
         lens: Default::default(),
     };
-    ViewStacks::new(OpticalStack::from_sensor(&Sensor::new("test", "", "", camera, bodies)).unwrap())
+    ViewStacks::new(
+        OpticalStack::from_sensor(&Sensor::new("test", "", "", camera, bodies)).unwrap(),
+    )
 }
 
 /// Builds a pane, a ball of gel above it, then air.
@@ -96,7 +101,8 @@ proptest! {
 fn a_ray_to_a_point_behind_a_flat_face_obeys_snells_law() {
     let gel = medium("gel", 1.41, Solid::cylinder(100.0, 30.0).at(0.0, 0.0, 4.0));
     let place = Point3::new(9.0, 0.0, 12.0);
-    let sight = sights([gel]).sight_line_solver().find_sight_line(&Point3::origin(), &place).unwrap();
+    let sight =
+        sights([gel]).sight_line_solver().find_sight_line(&Point3::origin(), &place).unwrap();
     let tangent = |sine: f64| sine / (1.0 - sine * sine).sqrt();
     let sine = sight.direction.x;
     let reached = 4.0 * tangent(sine) + 8.0 * tangent(sine / 1.41);

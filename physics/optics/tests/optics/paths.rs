@@ -1,11 +1,16 @@
 //! Paths compared with independent results: the camera's own interfaces, formulas, and the reversed path.
 
-use fabkit_camera::{Camera, FlatInterface, Interface, Intrinsics, KannalaBrandt, Lens, Point2, SphericalInterface};
-use fabkit_geometry::{
-    Angle, Assembly, Body, OpticalClarity, DomeSurface, EllipsoidOffset, FixtureGrip, NominalCamera, Path,
-    Placement, Point3, Pose, Process, Ray, Sensor, Solid, MaterialProperties, TouchSurface, Vector3,
+use fabkit_camera::{
+    Camera, FlatInterface, Interface, Intrinsics, KannalaBrandt, Lens, Point2, SphericalInterface,
 };
-use fabkit_optics::{TileTracing, RayEnd, InvalidStack, LightPath, OpticalStack, TILE, Tracer, refract};
+use fabkit_geometry::{
+    Angle, Assembly, Body, DomeSurface, EllipsoidOffset, FixtureGrip, MaterialProperties,
+    NominalCamera, OpticalClarity, Path, Placement, Point3, Pose, Process, Ray, Sensor, Solid,
+    TouchSurface, Vector3,
+};
+use fabkit_optics::{
+    InvalidStack, LightPath, OpticalStack, RayEnd, TILE, TileTracing, Tracer, refract,
+};
 use proptest::prelude::*;
 
 fn medium(name: &str, index: f64, solid: Solid) -> Body {
@@ -13,7 +18,8 @@ fn medium(name: &str, index: f64, solid: Solid) -> Body {
         .with_material("jelly")
         .with_clarity(OpticalClarity::Clear)
         .placed([Placement::in_place(Assembly::sensor())]);
-    body.substance = MaterialProperties { refractive_index: Some(index), ..MaterialProperties::default() };
+    body.substance =
+        MaterialProperties { refractive_index: Some(index), ..MaterialProperties::default() };
     body
 }
 
@@ -73,7 +79,11 @@ fn compare_with_interface(interface: Interface, bodies: Vec<Body>, bends: usize)
 
 #[test]
 fn a_drawn_pane_is_the_cameras_flat_interface() {
-    let flat = FlatInterface { glass_thickness_mm: 2.0, index_glass: 1.5, ..FlatInterface::bare_in_air(3.0, 1.41) };
+    let flat = FlatInterface {
+        glass_thickness_mm: 2.0,
+        index_glass: 1.5,
+        ..FlatInterface::bare_in_air(3.0, 1.41)
+    };
     let pane = medium("pane", 1.5, Solid::cylinder(500.0, 2.0).at(0.0, 0.0, 3.0));
     let gel = medium("gel", 1.41, Solid::cylinder(500.0, 20.0).at(0.0, 0.0, 5.0));
     // Denser than the gel, so that nothing is totally reflected.
@@ -309,6 +319,10 @@ fn tiles_give_the_same_paths_as_single_rays() {
         assert_eq!(compared, rays);
         assert!(seen.iter().all(|count| *count <= 1));
         // Most rays must not be traced singly, otherwise the test is void.
-        assert!(together.single_ray_count() < rays / 3, "{} of {rays}", together.single_ray_count());
+        assert!(
+            together.single_ray_count() < rays / 3,
+            "{} of {rays}",
+            together.single_ray_count()
+        );
     }
 }

@@ -118,7 +118,8 @@ impl PadImageMap {
     /// Removes pixels near the layers' edge: a displaced gel does not fill them.
     fn without_edge(self) -> Self {
         let [[left, right], [below, above]] = self.bounds_mm();
-        let pixel_mm = ((right - left) * (above - below) / self.visible_pixels().count() as f64).sqrt();
+        let pixel_mm =
+            ((right - left) * (above - below) / self.visible_pixels().count() as f64).sqrt();
         // Without any visible pixel the profile reports the error.
         let aside = if pixel_mm.is_finite() { (EDGE_MM / pixel_mm).ceil() as i64 } else { 0 };
         let [width, height] = self.size_px.map(|px| px as i64);
@@ -190,8 +191,9 @@ impl BallProfile {
         let darker = |i: usize| WHITE * f64::from(reference[i] - picture[i]);
         // A first estimate of the offset; most of the pad is undisturbed.
         let brighter_grey = -median(view.visible_pixels().map(|(i, _)| darker(i)));
-        let (at_mm, darkest) = find_dark_centre(view, ball_radius_mm, |i| darker(i) + brighter_grey)
-            .ok_or_else(|| FitLightError::NoBall { file: file.into(), least: LEAST_GREY })?;
+        let (at_mm, darkest) =
+            find_dark_centre(view, ball_radius_mm, |i| darker(i) + brighter_grey)
+                .ok_or_else(|| FitLightError::NoBall { file: file.into(), least: LEAST_GREY })?;
         let Raster { bin_mm, bins, .. } = raster(ball_radius_mm, view.from_mm);
         let away_mm =
             |pixel: &PadPixel| (pixel.at_mm[0] - at_mm[0]).hypot(pixel.at_mm[1] - at_mm[1]);

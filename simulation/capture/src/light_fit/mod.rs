@@ -5,12 +5,12 @@
 //! depth of the pins is searched as well, since the depths in labels are often wrong.
 
 mod balls;
+mod corrected_camera;
 mod document;
 mod pads;
 mod pads_document;
-mod simulated_profile;
 mod profiles;
-mod corrected_camera;
+mod simulated_profile;
 
 use std::path::{Path, PathBuf};
 
@@ -32,10 +32,10 @@ use fabkit_calibration::pin_captures::images::read_grey;
 use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained};
 use fabkit_scene::press_simulation::{ElasticSolver, threads};
 
-use self::simulated_profile::{SimulatedPatch, Raster};
-use self::profiles::{FIRST_BIN_BESIDE, BINS, PinProfile, mean_intensity};
 use self::corrected_camera::CorrectedCamera;
-use crate::{LightConstants, LayerGeometry};
+use self::profiles::{BINS, FIRST_BIN_BESIDE, PinProfile, mean_intensity};
+use self::simulated_profile::{Raster, SimulatedPatch};
+use crate::{LayerGeometry, LightConstants};
 
 /// Largest differences in polar angle, rad, and stated depth, mm, between pins of one ring.
 const SAME_RING_RAD: f64 = 0.03;
@@ -278,7 +278,8 @@ impl LightFitInput<'_> {
         for depth_mm in depths_mm {
             let deeper_mm = depth_mm - stated_depth_mm;
             let patch = |ring: &RingPlace| {
-                let (point, _) = dome.point_in_direction(ring.polar_rad, 0.0).ok_or(FitLightError::NoFit)?;
+                let (point, _) =
+                    dome.point_in_direction(ring.polar_rad, 0.0).ok_or(FitLightError::NoFit)?;
                 let [least, most] = DEPTH_LIMITS.map(|part| part * soft_mm);
                 // All rings are shifted by the same difference, within what the soft layers allow.
                 let depth_mm = (ring.stated_mm + deeper_mm).clamp(least, most);
@@ -340,7 +341,9 @@ impl LightFitInput<'_> {
             let picture = read_grey(&self.folder.join(&record.file))?;
             let here = observations.iter().filter(|o| o.contact.capture == i);
             profiles.extend(
-                here.filter_map(|o| PinProfile::measure(o, seen, scene.touch, [&reference, &picture])),
+                here.filter_map(|o| {
+                    PinProfile::measure(o, seen, scene.touch, [&reference, &picture])
+                }),
             );
         }
         Ok(profiles)
@@ -374,7 +377,10 @@ impl PinFit<'_> {
         // brightness is about that product.
         let scatter: [f64; 4] = [0.1, 0.3, 0.8, 2.0];
         let from = |scatter: &f64| {
-            fit_positive(|values| self.residuals(values, None), &[120.0 / scatter, 10.0, *scatter, 0.3])
+            fit_positive(
+                |values| self.residuals(values, None),
+                &[120.0 / scatter, 10.0, *scatter, 0.3],
+            )
         };
         let cost = |values: &Vec<f64>| self.cost(values, None);
         let all = scatter.iter().filter_map(from);
@@ -511,7 +517,8 @@ fn rings(profiles: &[PinProfile]) -> (Vec<RingPlace>, Vec<usize>) {
             rings.push(RingPlace::from_profile(profile));
         }
     }
-    let ring = |profile: &PinProfile| rings.iter().position(|ring| ring.contains(profile)).unwrap_or(0);
+    let ring =
+        |profile: &PinProfile| rings.iter().position(|ring| ring.contains(profile)).unwrap_or(0);
     let of = profiles.iter().map(ring).collect();
     (rings, of)
 }
@@ -530,7 +537,11 @@ fn jackknife(held_out: &[Vec<f64>]) -> Vec<f64> {
 
 /// Returns standard deviations for independent residuals, to first order in the values, each changed by its step. All
 /// are 0 if two values cannot be told apart. Bins of a profile are not independent, so these are lower bounds.
-fn residual_sigmas(residuals: impl Fn(&[f64]) -> Vec<f64>, values: &[f64], steps: &[f64]) -> Vec<f64> {
+fn residual_sigmas(
+    residuals: impl Fn(&[f64]) -> Vec<f64>,
+    values: &[f64],
+    steps: &[f64],
+) -> Vec<f64> {
     let left = residuals(values);
     let slope = |(k, step): (usize, &f64)| -> Vec<f64> {
         let mut more = values.to_vec();

@@ -17,13 +17,13 @@ use fabkit_scene::ground_truth::Viewpoint;
 use fabkit_scene::press_simulation::{ElasticSolver, threads};
 use rayon::prelude::*;
 
-use super::balls::{self, PadImageMap, BallProfile};
-use super::simulated_profile::{SimulatedPatch, Raster};
+use super::balls::{self, BallProfile, PadImageMap};
+use super::simulated_profile::{Raster, SimulatedPatch};
 use super::{
     BIN_GREY, FitLightError, SCATTER_LOG, SCATTER_PER_MM, SPACING_MM, jackknife, residual_sigmas,
 };
-use crate::{LayerScene, LightConstants, surface_middle};
 use crate::{CapturedImage, check_size};
+use crate::{LayerScene, LightConstants, surface_middle};
 
 /// Smallest and largest simulated depth, as shares of the soft layers' thickness, and number of depths. Profiles of
 /// other depths are interpolated linearly.
@@ -183,7 +183,12 @@ impl PadFitInput<'_> {
             let read = || {
                 let picture = CapturedImage::read(file)?;
                 check_size(file, &picture, view.size_px())?;
-                BallProfile::measure(&view, file, [&reference, &picture.grey()], self.ball_radius_mm)
+                BallProfile::measure(
+                    &view,
+                    file,
+                    [&reference, &picture.grey()],
+                    self.ball_radius_mm,
+                )
             };
             match read() {
                 Ok(profile) => profiles.push(profile),
@@ -195,17 +200,19 @@ impl PadFitInput<'_> {
         }
         let raster = balls::raster(self.ball_radius_mm, view.seen_from_mm());
         let model = Model::new(sensor, &layers, self.ball_radius_mm, raster)?;
-        let lit_at = |[x, y]: [f64; 2]| layers.scene.lit.irradiance(&Point3::new(x, y, model.middle.z));
+        let lit_at =
+            |[x, y]: [f64; 2]| layers.scene.lit.irradiance(&Point3::new(x, y, model.middle.z));
         let lit: Vec<f64> = profiles.iter().map(|profile| lit_at(profile.at_mm)).collect();
         let spread_mm = constants.spread_mm.value;
         let fitting = BallFit { profiles: &profiles, lit: &lit, model: &model, spread_mm };
         let all: Vec<usize> = (0..profiles.len()).collect();
         let values = fitting.solve(&all).ok_or(FitLightError::NoFit)?;
         let mut fitted = fitting.report(self.captures, &values)?;
-        fitted.reference_rms_grey = rms(view.visible_pixels().step_by(REST_STRIDE).map(|(i, pixel)| {
-            let sent = lit_at(pixel.at_mm) * fitting.rest_intensity(fitted.values, pixel.slant);
-            balls::WHITE * f64::from(reference[i]) - sent
-        }));
+        fitted.reference_rms_grey =
+            rms(view.visible_pixels().step_by(REST_STRIDE).map(|(i, pixel)| {
+                let sent = lit_at(pixel.at_mm) * fitting.rest_intensity(fitted.values, pixel.slant);
+                balls::WHITE * f64::from(reference[i]) - sent
+            }));
         Ok(fitted)
     }
 
@@ -215,8 +222,10 @@ impl PadFitInput<'_> {
             PadMapping::Camera(viewpoint) => viewpoint.clone(),
             PadMapping::Rectified(_) => drawn().map_err(Error::bug)?,
         };
-        let view =
-            PadImageMap::from_camera(&SensorView::new(Arc::clone(self.project), viewpoint)?, layers)?;
+        let view = PadImageMap::from_camera(
+            &SensorView::new(Arc::clone(self.project), viewpoint)?,
+            layers,
+        )?;
         Ok(match self.outline {
             PadMapping::Camera(_) => view,
             PadMapping::Rectified(mm) => {
@@ -264,7 +273,8 @@ impl Model {
         };
         let spacing_mm = SPACING_MM.max(ball_radius_mm / NODES_TO_RADIUS);
         let ready = ElasticSolver::for_any_press(sensor, Some(spacing_mm), false, threads())?;
-        let most_mm = (DEPTHS[1] * scene.touch.max_indentation_mm()).min(MOST_OF_RADIUS * ball_radius_mm);
+        let most_mm =
+            (DEPTHS[1] * scene.touch.max_indentation_mm()).min(MOST_OF_RADIUS * ball_radius_mm);
         let least_mm = DEPTHS[0] * scene.touch.max_indentation_mm();
         let depth_mm = |k: usize| least_mm + (most_mm - least_mm) * k as f64 / (STEPS - 1) as f64;
         let depths_mm: Vec<f64> = (0..STEPS).map(depth_mm).collect();
@@ -273,7 +283,14 @@ impl Model {
             SimulatedPatch::simulate(scene, &ready, &middle, tip, raster, paths_mm)
         };
         let patches = depths_mm.par_iter().map(press).collect::<Result<_, _>>()?;
-        Ok(Self { raster, depths_mm, patches, middle, lit: scene.lit.irradiance(&middle), thick_mm })
+        Ok(Self {
+            raster,
+            depths_mm,
+            patches,
+            middle,
+            lit: scene.lit.irradiance(&middle),
+            thick_mm,
+        })
     }
 }
 
@@ -298,8 +315,8 @@ impl BallFit<'_> {
         let law = TwoStream { scatter_per_mm: scatter_per_mm * profile.slant };
         // The patches were simulated with the irradiance in the pad's middle.
         let layer_grey = layer_grey * self.lit[capture] / self.model.lit;
-        let [near, far] =
-            [from, from + 1].map(|k| self.model.patches[k].intensity_loss(layer_grey, law, self.spread_mm));
+        let [near, far] = [from, from + 1]
+            .map(|k| self.model.patches[k].intensity_loss(layer_grey, law, self.spread_mm));
         let part = at - from as f64;
         near.iter().zip(far).map(|(near, far)| near + part * (far - near)).collect()
     }
@@ -320,7 +337,11 @@ impl BallFit<'_> {
     }
 
     /// Returns the intensity at rest for mean irradiance.
-    fn rest_intensity(&self, [layer_grey, ground_grey, scatter_per_mm]: [f64; 3], slant: f64) -> f64 {
+    fn rest_intensity(
+        &self,
+        [layer_grey, ground_grey, scatter_per_mm]: [f64; 3],
+        slant: f64,
+    ) -> f64 {
         let law = TwoStream { scatter_per_mm };
         ground_grey + layer_grey * law.reflectance(slant * self.model.thick_mm)
     }
@@ -331,7 +352,8 @@ impl BallFit<'_> {
 
     /// Fits three constants and the depths of some captures.
     fn solve(&self, captures: &[usize]) -> Option<Vec<f64>> {
-        let begin = SCATTER_STARTS.iter().flat_map(|scatter| DEPTH_STARTS.map(|part| (*scatter, part)));
+        let begin =
+            SCATTER_STARTS.iter().flat_map(|scatter| DEPTH_STARTS.map(|part| (*scatter, part)));
         let from = |(scatter, part): (f64, f64)| {
             let mut start = vec![120.0 / scatter, GROUND, scatter];
             start.extend(captures.iter().map(|capture| part * self.depth_from_edge_mm(*capture)));
@@ -386,7 +408,8 @@ impl BallFit<'_> {
             // The solution with all captures is a close start.
             let mut start = constants.to_vec();
             start.extend(others.iter().map(|other| values[3 + other]));
-            fit_positive(|values| self.residuals(&others, values), &start).ok_or(FitLightError::NoFit)
+            fit_positive(|values| self.residuals(&others, values), &start)
+                .ok_or(FitLightError::NoFit)
         };
         let held_out = if all.len() > 1 {
             all.par_iter().map(without).collect::<Result<Vec<_>, _>>()?

@@ -44,7 +44,8 @@ impl PinProfile {
         let (depth_mm, outward) = touch.depth_mm(&contact);
         let surface = contact + depth_mm * outward;
         let across = tangents(&outward).map(|way| {
-            let [ahead, behind] = [SCALE_MM, -SCALE_MM].map(|mm| seen.project(&(surface + mm * way)));
+            let [ahead, behind] =
+                [SCALE_MM, -SCALE_MM].map(|mm| seen.project(&(surface + mm * way)));
             Some((ahead? - behind?) / (2.0 * SCALE_MM))
         });
         let [Some(a), Some(b)] = across else { return None };

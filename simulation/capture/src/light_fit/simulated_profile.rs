@@ -100,7 +100,12 @@ impl SimulatedPatch {
 
     /// Returns the loss of intensity against rest by distance from the middle, for the intensity of an infinitely thick
     /// layer, a law of reflectance and the lateral spread of light, mm.
-    pub(super) fn intensity_loss(&self, layer_grey: f64, law: TwoStream, spread_mm: f64) -> Vec<f64> {
+    pub(super) fn intensity_loss(
+        &self,
+        layer_grey: f64,
+        law: TwoStream,
+        spread_mm: f64,
+    ) -> Vec<f64> {
         let Raster { step_mm, bin_mm, bins, .. } = self.raster;
         let side = self.raster.side();
         let darker = |[rest, now]: &[f64; 2]| law.reflectance(*rest) - law.reflectance(*now);

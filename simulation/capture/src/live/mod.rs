@@ -19,13 +19,16 @@ use fabkit_fixtures::Press;
 use fabkit_geometry::{Pose, TouchSurface};
 use fabkit_scene::SensorView;
 use fabkit_scene::ground_truth::compile_indenters;
-use fabkit_scene::press_simulation::{ContactSolution, ContactModel, LinearOptions, MarkerDisplacement, ElasticSolver, PressStep, soft_layers, threads};
+use fabkit_scene::press_simulation::{
+    ContactModel, ContactSolution, ElasticSolver, LinearOptions, MarkerDisplacement, PressStep,
+    soft_layers, threads,
+};
 use rayon::prelude::*;
 use serde_json::Value;
 
 use crate::Renderer;
 
-pub use skin::{LiveSkin, SkinImages, SkinImageRequest, SkinResult};
+pub use skin::{LiveSkin, SkinImageRequest, SkinImages, SkinResult};
 
 /// Displacement below which the surface counts as unmoved, mm. Slopes are then about 1e-3, and intensities change by
 /// less than their noise.
@@ -167,7 +170,8 @@ fn run_live(
     let (light, constants) = (options.light.as_deref(), options.constants.as_deref());
     let (lighting, constants) = crate::select_lighting(&scene.project, light, constants)?;
     let touch = scene.touch()?;
-    let contact = ContactModel::Linear(LinearOptions { spacing_mm: options.spacing_mm, friction: None });
+    let contact =
+        ContactModel::Linear(LinearOptions { spacing_mm: options.spacing_mm, friction: None });
     let samples = options.samples.max(1);
     let size_px = scene.ray_grid_size(samples)?.map(|side| (side / samples) as usize);
     let rays = scene.rays_of_rows(samples, 0..u32::MAX);
@@ -195,18 +199,24 @@ impl LiveState<'_> {
         let LivePress { press, shear_mm, friction, seed } = asked;
         let answer = match press.bodies.is_empty() {
             true => None,
-            false => match self.ready.solve_contact(self.touch, &press.bodies, *shear_mm, *friction) {
-                // Contact smaller than the node spacing counts as none, so that a control loop does not stop at first
-                // touch.
-                Err(error) if error.is_no_contact() || error.is_first_touch() => None,
-                answer => Some(answer?),
-            },
+            false => {
+                match self.ready.solve_contact(self.touch, &press.bodies, *shear_mm, *friction) {
+                    // Contact smaller than the node spacing counts as none, so that a control loop does not stop at first
+                    // touch.
+                    Err(error) if error.is_no_contact() || error.is_first_touch() => None,
+                    answer => Some(answer?),
+                }
+            }
         };
         let Some(answer) = answer else {
             return self.to_result(&self.surface.map_without_contact(), None, *seed);
         };
         let mut moved = press.clone();
-        let way = Pose::translation(answer.shear_displacement_mm.x, answer.shear_displacement_mm.y, answer.shear_displacement_mm.z);
+        let way = Pose::translation(
+            answer.shear_displacement_mm.x,
+            answer.shear_displacement_mm.y,
+            answer.shear_displacement_mm.z,
+        );
         for body in &mut moved.bodies {
             body.sensor_from_body = way.then_in(body.sensor_from_body);
         }
@@ -219,7 +229,8 @@ impl LiveState<'_> {
 
     /// Projects markers to pixels. Only those that have moved are projected anew.
     fn pixels_of(&self, marks: &[MarkerDisplacement]) -> Vec<Option<[f64; 2]>> {
-        let has_moved = |mark: &MarkerDisplacement| mark.displacement_mm.is_none_or(|mm| mm.norm() > STILL_MM);
+        let has_moved =
+            |mark: &MarkerDisplacement| mark.displacement_mm.is_none_or(|mm| mm.norm() > STILL_MM);
         let moved: Vec<usize> = (0..marks.len()).filter(|i| has_moved(&marks[*i])).collect();
         let own: Vec<MarkerDisplacement> = moved.iter().map(|i| marks[*i].clone()).collect();
         let found = crate::project_markers(&self.scene.viewpoint, self.scene.sights(), &own);
@@ -243,7 +254,8 @@ impl LiveState<'_> {
             let by_mm: Vec<f32> = by_ray.iter().map(seen).collect();
             let label = |label: &u16| u8::try_from(*label).unwrap_or(u8::MAX);
             let labels: Vec<u8> = map.label().iter().map(label).collect();
-            let moved = self.surface.map_from_indentation(&by_mm, &labels, Renderer::MOTION_THRESHOLD_MM);
+            let moved =
+                self.surface.map_from_indentation(&by_mm, &labels, Renderer::MOTION_THRESHOLD_MM);
             self.studio.render(&moved, answer, seed)?
         };
         let sensor = &self.scene.project.design.sensor;

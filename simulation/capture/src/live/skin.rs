@@ -5,11 +5,13 @@ use std::sync::Arc;
 use fabkit_elastic::{ElasticError, LiquidOutcome, LiquidSolver, LiquidStack};
 use fabkit_files::Error;
 use fabkit_fixtures::{Press, Project};
-use fabkit_geometry::{Lighting, Marker, VisibleEffect, Vector3};
+use fabkit_geometry::{Lighting, Marker, Vector3, VisibleEffect};
 use fabkit_optics::ViewStacks;
 use fabkit_scene::SceneError;
 use fabkit_scene::ground_truth::Viewpoint;
-use fabkit_scene::press_simulation::{MarkerDisplacement, PressingError, with_indenters, press_skin};
+use fabkit_scene::press_simulation::{
+    MarkerDisplacement, PressingError, press_skin, with_indenters,
+};
 
 /// Default distance of nodes, mm.
 const SPACING_MM: f64 = 1.0;
@@ -138,7 +140,8 @@ impl LiveSkin {
         let sensor = &self.project.design.sensor;
         let of_light = |light: &String| {
             let lighting = crate::find_lighting(sensor, Some(light))?;
-            let is_it = |(known, ..): &&(Lighting, Viewpoint, ViewStacks)| known.name == lighting.name;
+            let is_it =
+                |(known, ..): &&(Lighting, Viewpoint, ViewStacks)| known.name == lighting.name;
             let view = self.views.iter().find(is_it);
             let (_, viewpoint, _) = view.ok_or_else(|| Error::bug("a light without a camera"))?;
             let is_of_columns = matches!(lighting.effect, VisibleEffect::LiquidColumns { .. });
@@ -200,7 +203,8 @@ impl LiveSkin {
             }
         }
         let count = self.stack.skin().channels.len();
-        let moved = |i: usize| channels.get(i).map_or(0.0, |channel| channel.column_displacement_mm);
+        let moved =
+            |i: usize| channels.get(i).map_or(0.0, |channel| channel.column_displacement_mm);
         Ok(SkinResult {
             force_n: outcome.map_or([0.0; 3], |outcome| outcome.force_n.into()),
             column_mm: (0..count).map(moved).collect(),

@@ -9,7 +9,7 @@ use serde_json::json;
 use super::super::LightConstants;
 use super::super::layers::LayerScene;
 use super::super::thickness_change::{BALL_MM, Place, ThicknessChange};
-use super::{OpticsPack, array, render_at_rest, background_png, file, npz_file};
+use super::{OpticsPack, array, background_png, file, npz_file, render_at_rest};
 
 /// Gain of intensity over rest at which the table begins.
 const MAX_GAIN: i32 = 32;
@@ -25,7 +25,8 @@ pub(super) fn depth_pack(
     let touch = scene.touch()?;
     let thins = ThicknessChange::compute(&layers, sensor)?;
     let places = thins.places();
-    let curves: Vec<Vec<f64>> = places.iter().map(|place| layers.thickness_loss_curve(&place.at)).collect();
+    let curves: Vec<Vec<f64>> =
+        places.iter().map(|place| layers.thickness_loss_curve(&place.at)).collect();
     let longest = curves.iter().map(Vec::len).max().unwrap_or(0);
     let grey: Vec<f64> = (0..longest as i32).map(|k| f64::from(k - MAX_GAIN)).collect();
     // Curves end where no layer is left; NaN fills the rest of the rectangular table.
@@ -33,7 +34,8 @@ pub(super) fn depth_pack(
     let rows = || curves.iter().map(|curve| (0..longest).map(|k| at(curve, k)));
     let thinner_mm: Vec<f64> = rows().flatten().collect();
     // Depth is the loss of thickness divided by the loss per millimetre of indentation.
-    let depth_mm = rows().zip(places).flat_map(|(row, place)| row.map(move |mm| mm / place.loss_per_mm));
+    let depth_mm =
+        rows().zip(places).flat_map(|(row, place)| row.map(move |mm| mm / place.loss_per_mm));
     let depth_mm: Vec<f64> = depth_mm.collect();
     let arrays = [
         array(
@@ -51,7 +53,8 @@ pub(super) fn depth_pack(
     ];
     // 9DTact's own table starts at the intensity at rest and knows a single curve, so it only exists for pads.
     if let (TouchSurface::Plane(_), [curve]) = (touch, &curves[..]) {
-        let deeper = curve[MAX_GAIN as usize..].iter().map(|mm| mm / places[0].loss_per_mm).collect();
+        let deeper =
+            curve[MAX_GAIN as usize..].iter().map(|mm| mm / places[0].loss_per_mm).collect();
         let table =
             array("Pixel_to_Depth", &[curve.len() - MAX_GAIN as usize], NpyValues::F64(deeper));
         files.push(file("9dtact/Pixel_to_Depth.npy", npy(&table).map_err(Error::bug)?));

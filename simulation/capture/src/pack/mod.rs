@@ -13,7 +13,7 @@ use fabkit_scene::press_simulation::{ContactModel, LinearOptions};
 use fabkit_scene::{Cast, SensorView};
 use serde_json::{Value, json};
 
-use super::{CaptureError, SimulatedCapture, CaptureRequest, LightConstants};
+use super::{CaptureError, CaptureRequest, LightConstants, SimulatedCapture};
 
 pub use slopes::BINS as SLOPE_BINS;
 
@@ -53,8 +53,10 @@ pub fn optics_pack(
     document["design_hash"] = json!(design_hash(&project.design));
     document["light"] = json!(lighting.name);
     document["constants"] = constants.document(&lighting.effect);
-    document["left_out"] =
-        json!(super::document::omitted_effects(&lighting.effect, vec![super::lens::OMITTED_EFFECTS]));
+    document["left_out"] = json!(super::document::omitted_effects(
+        &lighting.effect,
+        vec![super::lens::OMITTED_EFFECTS]
+    ));
     let text = serde_json::to_string_pretty(&all.document).map_err(Error::bug)? + "\n";
     all.files.push(file("optics.json", text.into_bytes()));
     Ok(all)

@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 
 use super::super::coat::CoatScene;
 use super::super::{CaptureError, LightConstants};
-use super::{OpticsPack, array, render_at_rest, background_png, to_rgb8, file, npz_file};
+use super::{OpticsPack, array, background_png, file, npz_file, render_at_rest, to_rgb8};
 
 /// Number of bins of a slope's angle, and of its direction: `floor(angle / (pi / 2 / (BINS - 1)))`.
 pub const BINS: usize = 125;
@@ -306,7 +306,8 @@ fn shadows(coat: &CoatScene<'_>, spot: &Spot, pixel_mm: f64) -> [Vec<Vec<f64>>; 
         }
         lists
     };
-    let all: Vec<[Vec<f64>; 3]> = (0..SHADOW_DIRECTIONS * SHADOW_HEIGHTS).into_par_iter().map(of).collect();
+    let all: Vec<[Vec<f64>; 3]> =
+        (0..SHADOW_DIRECTIONS * SHADOW_HEIGHTS).into_par_iter().map(of).collect();
     std::array::from_fn(|color| all.iter().map(|lists| lists[color].clone()).collect())
 }
 

@@ -71,7 +71,12 @@ impl NormalisedImage {
 }
 
 impl Appearance {
-    pub(super) fn new(scaling: &Scaling, evened: &NormalisedImage, at: &Px, radius_px: f64) -> Option<Self> {
+    pub(super) fn new(
+        scaling: &Scaling,
+        evened: &NormalisedImage,
+        at: &Px,
+        radius_px: f64,
+    ) -> Option<Self> {
         let coarse = scaling.coarse();
         let half = (PATCH_RADII * radius_px * coarse.per_px()).round() as isize + 1;
         let at = coarse.to_scaled(at).map(|at| at.round() as isize);

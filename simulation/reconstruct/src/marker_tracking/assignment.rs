@@ -173,7 +173,8 @@ impl Pattern {
             let is_found = |i: &usize| {
                 let expected = self.at[*i].map(|at| add(&at, way));
                 let gate_px = 0.6 * GATE * self.pitch_px[*i];
-                expected.is_some_and(|at| near[*i].iter().any(|k| distance(&found[*k], &at) < gate_px))
+                expected
+                    .is_some_and(|at| near[*i].iter().any(|k| distance(&found[*k], &at) < gate_px))
             };
             (0..self.at.len()).filter(is_found).count()
         };
@@ -184,8 +185,9 @@ impl Pattern {
             for k in near {
                 let Some(at) = &self.at[i] else { continue };
                 let (way, pitch) = (subtract(&found[*k], at), self.pitch_px[i]);
-                let is_new =
-                    |(other, own): &(Px, f64)| distance(other, &way) > NEARLY_ALIKE * own.min(pitch);
+                let is_new = |(other, own): &(Px, f64)| {
+                    distance(other, &way) > NEARLY_ALIKE * own.min(pitch)
+                };
                 if apart.iter().all(is_new) {
                     apart.push((way, pitch));
                 }
@@ -211,7 +213,12 @@ impl Pattern {
 
     /// Predicts the displacement of a marker as the mean of its assigned neighbours, weighted by inverse squared
     /// distance. Also returns their number.
-    fn predict_displacement(&self, mark: usize, found: &[Px], chosen: &Assignment) -> Option<(Px, usize)> {
+    fn predict_displacement(
+        &self,
+        mark: usize,
+        found: &[Px],
+        chosen: &Assignment,
+    ) -> Option<(Px, usize)> {
         let own = self.at[mark]?;
         let (mut sum, mut weights, mut known) = ([0.0; 2], 0.0, 0);
         for j in &self.beside[mark] {
@@ -227,7 +234,8 @@ impl Pattern {
 
     /// Returns the distance of a spot from the predicted place of a marker, relative to its pitch.
     fn relative_miss(&self, mark: usize, way: &Px, place: &Px) -> f64 {
-        self.at[mark].map_or(f64::INFINITY, |at| distance(&add(&at, way), place) / self.pitch_px[mark])
+        self.at[mark]
+            .map_or(f64::INFINITY, |at| distance(&add(&at, way), place) / self.pitch_px[mark])
     }
 
     /// Grows an assignment outwards from the best-fitting marker.
@@ -245,7 +253,8 @@ impl Pattern {
                 let off = self.relative_miss(i, &way, &found[*k]);
                 if off < GATE {
                     let fits = self.beside[i].iter().map(|j| {
-                        let nearest = near[*j].iter().map(|l| self.relative_miss(*j, &moved, &found[*l]));
+                        let nearest =
+                            near[*j].iter().map(|l| self.relative_miss(*j, &moved, &found[*l]));
                         nearest.fold(0.5, f64::min)
                     });
                     let (sum, many) = fits.fold((0.0, 0), |(sum, many), fit| (sum + fit, many + 1));
@@ -270,7 +279,9 @@ impl Pattern {
                 if chosen[*j].is_some() {
                     continue;
                 }
-                let Some((way, known)) = self.predict_displacement(*j, found, &chosen) else { continue };
+                let Some((way, known)) = self.predict_displacement(*j, found, &chosen) else {
+                    continue;
+                };
                 for k in &near[*j] {
                     let misses = self.relative_miss(*j, &way, &found[*k]);
                     if misses < GATE && !taken[*k] {

@@ -6,7 +6,7 @@
 
 use fabkit_geometry::{LiquidColumn, Point3, Vector3};
 
-use super::assignment::{Px, distance, add};
+use super::assignment::{Px, add, distance};
 use crate::CapturedImage;
 
 /// Distance of a profile's points, px.
@@ -86,8 +86,8 @@ impl ColumnEnd {
         let beside = (MAX_SIDE_SHIFT * self.pitch_px).floor() as isize;
         // The camera may be slightly off its design, so the channel is searched sideways: it has most dye.
         let dye_at = |off: isize| {
-            let inside =
-                (-steps..-steps / 2).map(|step| self.red_excess(picture, step, off as f64, &across));
+            let inside = (-steps..-steps / 2)
+                .map(|step| self.red_excess(picture, step, off as f64, &across));
             inside.sum::<f64>()
         };
         let offs: Vec<(isize, f64)> = (-beside..=beside).map(|off| (off, dye_at(off))).collect();
@@ -105,7 +105,8 @@ impl ColumnEnd {
             .map(|step| {
                 let offs = -half_width..=half_width;
                 let many = (2 * half_width + 1) as f64;
-                offs.map(|off| self.red_excess(picture, step, middle + off as f64, &across)).sum::<f64>()
+                offs.map(|off| self.red_excess(picture, step, middle + off as f64, &across))
+                    .sum::<f64>()
                     / many
             })
             .collect();

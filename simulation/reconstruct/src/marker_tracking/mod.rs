@@ -5,30 +5,30 @@
 //! markers by [`matching`]. The places found are the expected ones for all further images. A camera that is slightly
 //! off its design shifts all markers and so mixes up none.
 
-mod spot_detection;
-mod column_tracking;
 mod appearance;
 mod assignment;
+mod column_tracking;
 mod scaling;
+mod spot_detection;
 
 use std::path::Path;
 use std::time::Instant;
 
-use spot_detection::{Blob, SignalImage, MarkerSize, MarkerSignal, darkness_weights};
+use appearance::{Appearance, NormalisedImage};
+use assignment::{Pattern, Px, REACH, add, subtract};
 use column_tracking::ColumnTracker;
 use fabkit_camera::DMatrix;
 use fabkit_capture::{column_ends, placed_solid};
 use fabkit_export::{NpyArray, NpyValues};
 use fabkit_files::Error;
-use fabkit_geometry::{Lighting, Marker, Rgb, Sensor, VisibleEffect, Vector3};
+use fabkit_geometry::{Lighting, Marker, Rgb, Sensor, Vector3, VisibleEffect};
 use fabkit_optics::ViewStacks;
 use fabkit_scene::SceneError;
 use fabkit_scene::ground_truth::{Viewpoint, project_points};
-use appearance::{NormalisedImage, Appearance};
-use assignment::{Pattern, Px, REACH, subtract, add};
 use scaling::Scaling;
+use spot_detection::{Blob, MarkerSignal, MarkerSize, SignalImage, darkness_weights};
 
-use super::{ReconstructError, CapturedImage, check_has_colours, check_size};
+use super::{CapturedImage, ReconstructError, check_has_colours, check_size};
 
 /// Minimum strength of a spot at rest, relative to the median of nearby markers.
 const LEAST_OF_MEDIAN: f64 = 0.25;
@@ -85,7 +85,9 @@ pub fn why_markers_hidden(sensor: &Sensor, lighting: &Lighting) -> Option<String
     let shows = |lighting: &Lighting| match &lighting.effect {
         VisibleEffect::LiquidColumns { columns, .. } => !columns.is_empty(),
         VisibleEffect::Thickness { .. } => false,
-        VisibleEffect::Fluorescence { layers } => !sensor.marks.is_empty() && marker_layer(sensor, layers).is_some(),
+        VisibleEffect::Fluorescence { layers } => {
+            !sensor.marks.is_empty() && marker_layer(sensor, layers).is_some()
+        }
         VisibleEffect::Slopes { .. } | VisibleEffect::Markers { .. } => !sensor.marks.is_empty(),
     };
     if shows(lighting) {
@@ -329,7 +331,11 @@ fn project_markers(
         let radius_px = 0.5 * [first, second].map(|[x, y]| x.hypot(y)).iter().sum::<f64>();
         let [along, across] = ways(mark);
         let per_mm = |px: Px| px.map(|px| px / mark.radius_mm);
-        Some(ProjectedMarker { at, radius_px, along: [(along, per_mm(first)), (across, per_mm(second))] })
+        Some(ProjectedMarker {
+            at,
+            radius_px,
+            along: [(along, per_mm(first)), (across, per_mm(second))],
+        })
     };
     marks.iter().zip(pixels.chunks_exact(3)).map(drawn).collect()
 }
@@ -375,7 +381,9 @@ impl SpotTracker {
         let scaling = Scaling::new(size_px, narrowest_px, sensor.intensity_bits);
         let values = scaling.values(reference);
         let tells = match shows {
-            VisibleEffect::Fluorescence { layers } => colour_share(layers, marker_layer(sensor, layers).unwrap_or(0)),
+            VisibleEffect::Fluorescence { layers } => {
+                colour_share(layers, marker_layer(sensor, layers).unwrap_or(0))
+            }
             VisibleEffect::Slopes { .. } => {
                 let mut pitches: Vec<f64> = known().map(|(i, _)| drawn.pitch_px()[i]).collect();
                 let pitch_px = median(&mut pitches).unwrap_or(alone_px);
@@ -407,7 +415,8 @@ impl SpotTracker {
         let found = candidates(&said, &drawn, &sizes, &leasts);
         let chosen = drawn.assign(&found);
         let middles = chosen.iter().zip(&sizes);
-        let middles = middles.map(|(chosen, size)| Some(said.spot_centre(&found[(*chosen)?], *size)));
+        let middles =
+            middles.map(|(chosen, size)| Some(said.spot_centre(&found[(*chosen)?], *size)));
         let rest_px: Vec<Option<Px>> = middles.collect();
         let strength = |(px, size): (&Option<Px>, &MarkerSize)| {
             px.as_ref().map_or(0.0, |px| said.strength_at(px, *size))
@@ -460,7 +469,12 @@ impl SpotTracker {
 }
 
 /// Returns the spots that may be markers, each once and the strongest first.
-fn candidates(said: &SignalImage<'_>, pattern: &Pattern, sizes: &[MarkerSize], leasts: &[f64]) -> Vec<Px> {
+fn candidates(
+    said: &SignalImage<'_>,
+    pattern: &Pattern,
+    sizes: &[MarkerSize],
+    leasts: &[f64],
+) -> Vec<Px> {
     let mut all: Vec<(Blob, f64)> = Vec::new();
     for (i, at) in pattern.at().iter().enumerate() {
         let Some(at) = at else { continue };

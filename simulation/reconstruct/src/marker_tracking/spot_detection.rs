@@ -76,7 +76,9 @@ impl<'a> SignalImage<'a> {
     ) -> Self {
         let values = match (tells, channels) {
             (MarkerSignal::Bright, 1) => values.to_vec(),
-            (MarkerSignal::Bright, _) => values.chunks_exact(3).map(|rgb| rgb.iter().sum()).collect(),
+            (MarkerSignal::Bright, _) => {
+                values.chunks_exact(3).map(|rgb| rgb.iter().sum()).collect()
+            }
             (MarkerSignal::Dark(counts), 1) => {
                 let pixels = values.iter().zip(counts);
                 pixels.map(|(grey, counts)| -grey * counts[0] as f32).collect()
@@ -90,7 +92,8 @@ impl<'a> SignalImage<'a> {
             }
             (MarkerSignal::Share([all, one]), _) => colour_share(values, all, one),
         };
-        let noise = noise_sigma(&values, scaling.binned_columns()).max(STEPS_NOISE * scaling.grey_step);
+        let noise =
+            noise_sigma(&values, scaling.binned_columns()).max(STEPS_NOISE * scaling.grey_step);
         let values = scaling.interpolate(values);
         let wide = scaling.columns + 1;
         let mut sums = vec![0.0; wide * (scaling.rows + 1)];
@@ -129,7 +132,8 @@ impl<'a> SignalImage<'a> {
 
     /// Returns the half sides of the squares inside and around a marker.
     fn halves(&self, size: MarkerSize) -> [isize; 2] {
-        let [radius, pitch] = [apparent_radius_px(size), size.pitch_px].map(|px| px * self.scaling.per_px());
+        let [radius, pitch] =
+            [apparent_radius_px(size), size.pitch_px].map(|px| px * self.scaling.per_px());
         let within = (WITHIN * radius).round();
         let around = (AROUND[0] * radius + 1.0).min(AROUND[1] * pitch).round().max(within + 1.0);
         [within as isize, around as isize]
@@ -147,7 +151,13 @@ impl<'a> SignalImage<'a> {
     }
 
     /// Finds local maxima of the strength within `reach_px` of a place, with at least the strength `least`.
-    pub(super) fn find_maxima(&self, at: &Px, reach_px: f64, size: MarkerSize, least: f64) -> Vec<Blob> {
+    pub(super) fn find_maxima(
+        &self,
+        at: &Px,
+        reach_px: f64,
+        size: MarkerSize,
+        least: f64,
+    ) -> Vec<Blob> {
         let halves = self.halves(size);
         let middle = self.scaling.to_scaled(at);
         let reach = reach_px * self.scaling.per_px();

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::Viewpoint;
-use super::projector::{POINTS_PER_CHUNK, Projector};
 use super::probes::seeded_points;
+use super::projector::{POINTS_PER_CHUNK, Projector};
 
 /// Number of sampled points; shares are accurate to about a thousandth.
 const PLACES: u32 = 4_096;

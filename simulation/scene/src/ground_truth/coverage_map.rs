@@ -3,7 +3,7 @@
 //! A dome is drawn in azimuthal equidistant projection around its tip: the distance from the image's middle is the
 //! angle from the tip, in degrees, about the dome's centre. A pad is drawn to scale. Shares in the legend are of area.
 
-use fabkit_depth::{RenderedImage, RenderError};
+use fabkit_depth::{RenderError, RenderedImage};
 use fabkit_fixtures::SurfacePoints;
 use fabkit_geometry::{InvalidSolid, Point3, TouchSurface};
 use fabkit_optics::{OUTSIDE_IMAGE, REFRACTION, ViewStacks};

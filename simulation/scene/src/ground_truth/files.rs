@@ -2,7 +2,9 @@
 
 use fabkit_depth::RenderedImage;
 use fabkit_depth::ground_truth::{DepthMap, SURFACE_LABEL, StandardDeviations, false_color};
-use fabkit_export::{NpyArray, PointCloud, CloudPoint, ExportError, NpyValues, float_tiff, grey16_png};
+use fabkit_export::{
+    CloudPoint, ExportError, NpyArray, NpyValues, PointCloud, float_tiff, grey16_png,
+};
 
 /// Range per intensity step of 16-bit images, mm: 1 um, so that they reach to 65 mm.
 pub const GREY_STEP_MM: f64 = 0.001;
@@ -87,7 +89,11 @@ pub fn grey(width_px: u32, height_px: u32, values_mm: &[f64]) -> Result<Vec<u8>,
 ///
 /// # Errors
 /// [`ExportError`].
-pub fn encode_tiff(width_px: u32, height_px: u32, values_mm: &[f64]) -> Result<Vec<u8>, ExportError> {
+pub fn encode_tiff(
+    width_px: u32,
+    height_px: u32,
+    values_mm: &[f64],
+) -> Result<Vec<u8>, ExportError> {
     float_tiff(width_px, height_px, &values_mm.iter().map(|mm| *mm as f32).collect::<Vec<f32>>())
 }
 

@@ -2,7 +2,7 @@
 //! only once.
 
 use fabkit_depth::ground_truth::{DepthMap, NO_LABEL, StandardDeviations};
-use fabkit_export::{PointCloud, ExportError, NpzWriter, grey8_png, png};
+use fabkit_export::{ExportError, NpzWriter, PointCloud, grey8_png, png};
 
 use super::files::{self, MapQuantity};
 use super::{DeepestContact, arrays};
@@ -121,7 +121,11 @@ impl MapCollector {
         Ok(())
     }
 
-    fn add_arrays(&mut self, map: &DepthMap, sigmas: &StandardDeviations) -> Result<(), ExportError> {
+    fn add_arrays(
+        &mut self,
+        map: &DepthMap,
+        sigmas: &StandardDeviations,
+    ) -> Result<(), ExportError> {
         let pieces = arrays(map, sigmas);
         let is_first = self.npz.is_none();
         let npz = match &mut self.npz {

@@ -3,7 +3,7 @@
 
 use fabkit_camera::Point2;
 use fabkit_geometry::{Point3, Ray};
-use fabkit_optics::{InvisibleReason, ViewStacks, OpticalStack, Tracer, CameraView};
+use fabkit_optics::{CameraView, InvisibleReason, OpticalStack, Tracer, ViewStacks};
 
 use super::Viewpoint;
 
@@ -35,12 +35,14 @@ impl<'a> Projector<'a> {
         let (camera, pose) = (viewpoint.camera(), &viewpoint.sensor_from_camera);
         match viewpoint.is_bare_lens() {
             true => Self::Lens(Box::new(CameraView::new(camera, pose, sights))),
-            false if sights.stack().starts_behind_interface() => Self::Behind(Box::new(InterfaceProjector {
-                viewpoint,
-                stack: sights.stack(),
-                clear: sights.media_tracer(),
-                all: Tracer::new(sights.stack()),
-            })),
+            false if sights.stack().starts_behind_interface() => {
+                Self::Behind(Box::new(InterfaceProjector {
+                    viewpoint,
+                    stack: sights.stack(),
+                    clear: sights.media_tracer(),
+                    all: Tracer::new(sights.stack()),
+                }))
+            }
             false => Self::Model(viewpoint, Box::new(Tracer::new(sights.stack()))),
         }
     }
@@ -162,7 +164,8 @@ fn project_with_model(
 ) -> Result<Point2<f64>, InvisibleReason> {
     let (camera, pose) = (viewpoint.camera(), &viewpoint.sensor_from_camera);
     let pixel = camera.project(&pose.inverse().point(*place)).ok();
-    let pixel = pixel.filter(|pixel| camera.is_in_image(pixel)).ok_or(InvisibleReason::OutsideImage)?;
+    let pixel =
+        pixel.filter(|pixel| camera.is_in_image(pixel)).ok_or(InvisibleReason::OutsideImage)?;
     let ray = camera.unproject(&pixel).map_err(|_| InvisibleReason::OutsideImage)?;
     // Two straight legs: from the pupil to where the ray leaves the camera's own interface, and from there to the
     // point.

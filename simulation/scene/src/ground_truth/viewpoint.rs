@@ -8,7 +8,7 @@ use fabkit_camera::{
 };
 use fabkit_depth::ground_truth::{PixelRays, Uncertainty};
 use fabkit_geometry::{Matrix3, NominalCamera, Point3, Pose, Sensor, Vector3};
-use fabkit_optics::{InvalidStack, ViewStacks, OpticalStack, FirstInterface};
+use fabkit_optics::{FirstInterface, InvalidStack, OpticalStack, ViewStacks};
 use serde_json::{Value, json};
 
 /// A camera, its pose, and the uncertainty of both.
@@ -74,7 +74,8 @@ impl Viewpoint {
             None => {
                 let (width, height) = (nominal.width_px, nominal.height_px);
                 let terms = nominal.lens.projection.terms();
-                let camera = Camera::from_data_sheet(width, height, nominal.field_of_view.rad(), terms)?;
+                let camera =
+                    Camera::from_data_sheet(width, height, nominal.field_of_view.rad(), terms)?;
                 CameraEstimate::from(camera)
             }
         };
@@ -128,7 +129,11 @@ impl Viewpoint {
         let nominal = &sensor.camera.sensor_from_camera;
         // The camera's model contains the first interface of this window, so only the bodies behind it are left to the
         // stack.
-        let window = FirstInterface::from_camera(&self.camera().without_interface(), nominal, &ViewStacks::new(stack.clone()));
+        let window = FirstInterface::from_camera(
+            &self.camera().without_interface(),
+            nominal,
+            &ViewStacks::new(stack.clone()),
+        );
         stack.starting_behind(&window, nominal)
     }
 

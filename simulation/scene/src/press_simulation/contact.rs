@@ -2,12 +2,13 @@
 
 use fabkit_depth::ground_truth::SurfaceDisplacement;
 use fabkit_elastic::{
-    DisplacementField, StrainTheory, PressOutcome, PressPoint, Press, SoftError, SoftLayer, SoftStack, SurfaceNode, DeformedSurface,
+    DeformedSurface, DisplacementField, Press, PressOutcome, PressPoint, SoftError, SoftLayer,
+    SoftStack, StrainTheory, SurfaceNode,
 };
 use fabkit_fixtures::PressBody;
 use fabkit_geometry::{Point3, Sensor, TouchSurface, Vector3};
 
-use super::{MarkerDisplacement, PressingError, ElasticSolver, SHEAR_STEPS, PressStep};
+use super::{ElasticSolver, MarkerDisplacement, PressStep, PressingError, SHEAR_STEPS};
 use crate::ground_truth::{Penetration, find_deepest_point};
 
 /// Contact model: how the surface reacts to indenters.
@@ -168,7 +169,11 @@ pub struct TangentialField<'a> {
 impl TangentialField<'_> {
     /// Returns the tangential displacement below a point of the undeformed surface with its outward normal, sensor
     /// frame, mm.
-    pub fn displacement_mm(&self, point_in_sensor: &Point3<f64>, outward: &Vector3<f64>) -> Vector3<f64> {
+    pub fn displacement_mm(
+        &self,
+        point_in_sensor: &Point3<f64>,
+        outward: &Vector3<f64>,
+    ) -> Vector3<f64> {
         let [s, azimuth] = self.soft.coordinates(point_in_sensor);
         let [first, second] = self.field.sideways_mm(s, azimuth);
         let [along, around] = self.soft.surface_tangents(point_in_sensor, outward);

@@ -4,7 +4,7 @@ use fabkit_elastic::SoftLayer;
 use serde_json::{Value, json};
 
 use super::markers::marks_document;
-use super::{ContactSolution, ContactGap, PressResult, PressStep};
+use super::{ContactGap, ContactSolution, PressResult, PressStep};
 
 /// Lists the soft layers as JSON, from the touched one inwards.
 pub fn soft_layers(layers: &[SoftLayer]) -> Value {

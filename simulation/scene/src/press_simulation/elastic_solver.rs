@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use fabkit_elastic::{PressOutcome, PressPoint, Press, SoftError, SoftStack, SolidIndenter, ElasticStack};
+use fabkit_elastic::{
+    ElasticStack, Press, PressOutcome, PressPoint, SoftError, SoftStack, SolidIndenter,
+};
 use fabkit_fixtures::PressBody;
 use fabkit_geometry::{CompiledSolid, Point3, Sensor, SurfacePoints, TouchSurface, Vector3};
 
@@ -56,7 +58,8 @@ impl ElasticSolver {
         let place = deepest_place(touch, bodies)?;
         let new = |soft: SoftStack, spacing_mm: f64| {
             let reach_mm = FINE_RADII * NODES_PER_RADIUS * spacing_mm;
-            let stack = soft.build_stack(spacing_mm, reach_mm, SINGLE_CONTACT_HARMONICS, threads)?;
+            let stack =
+                soft.build_stack(spacing_mm, reach_mm, SINGLE_CONTACT_HARMONICS, threads)?;
             Ok::<_, PressingError>(Self { soft, stack, spacing_mm })
         };
         let soft = build_stack(sensor, touch, &points, &place)?;

@@ -48,7 +48,11 @@ pub fn curve_svg(pressed: &PressResult) -> String {
 }
 
 /// Plots forces, N, over depths, mm, as SVG.
-pub(super) fn force_svg(id: &str, level: StrainTheory, steps: impl Iterator<Item = [f64; 2]>) -> String {
+pub(super) fn force_svg(
+    id: &str,
+    level: StrainTheory,
+    steps: impl Iterator<Item = [f64; 2]>,
+) -> String {
     let [width, height, margin] = PLOT;
     let points: Vec<[f64; 2]> = std::iter::once([0.0, 0.0]).chain(steps).collect();
     // Forces grow with depth, so the last point sets both scales. The minimum avoids division by 0.

@@ -1,6 +1,6 @@
 //! Force over depth of a press, sensor frame.
 
-use fabkit_elastic::{StrainTheory, PressOutcome, SoftStack};
+use fabkit_elastic::{PressOutcome, SoftStack, StrainTheory};
 use fabkit_geometry::{Point3, Vector3};
 
 use super::MarkerDisplacement;
@@ -27,7 +27,11 @@ pub struct PressStep {
 }
 
 impl PressStep {
-    pub(super) fn from_outcome([depth_mm, shear_mm]: [f64; 2], outcome: &PressOutcome, soft: &SoftStack) -> Self {
+    pub(super) fn from_outcome(
+        [depth_mm, shear_mm]: [f64; 2],
+        outcome: &PressOutcome,
+        soft: &SoftStack,
+    ) -> Self {
         let pose = soft.sensor_from_stack;
         let force_n = pose.vector(outcome.force_n);
         let origin = pose.point(Point3::origin()).coords;
@@ -78,7 +82,8 @@ impl PressResult {
     /// Returns the slope of force over depth at full depth, N/mm: the difference quotient of the last two states
     /// without displacement along the surface. NaN without states.
     pub fn stiffness_n_mm(&self) -> f64 {
-        let straight: Vec<&PressStep> = self.steps.iter().filter(|step| step.shear_mm == 0.0).collect();
+        let straight: Vec<&PressStep> =
+            self.steps.iter().filter(|step| step.shear_mm == 0.0).collect();
         let at = |i: usize| straight.get(i).map(|step| (step.depth_mm, step.force_n.norm()));
         // With a single state, the undeformed surface (no depth, no force) is the other point.
         let [before, last] = [2, 1].map(|back| straight.len().checked_sub(back).and_then(at));

@@ -1,11 +1,11 @@
 //! Presses at large strain, at the tip of a dome or anywhere on a pad: the reference for small strain.
 
-use fabkit_elastic::{FiniteStack, StrainTheory, Press, SoftError, SolidIndenter};
+use fabkit_elastic::{FiniteStack, Press, SoftError, SolidIndenter, StrainTheory};
 use fabkit_fixtures::Project;
 use fabkit_geometry::{CompiledSolid, Pose, SurfacePoints};
 
 use super::contact::deepest_place;
-use super::{PressResult, PressRequest, PressingError, PressStep, markers, elastic_solver};
+use super::{PressRequest, PressResult, PressStep, PressingError, elastic_solver, markers};
 
 /// Largest distance from the axis at which a press still counts as one at the tip, mm.
 const OFF_AXIS_MM: f64 = 1e-6;
@@ -50,7 +50,8 @@ impl PressRequest<'_> {
         // A coarse press at small strain estimates the contact's radius, which sets the fine mesh. Without an estimate,
         // a ball of 4 mm touches a circle of radius sqrt(8 depth).
         let coarse_mm = (8.0 * self.depth_mm).sqrt() / 8.0;
-        let coarse = fabkit_elastic::ElasticStack::new(&soft.body, &around(coarse_mm, 8.0), self.threads)?;
+        let coarse =
+            fabkit_elastic::ElasticStack::new(&soft.body, &around(coarse_mm, 8.0), self.threads)?;
         let down = Press::along(-fabkit_geometry::Vector3::z(), self.depth_mm)?;
         let contact_mm = coarse.press(&presser, &down)?.contact_radius_mm;
         let spacing_mm = self.spacing_mm.unwrap_or(contact_mm.max(coarse_mm) / NODES_PER_RADIUS);
@@ -58,7 +59,8 @@ impl PressRequest<'_> {
         let depths_mm: Vec<f64> = (1..=self.steps).map(|i| self.depth_at(i)).collect();
         let mut outcomes = stack.press(&presser, &depths_mm)?;
         let both = depths_mm.iter().zip(&outcomes);
-        let steps = both.map(|(mm, outcome)| PressStep::from_outcome([*mm, 0.0], outcome, &soft)).collect();
+        let steps =
+            both.map(|(mm, outcome)| PressStep::from_outcome([*mm, 0.0], outcome, &soft)).collect();
         let outcome = outcomes.pop().ok_or_else(|| self.no_steps())?;
         let nodes = outcome.nodes.len();
         let marks = markers::compute_displacements(sensor, touch, &soft, &outcome);

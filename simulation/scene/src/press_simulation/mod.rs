@@ -4,33 +4,35 @@
 //! solid of a fixture's press. [`fabkit_elastic`] solves the contact, at small strain unless large strain is requested.
 
 mod contact;
-mod force_curve;
+mod contact_gap;
+mod displacement_image;
 mod document;
+mod elastic_solver;
 mod error;
 mod files;
+mod force_curve;
 mod large_strain;
-mod contact_gap;
 mod markers;
-mod displacement_image;
-mod elastic_solver;
 mod skin;
 
 use fabkit_elastic::Press;
 use fabkit_fixtures::Project;
 
-pub use contact::{ContactSolution, ContactModel, LinearOptions};
-pub use force_curve::{PressResult, PressStep};
-pub use document::{solution_document, press_document, visible_solution_document, soft_layers};
-pub use error::PressingError;
-pub use fabkit_elastic::{StrainTheory, SoftLayer};
-pub use files::{press_arrays, curve_csv, curve_svg};
+pub use contact::{ContactModel, ContactSolution, LinearOptions};
 pub use contact_gap::ContactGap;
+pub use displacement_image::draw_displacement;
+pub use document::{press_document, soft_layers, solution_document, visible_solution_document};
+pub use elastic_solver::ElasticSolver;
+pub use error::PressingError;
+pub use fabkit_elastic::{SoftLayer, StrainTheory};
+pub use files::{curve_csv, curve_svg, press_arrays};
+pub use force_curve::{PressResult, PressStep};
 pub use markers::marks_document;
 pub use markers::{MarkerDisplacement, farthest_marker};
-pub use displacement_image::draw_displacement;
-pub use elastic_solver::ElasticSolver;
 pub use skin::with_indenters;
-pub use skin::{SkinPressResult, SkinStep, press_skin, skin_arrays, skin_csv, skin_document, skin_svg};
+pub use skin::{
+    SkinPressResult, SkinStep, press_skin, skin_arrays, skin_csv, skin_document, skin_svg,
+};
 
 /// Maximum number of steps of a force curve.
 pub const MAX_STEPS: u32 = 200;

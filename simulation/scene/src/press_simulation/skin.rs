@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use fabkit_elastic::{
-    AMBIENT_AIR_MPA, ChannelOutcome, StrainTheory, LiquidOutcome, LiquidSolver, LiquidStack, SkinNode, SoftError,
-    SolidIndenter,
+    AMBIENT_AIR_MPA, ChannelOutcome, LiquidOutcome, LiquidSolver, LiquidStack, SkinNode, SoftError,
+    SolidIndenter, StrainTheory,
 };
 use fabkit_export::{NpyArray, NpyValues};
 use fabkit_fixtures::{Press, PressBody, Project};

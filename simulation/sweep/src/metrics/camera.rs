@@ -4,7 +4,7 @@ use fabkit_camera::Camera;
 use fabkit_fixtures::SurfacePoints;
 use fabkit_geometry::sequences::GOLDEN_RATIO_CONJUGATE;
 use fabkit_geometry::{InvalidSolid, Point3, Sensor, Vector3};
-use fabkit_optics::{InvalidStack, PointProjection, ViewStacks, OpticalStack, CameraView};
+use fabkit_optics::{CameraView, InvalidStack, OpticalStack, PointProjection, ViewStacks};
 use nalgebra::{Matrix2x3, Matrix3x2, Vector2};
 
 use super::ComputedMetrics;
@@ -87,10 +87,13 @@ impl<'a> View<'a> {
         let mut viewer = self.viewer();
         let places = (0..PLACES).filter_map(|i| {
             // A low-discrepancy sequence: even steps along one axis, the golden ratio along the other.
-            let shares =
-                [(f64::from(i) + 0.5) / f64::from(PLACES), (f64::from(i) * GOLDEN_RATIO_CONJUGATE).fract()];
+            let shares = [
+                (f64::from(i) + 0.5) / f64::from(PLACES),
+                (f64::from(i) * GOLDEN_RATIO_CONJUGATE).fract(),
+            ];
             let (point, normal) = surface.point_at_area_fractions(shares)?;
-            let look = viewer.project(&point).ok().filter(|look| self.camera.is_in_image(&look.pixel))?;
+            let look =
+                viewer.project(&point).ok().filter(|look| self.camera.is_in_image(&look.pixel))?;
             let hidden = look.sight.hidden_by(REACHED_MM);
             let hidden_by = hidden.map(|end| self.sights.stack().name_of(end).to_owned());
             let by_place = viewer.pixel_by_point(&point, &look);
@@ -102,7 +105,11 @@ impl<'a> View<'a> {
 }
 
 /// Computes a pixel's size from the derivative of the pixel by the place, px/mm.
-fn scale(by_place: &Matrix2x3<f64>, sight: &Vector3<f64>, normal: &Vector3<f64>) -> Option<PixelScale> {
+fn scale(
+    by_place: &Matrix2x3<f64>,
+    sight: &Vector3<f64>,
+    normal: &Vector3<f64>,
+) -> Option<PixelScale> {
     // Two orthogonal directions along the surface.
     let u = Vector3::ith(normal.iamin(), 1.0).cross(normal).normalize();
     let along = Matrix3x2::from_columns(&[u, normal.cross(&u)]);
@@ -119,7 +126,8 @@ fn scale(by_place: &Matrix2x3<f64>, sight: &Vector3<f64>, normal: &Vector3<f64>)
 /// Computes the group's metrics.
 pub(super) fn compute(view: &View, computed: &mut ComputedMetrics) {
     let Some((places, area_mm2)) = view.places() else { return };
-    let seen: Vec<&SurfacePlace> = places.iter().filter(|place| place.hidden_by.is_none()).collect();
+    let seen: Vec<&SurfacePlace> =
+        places.iter().filter(|place| place.hidden_by.is_none()).collect();
     computed.put("surface_area_mm2", area_mm2);
     computed.put("coverage", seen.len() as f64 / f64::from(PLACES));
     let scales = || seen.iter().filter_map(|place| place.scale);

@@ -54,7 +54,9 @@ pub(super) fn compute(view: &View, computed: &mut ComputedMetrics) -> Result<(),
     computed.put("markers_seen", widths.len() as f64);
     computed.put_spread("marker_px", widths);
     if let Some((places, _)) = view.places() {
-        let mut is_behind = |place: &SurfacePlace| is_path_blocked(&markers, &viewer.path_corners(&place.point, &place.look));
+        let mut is_behind = |place: &SurfacePlace| {
+            is_path_blocked(&markers, &viewer.path_corners(&place.point, &place.look))
+        };
         // Light that another body blocks is lost in either case.
         let (behind, open): (Vec<&SurfacePlace>, Vec<&SurfacePlace>) =
             places.iter().partition(|place| is_behind(place));

@@ -155,14 +155,22 @@ pub const METRICS: &[Metric] = &[
         "marker_px_min",
         "smallest width of a marker in the image: diameter of a disc of the same area",
     ),
-    metric(MetricGroup::Markers, "marker_px_median", "median width of the visible markers in the image"),
+    metric(
+        MetricGroup::Markers,
+        "marker_px_median",
+        "median width of the visible markers in the image",
+    ),
     metric(MetricGroup::Markers, "marker_px_max", "largest width of a marker in the image"),
     metric(
         MetricGroup::Markers,
         "occlusion",
         "fraction of the surface in the image that is hidden behind markers",
     ),
-    metric(MetricGroup::Masses, "parts_volume_mm3", "volume of all parts, counting their quantities"),
+    metric(
+        MetricGroup::Masses,
+        "parts_volume_mm3",
+        "volume of all parts, counting their quantities",
+    ),
     metric(MetricGroup::Masses, "parts_mass_g", "mass of all parts, if solid"),
     metric(MetricGroup::Masses, "layers_volume_mm3", "volume of all cast layers"),
     metric(MetricGroup::Masses, "layers_mass_g", "mass of all cast layers, without waste"),
@@ -217,7 +225,11 @@ pub const METRICS: &[Metric] = &[
         "check_warnings",
         "number of warnings of `check`, which may keep it from being built",
     ),
-    metric(MetricGroup::Checks, "check_notes", "number of notes of `check`, which are worth knowing"),
+    metric(
+        MetricGroup::Checks,
+        "check_notes",
+        "number of notes of `check`, which are worth knowing",
+    ),
     metric(
         MetricGroup::Checks,
         "overlaps",
@@ -383,7 +395,8 @@ pub(crate) fn compute(
     computed: &mut ComputedMetrics,
 ) -> Result<(), InvalidSolid> {
     let sensor = &project.design.sensor;
-    let looks = |metric: &&Metric| matches!(metric.group, MetricGroup::Camera | MetricGroup::Markers);
+    let looks =
+        |metric: &&Metric| matches!(metric.group, MetricGroup::Camera | MetricGroup::Markers);
     let view = if wanted.iter().any(looks) { View::new(sensor) } else { Ok(None) };
     let view = view.unwrap_or_else(|error| {
         computed.notes.push(format!("nothing is known of what the camera sees: {error}"));

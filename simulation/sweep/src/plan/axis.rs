@@ -95,7 +95,9 @@ impl PlanAxis {
     /// Returns the value at a fraction of the axis, from 0 to below 1.
     pub(super) fn value_text_at_fraction(&self, share: f64) -> String {
         match (&self.values, self.len()) {
-            (_, Some(len)) => self.value_text_at_index(((share * len as f64) as usize).min(len - 1)),
+            (_, Some(len)) => {
+                self.value_text_at_index(((share * len as f64) as usize).min(len - 1))
+            }
             (Values::Range(range), None) => self.show(range.at(share)),
             (Values::List(_), None) => String::new(),
         }
@@ -143,17 +145,27 @@ mod tests {
         let all: Vec<String> = (0..7).map(|i| axis.value_text_at_index(i)).collect();
         assert_eq!(all, ["0.1 mm", "0.2 mm", "0.3 mm", "0.4 mm", "0.5 mm", "0.6 mm", "0.7 mm"]);
         let axis = range(ValueKind::Number, 1.0, 1000.0, true, Some(4));
-        assert_eq!((0..4).map(|i| axis.value_text_at_index(i)).collect::<Vec<_>>(), ["1", "10", "100", "1000"]);
+        assert_eq!(
+            (0..4).map(|i| axis.value_text_at_index(i)).collect::<Vec<_>>(),
+            ["1", "10", "100", "1000"]
+        );
         let axis = range(ValueKind::Count, 4.0, 8.0, false, Some(5));
         assert_eq!(axis.value_text_at_index(3), "7");
-        assert_eq!(range(ValueKind::Angle, 90.0, 120.0, false, Some(2)).value_text_at_index(1), "120 deg");
+        assert_eq!(
+            range(ValueKind::Angle, 90.0, 120.0, false, Some(2)).value_text_at_index(1),
+            "120 deg"
+        );
     }
 
     #[test]
     fn a_share_of_steps_is_a_step() {
         let axis = range(ValueKind::Count, 4.0, 6.0, false, Some(3));
-        let all: Vec<String> = [0.0, 0.3, 0.34, 0.66, 0.67, 0.999].map(|u| axis.value_text_at_fraction(u)).into();
+        let all: Vec<String> =
+            [0.0, 0.3, 0.34, 0.66, 0.67, 0.999].map(|u| axis.value_text_at_fraction(u)).into();
         assert_eq!(all, ["4", "4", "5", "5", "6", "6"]);
-        assert_eq!(range(ValueKind::Length, 1.0, 3.0, false, None).value_text_at_fraction(0.25), "1.5 mm");
+        assert_eq!(
+            range(ValueKind::Length, 1.0, 3.0, false, None).value_text_at_fraction(0.25),
+            "1.5 mm"
+        );
     }
 }

@@ -180,9 +180,11 @@ impl Term {
             let hint = "write a name or a number on both sides".into();
             return Err(("one side of the comparison is empty".into(), hint));
         }
-        for (kind, unit) in
-            [(ValueKind::Number, None), (ValueKind::Length, Some("mm")), (ValueKind::Angle, Some("deg"))]
-        {
+        for (kind, unit) in [
+            (ValueKind::Number, None),
+            (ValueKind::Length, Some("mm")),
+            (ValueKind::Angle, Some("deg")),
+        ] {
             if let Some(number) = quantity::parse(kind, text) {
                 return Ok(term(number, Operand::Number, unit));
             }

@@ -66,7 +66,8 @@ impl PlanSource {
 
     /// Returns the base files that the sensor extends.
     pub fn bases(&self) -> Vec<BaseFile> {
-        let base = |[by, word, file, text]: [String; 4]| BaseFile { extending_file: by, word, file, text };
+        let base =
+            |[by, word, file, text]: [String; 4]| BaseFile { extending_file: by, word, file, text };
         self.sensor_bases.iter().cloned().map(base).collect()
     }
 
@@ -213,7 +214,8 @@ pub struct CustomMetrics {
 }
 
 /// Function that computes custom metrics of a variant, given with its additional changes, and of its design.
-pub type ComputeCustomMetrics<'a, E> = &'a mut dyn FnMut(&Variant, &Project) -> Result<CustomMetrics, E>;
+pub type ComputeCustomMetrics<'a, E> =
+    &'a mut dyn FnMut(&Variant, &Project) -> Result<CustomMetrics, E>;
 
 /// Plan that has been read and checked.
 #[derive(Debug)]
@@ -275,7 +277,9 @@ impl Plan {
     /// requests them.
     pub fn bench_metrics(&self) -> impl Iterator<Item = &'static str> {
         let metrics = self.known.metrics.iter();
-        metrics.filter(|metric| metric.group == metrics::MetricGroup::Bench).map(|metric| metric.name)
+        metrics
+            .filter(|metric| metric.group == metrics::MetricGroup::Bench)
+            .map(|metric| metric.name)
     }
 
     /// Seed of the sample, and of the bench.
@@ -326,11 +330,19 @@ impl Plan {
                     *index = rest % len;
                     rest /= len;
                 }
-                self.axes.iter().zip(indices).map(|(axis, index)| axis.value_text_at_index(index)).collect()
+                self.axes
+                    .iter()
+                    .zip(indices)
+                    .map(|(axis, index)| axis.value_text_at_index(index))
+                    .collect()
             }
             Sampling::Sample(_) => {
                 let shares = sequences::halton(number as u64, self.axes.len(), self.seed);
-                self.axes.iter().zip(shares).map(|(axis, share)| axis.value_text_at_fraction(share)).collect()
+                self.axes
+                    .iter()
+                    .zip(shares)
+                    .map(|(axis, share)| axis.value_text_at_fraction(share))
+                    .collect()
             }
         };
         self.variant_at(number, &texts)
@@ -353,8 +365,9 @@ impl Plan {
     /// # Panics
     /// Panics if `number` is not below [`Plan::len`].
     pub fn evaluate(&self, number: usize) -> Row {
-        let nothing =
-            &mut |_: &Variant, _: &Project| Ok::<_, std::convert::Infallible>(CustomMetrics::default());
+        let nothing = &mut |_: &Variant, _: &Project| {
+            Ok::<_, std::convert::Infallible>(CustomMetrics::default())
+        };
         match self.evaluate_with(&self.variant(number), nothing) {
             Ok(row) => row,
             Err(never) => match never {},
@@ -368,7 +381,11 @@ impl Plan {
     ///
     /// # Errors
     /// Returns the errors of `custom`.
-    pub fn evaluate_with<E>(&self, variant: &Variant, custom: ComputeCustomMetrics<E>) -> Result<Row, E> {
+    pub fn evaluate_with<E>(
+        &self,
+        variant: &Variant,
+        custom: ComputeCustomMetrics<E>,
+    ) -> Result<Row, E> {
         let mut row = Row::new(variant.number, variant.values.clone());
         let mut parameters = self.constraint_values(variant);
         let broken = |is_early: bool, parameters: &Numbers, metrics: &Numbers| {
@@ -458,7 +475,11 @@ impl Plan {
     /// # Errors
     /// Fails for rules that contradict each other.
     fn find_changes(&self, variant: &Variant) -> Result<Vec<String>, InvalidDesign> {
-        if self.adapts_chosen_values { find_changes(&self.source, &variant.overrides) } else { Ok(Vec::new()) }
+        if self.adapts_chosen_values {
+            find_changes(&self.source, &variant.overrides)
+        } else {
+            Ok(Vec::new())
+        }
     }
 
     /// Returns whether a constraint can be checked before a variant is built, from written values alone.

@@ -4,13 +4,13 @@ mod axes;
 mod exclusion;
 
 use fabkit_text::{
-    Dialect, YamlEntry, InvalidDesign, ValueKind, YamlNode, TextPlace, Position, Problem, NodeReader, TextLayer,
-    take_format, read_mapping, to_printable, suggestion,
+    Dialect, InvalidDesign, NodeReader, Position, Problem, TextLayer, TextPlace, ValueKind,
+    YamlEntry, YamlNode, read_mapping, suggestion, take_format, to_printable,
 };
 
 use super::{
-    BaseParameter, Constraint, Direction, KnownNames, MAX_AXES, MAX_VARIANTS, Objective, Plan, PlanSource,
-    Sampling, quantity,
+    BaseParameter, Constraint, Direction, KnownNames, MAX_AXES, MAX_VARIANTS, Objective, Plan,
+    PlanSource, Sampling, quantity,
 };
 use crate::metrics::{self, Metric};
 
@@ -120,7 +120,10 @@ fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
     };
     let base = |s: &fabkit_text::Setting| {
         let follows = s.expression.is_some();
-        (s.path.clone(), BaseParameter { kind: s.kind, value: s.value.clone(), is_derived: follows })
+        (
+            s.path.clone(),
+            BaseParameter { kind: s.kind, value: s.value.clone(), is_derived: follows },
+        )
     };
     let mut known = KnownNames {
         parameters: project.settings().map(base).collect(),
@@ -156,7 +159,9 @@ fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
         }
     };
     let mut constraints = Vec::new();
-    for item in node("constraints").map(|node| reading.read_list("constraints", node)).unwrap_or(&[]) {
+    for item in
+        node("constraints").map(|node| reading.read_list("constraints", node)).unwrap_or(&[])
+    {
         let Some(text) = reading.read_scalar("constraints", item) else { continue };
         match Constraint::read(text, &known) {
             Ok(constraint) => constraints.push((constraint, item.position)),
@@ -212,7 +217,8 @@ fn is_true(reading: &mut NodeReader, entry: &YamlEntry) -> bool {
         Some("true") => true,
         Some("false") | None => false,
         Some(other) => {
-            let message = format!("fix is `{}`, which is neither true nor false", to_printable(other));
+            let message =
+                format!("fix is `{}`, which is neither true nor false", to_printable(other));
             let hint = "write `true` or `false`";
             reading.report_problem(entry.value.position, "fix", other, message, hint);
             false
@@ -232,7 +238,10 @@ fn check_keys(reading: &mut NodeReader, entries: &[YamlEntry]) {
 }
 
 /// Reads the overrides that all variants share, with their positions.
-fn read_fixed_overrides(reading: &mut NodeReader, entries: &[YamlEntry]) -> (Vec<String>, Vec<(String, Position)>) {
+fn read_fixed_overrides(
+    reading: &mut NodeReader,
+    entries: &[YamlEntry],
+) -> (Vec<String>, Vec<(String, Position)>) {
     let Some(entry) = find(entries, "set") else { return Default::default() };
     let mut overrides = Vec::new();
     let mut places = Vec::new();
@@ -264,7 +273,11 @@ fn read_metrics(reading: &mut NodeReader, node: &YamlNode) -> Vec<&'static Metri
 }
 
 /// Reads the objectives of the plan.
-fn read_objectives(reading: &mut NodeReader, node: &YamlNode, known: &KnownNames) -> Vec<Objective> {
+fn read_objectives(
+    reading: &mut NodeReader,
+    node: &YamlNode,
+    known: &KnownNames,
+) -> Vec<Objective> {
     let mut objectives = Vec::new();
     for entry in reading.read_map("objectives", node) {
         let name = metrics::current_name(&entry.key);

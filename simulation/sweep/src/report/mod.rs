@@ -107,7 +107,8 @@ fn reasons(table: &Table) -> String {
     }
     html += "</table>\n";
     if kinds > MAX_LISTED_REASONS {
-        let _ = writeln!(html, "<p>And {} more; all are in the table.</p>", kinds - MAX_LISTED_REASONS);
+        let _ =
+            writeln!(html, "<p>And {} more; all are in the table.</p>", kinds - MAX_LISTED_REASONS);
     }
     html
 }
@@ -121,8 +122,11 @@ fn empty(table: &Table) -> String {
     let names: Vec<String> = empty.iter().map(|name| escape(name)).collect();
     let notes: BTreeSet<&str> =
         table.rows().iter().flat_map(|row| row.notes.iter().map(String::as_str)).collect();
-    let notes: String =
-        notes.iter().take(MAX_LISTED_REASONS).map(|n| format!("<li>{}</li>\n", escape(n))).collect();
+    let notes: String = notes
+        .iter()
+        .take(MAX_LISTED_REASONS)
+        .map(|n| format!("<li>{}</li>\n", escape(n)))
+        .collect();
     format!(
         "<h2>What does not apply</h2>\n<p>No variant has {}.</p>\n<ul>{notes}</ul>\n",
         names.join(", ")
@@ -154,7 +158,8 @@ fn front(plan: &Plan, table: &Table) -> String {
             Value::Number(number) => round_to_digits(*number),
             Value::Text(text) => text.clone(),
         }));
-        let value = |name: &str| found.metrics.get(name).map_or(String::new(), |v| round_to_digits(*v));
+        let value =
+            |name: &str| found.metrics.get(name).map_or(String::new(), |v| round_to_digits(*v));
         cells.extend(plan.objectives().iter().map(|o| value(&o.metric)));
         html += &row(&cells);
     }

@@ -103,7 +103,8 @@ pub(super) fn pairs(plan: &Plan, table: &Table, metrics: &[String]) -> String {
         let mut row_html = String::new();
         for (index, axis) in plan.axes().iter().enumerate().take(MAX_AXES) {
             let axis_name = axis_label(axis);
-            let point = |row: &Row| Some([axis_position(axis, index, row)?, *row.metrics.get(metric)?]);
+            let point =
+                |row: &Row| Some([axis_position(axis, index, row)?, *row.metrics.get(metric)?]);
             if let Some(plot) = scatter(table, [&axis_name, metric], point) {
                 let _ = write!(row_html, "<figure>{plot}</figure>");
             }

@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use fabkit_tests::{Run, binary, command, read_folder, fabkit};
+use fabkit_tests::{Run, binary, command, fabkit, read_folder};
 
 /// A folder with an earlier export of one small part, and its content.
 fn earlier_export(root: &Path) -> BTreeMap<String, Vec<u8>> {

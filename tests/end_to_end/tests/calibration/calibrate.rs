@@ -57,7 +57,8 @@ impl Setup {
         let landmarks = landmarks();
         // A unit that is as drawn.
         let bodies = DrawnBodies::new(&build_design("rtac0", &[]).sensor, &camera).unwrap();
-        let mut model = Model::new(camera, truth).with_drawn_interface(&bodies.interface().unwrap()).unwrap();
+        let mut model =
+            Model::new(camera, truth).with_drawn_interface(&bodies.interface().unwrap()).unwrap();
         let contacts: Vec<_> = landmarks.pins.iter().map(|pin| pin.contact_in_sensor_mm).collect();
         model.displacements = bodies.displacements(&truth, &contacts);
         let mut bench = SyntheticSensor::new(model, 2);

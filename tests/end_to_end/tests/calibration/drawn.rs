@@ -25,7 +25,7 @@ use fabkit_designs::builtin_yaml;
 use fabkit_fixtures::DrawnBodies;
 use fabkit_geometry::sequences::SplitMix64;
 use fabkit_geometry::{Point3, Pose, Sensor, Solid, Vector3};
-use fabkit_optics::{ViewStacks, OpticalStack, CameraView};
+use fabkit_optics::{CameraView, OpticalStack, ViewStacks};
 use fabkit_tests::build_design;
 use nalgebra::{Rotation3, Vector2, Vector6};
 use rayon::prelude::*;
@@ -106,7 +106,8 @@ impl Bench {
         let mut viewer = CameraView::new(&self.camera, &pose.inverse(), &sights);
         let seen = self.pins.iter().filter_map(|pin| {
             let look = viewer.project(&pin.contact_in_sensor_mm).ok()?;
-            let is_seen = self.camera.is_in_image(&look.pixel) && look.sight.hidden_by(0.5).is_none();
+            let is_seen =
+                self.camera.is_in_image(&look.pixel) && look.sight.hidden_by(0.5).is_none();
             is_seen.then_some((pin, look.pixel))
         });
         let seen: Vec<_> = seen.collect();

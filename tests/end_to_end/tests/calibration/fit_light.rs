@@ -166,7 +166,10 @@ fn balls_on_a_pad_give_back_light_and_depth() {
     }
     let small = ["fit-light", "9dtact", "--captures", "one", "--ball-diameter", "3mm", "--json"];
     let small = fabkit(root.path(), &small).ok().json();
-    assert!(find_faults(&small).is_empty() && small["held_out_profile_rms_grey"].is_null(), "{small:#}");
+    assert!(
+        find_faults(&small).is_empty() && small["held_out_profile_rms_grey"].is_null(),
+        "{small:#}"
+    );
     let said = small["unexplained"].as_array().unwrap().iter();
     let asks = |words: &&Value| words.as_str().unwrap().contains("is the ball as large");
     assert_eq!(said.filter(asks).count(), 1, "{:#}", small["unexplained"]);

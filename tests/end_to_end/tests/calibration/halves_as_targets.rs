@@ -22,7 +22,8 @@ fn camera(root: &Path) -> f64 {
     let nominal = &project.design.sensor.camera;
     let terms = nominal.lens.projection.terms();
     let field_rad = nominal.field_of_view.rad();
-    let lens = Camera::from_data_sheet(nominal.width_px, nominal.height_px, field_rad, terms).unwrap();
+    let lens =
+        Camera::from_data_sheet(nominal.width_px, nominal.height_px, field_rad, terms).unwrap();
     let lens = CameraEstimate::new(lens, None).unwrap();
     fs::write(root.join("camera.yaml"), write(&lens, CameraFormat::Fabkit).unwrap()).unwrap();
     fs::create_dir(root.join("halves")).unwrap();

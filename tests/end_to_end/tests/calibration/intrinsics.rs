@@ -12,7 +12,7 @@ use fabkit_calibration::board::Board;
 use fabkit_calibration::image::GreyImage;
 use fabkit_camera::files;
 use fabkit_geometry::sequences::SplitMix64;
-use fabkit_tests::{Run, read_folder, fabkit};
+use fabkit_tests::{Run, fabkit, read_folder};
 use tempfile::TempDir;
 
 const PICTURES: usize = 10;

@@ -9,8 +9,8 @@ use fabkit_calibration::landmarks::PinLandmark;
 use fabkit_calibration::model::{FitParameter, Model};
 use fabkit_calibration::synthetic::SyntheticSensor;
 use fabkit_camera::{
-    Camera, CameraEstimate, DMatrix, FlatInterface, Interface, Intrinsics, JointEstimate, KannalaBrandt,
-    Lens, Point2, Vector2,
+    Camera, CameraEstimate, DMatrix, FlatInterface, Interface, Intrinsics, JointEstimate,
+    KannalaBrandt, Lens, Point2, Vector2,
 };
 use fabkit_geometry::sequences::SplitMix64;
 use fabkit_geometry::{Angle, Point3, Pose, Solid, Vector3};
@@ -268,7 +268,11 @@ fn sigma_is_the_scatter_of_lens_and_pose_calibrated_one_after_the_other() {
             let ratios = scatter_over_sigma(
                 &maps,
                 1,
-                &surface.map_without_contact().compute_standard_deviations(&uncertainty).range_mm().collect::<Vec<_>>(),
+                &surface
+                    .map_without_contact()
+                    .compute_standard_deviations(&uncertainty)
+                    .range_mm()
+                    .collect::<Vec<_>>(),
             );
             assert!(ratios.len() > 1000);
             let at = |share: f64| ratios[(share * (ratios.len() - 1) as f64) as usize];

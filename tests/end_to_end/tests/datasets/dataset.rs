@@ -7,7 +7,7 @@ use std::process::Stdio;
 use std::thread::sleep;
 use std::time::Instant;
 
-use fabkit_tests::{Run, command, read_folder, fabkit};
+use fabkit_tests::{Run, command, fabkit, read_folder};
 
 /// Few and small: what is tested here is the folder.
 const SMALL: &[&str] = &["--camera", "camera.yaml", "--set", "fixtures.semi_domes.count=8"];

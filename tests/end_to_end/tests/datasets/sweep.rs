@@ -9,7 +9,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use fabkit_application::sweep::{Plan, PlanSource, Row, Status};
-use fabkit_optics::{ViewStacks, CameraView};
+use fabkit_optics::{CameraView, ViewStacks};
 use fabkit_tests::{Run, command, fabkit};
 
 const SMALL: &str = "
@@ -307,7 +307,8 @@ fn metrics_agree_with_other_ways_to_them() {
         fabkit_application::ground_truth::Viewpoint::new(&sensor.camera, None, None).unwrap();
     let sights = ViewStacks::new(viewpoint.stack(&sensor).unwrap());
     let touch = sensor.touch.as_ref().unwrap();
-    let coverage = fabkit_application::ground_truth::compute_coverage(touch, &viewpoint, &sights).unwrap();
+    let coverage =
+        fabkit_application::ground_truth::compute_coverage(touch, &viewpoint, &sights).unwrap();
     assert!((of("coverage") - coverage.area).abs() < 4e-3, "{} {}", of("coverage"), coverage.area);
 }
 

@@ -22,7 +22,8 @@ fn meshes_of_fixtures_are_closed_and_have_the_exact_volume() {
 }
 
 fn meshes_have_the_exact_volume(designs: &[Design]) {
-    let bodies: Vec<_> = designs.iter().flat_map(|d| sample_bodies(d).map(move |b| (d, b))).collect();
+    let bodies: Vec<_> =
+        designs.iter().flat_map(|d| sample_bodies(d).map(move |b| (d, b))).collect();
     println!("{:40} {:>12} {:>12} {:>10}", "body", "exact mm3", "mesh mm3", "off");
     bodies.par_iter().for_each(|(design, body)| {
         let name = format!("{}/{}", design.sensor.name, body.name);

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use fabkit_tests::{read_folder, fabkit};
+use fabkit_tests::{fabkit, read_folder};
 
 const OTHER_PAD: &str = "format: 1\nextends: 9dtact\nname: mine\ntitle: another pad\n\
                          pad: {length: 20 mm, width: 25 mm, thickness: 3 mm}\n";

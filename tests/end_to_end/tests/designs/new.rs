@@ -5,7 +5,7 @@ use std::fs;
 
 use fabkit_application::designs::{Design, REGISTRY};
 use fabkit_application::source::Source;
-use fabkit_tests::{Run, read_folder, fabkit, tested_sensors};
+use fabkit_tests::{Run, fabkit, read_folder, tested_sensors};
 
 #[path = "../../../../fabkit/application/examples/own_part.rs"]
 #[allow(dead_code)]

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use fabkit_designs::Design;
 use fabkit_geometry::CompiledSolid;
-use fabkit_tests::{builtin_designs, read_folder, fabkit};
+use fabkit_tests::{builtin_designs, fabkit, read_folder};
 use serde_json::Value;
 
 /// Boards of a design, by the names of their bodies.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use fabkit_application::exports::{self, ExportOptions, Format};
 use fabkit_designs::Design;
 use fabkit_geometry::{Assembly, Body, Placement};
-use fabkit_tests::{read_folder, fabkit};
+use fabkit_tests::{fabkit, read_folder};
 use serde_json::Value;
 
 /// The JSON and the bytes of a file.

@@ -10,7 +10,7 @@ use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::Command;
 
-use fabkit_tests::{Run, binary, command, read_folder, fabkit};
+use fabkit_tests::{Run, binary, command, fabkit, read_folder};
 use serde_json::Value;
 
 const CAMERA: &str = "fabkit_camera: 1\nwidth_px: 96\nheight_px: 72\nlens:\n  \

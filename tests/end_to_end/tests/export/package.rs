@@ -7,7 +7,7 @@ use std::path::Path;
 use fabkit_application::packaging::resolved_yaml;
 use fabkit_application::source::Target;
 use fabkit_designs::builtin_names;
-use fabkit_tests::{read_folder, fabkit};
+use fabkit_tests::{fabkit, read_folder};
 use serde_json::Value;
 
 fn read(path: impl AsRef<Path>) -> String {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use fabkit_geometry::Process;
-use fabkit_tests::{builtin_designs, read_folder, fabkit};
+use fabkit_tests::{builtin_designs, fabkit, read_folder};
 use serde_json::Value;
 
 fn part<'a>(manifest: &'a Value, name: &str) -> &'a Value {

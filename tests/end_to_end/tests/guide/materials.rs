@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use fabkit_tests::{read_folder, fabkit, sample_cases};
+use fabkit_tests::{fabkit, read_folder, sample_cases};
 use serde_json::Value;
 
 const SENSORS: [&str; 5] = ["rtac0", "tactip", "shadowtac", "uvdtact", "fluidic"];

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use fabkit_tests::{read_folder, fabkit};
+use fabkit_tests::{fabkit, read_folder};
 use serde_json::Value;
 
 fn json(bytes: &[u8]) -> Value {

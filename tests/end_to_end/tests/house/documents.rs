@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::Path;
 use std::process::Stdio;
 
-use fabkit_tests::{Run, command, read_folder, fabkit};
+use fabkit_tests::{Run, command, fabkit, read_folder};
 use serde_json::Value;
 
 fn strings(value: &Value) -> Vec<&str> {

@@ -136,7 +136,8 @@ const ISO: &str = "adapter.pattern=iso-9409-1-50-4-m6";
 #[test]
 fn robots_bolts_need_their_key() {
     // A cable over a head; as the flange was turned before.
-    let found = motions(&build_design("shadowtac", &[ISO, "adapter.flange_angle=0 deg"]).sensor).unwrap();
+    let found =
+        motions(&build_design("shadowtac", &[ISO, "adapter.flange_angle=0 deg"]).sensor).unwrap();
     assert!(found.iter().any(|f| f.bodies == ["bolt-m6", "camera-cable"]), "{found:#?}");
     let found = access(&build_design("shadowtac", &[ISO, "adapter.flange_angle=10 deg"]).sensor);
     assert!(found.iter().any(|f| f.bodies == ["bolt-m6", "camera-cable"]), "{found:#?}");

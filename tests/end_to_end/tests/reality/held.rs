@@ -7,7 +7,8 @@ use fabkit_geometry::Sensor;
 use fabkit_tests::{build_design, find_findings, sample_cases};
 use rayon::prelude::*;
 
-const RULES: [Rule; 5] = [Rule::Chemistry, Rule::Softness, Rule::Flow, Rule::Retention, Rule::Sight];
+const RULES: [Rule; 5] =
+    [Rule::Chemistry, Rule::Softness, Rule::Flow, Rule::Retention, Rule::Sight];
 
 fn errors(sensor: &Sensor, rules: &[Rule]) -> Vec<Finding> {
     let mut errors = find_findings(sensor, rules).unwrap();

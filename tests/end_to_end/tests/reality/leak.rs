@@ -1,7 +1,7 @@
 //! Sensors that daylight gets into: each is found by the rule `leak`, and what ships is dark inside.
 
 use fabkit_checks::{Finding, Rule};
-use fabkit_geometry::{OpticalClarity, CompiledSolid, Sensor, Solid};
+use fabkit_geometry::{CompiledSolid, OpticalClarity, Sensor, Solid};
 use fabkit_tests::{build_design, find_findings, sample_cases};
 use rayon::prelude::*;
 
@@ -19,7 +19,9 @@ enum Spoil {
 fn spoiled(sensor: &str, body: &str, spoil: Spoil) -> Sensor {
     let mut sensor = build_design(sensor, &[]).sensor;
     match spoil {
-        Spoil::Translucent => sensor.body_mut(body).unwrap().set_clarity(OpticalClarity::Translucent),
+        Spoil::Translucent => {
+            sensor.body_mut(body).unwrap().set_clarity(OpticalClarity::Translucent)
+        }
         Spoil::Without => sensor.bodies.retain(|other| other.name != body),
         Spoil::Window(share) => {
             let of = sensor.body_mut(body).unwrap();

@@ -2,7 +2,7 @@
 
 use fabkit_camera::Camera;
 use fabkit_geometry::{NominalCamera, Projection};
-use fabkit_optics::{RayEnd, ViewStacks, OpticalStack, CameraView};
+use fabkit_optics::{CameraView, OpticalStack, RayEnd, ViewStacks};
 use fabkit_tests::build_design;
 use nalgebra::Point2;
 
@@ -46,7 +46,8 @@ fn reaches(set: &[&str]) -> Vec<f64> {
     let sensor = build_design("uvdtact", set).sensor;
     let nominal = &sensor.camera;
     let (view_rad, terms) = (nominal.field_of_view.rad(), nominal.lens.projection.terms());
-    let camera = Camera::from_data_sheet(nominal.width_px, nominal.height_px, view_rad, terms).unwrap();
+    let camera =
+        Camera::from_data_sheet(nominal.width_px, nominal.height_px, view_rad, terms).unwrap();
     let sights = ViewStacks::new(OpticalStack::from_sensor(&sensor).unwrap());
     let mut viewer = CameraView::new(&camera, &nominal.sensor_from_camera, &sights);
     let half = f64::from(nominal.width_px) / 2.0 - 0.5;

@@ -84,7 +84,12 @@ const WRONG: [(&str, Change, Rule, &str); 15] = [
     ("shadowtac", |sensor| late(sensor, "glue-leds", "led"), Rule::Motion, "led"),
     ("rtac0", |sensor| late(sensor, "mount-leds", "led-board"), Rule::Motion, "led-board"),
     // What does not give way, and what stands where a screwdriver has to be.
-    ("rtac0", |sensor| sensor.body_mut("o-ring").unwrap().assembly_compliance_mm = 0.0, Rule::Motion, "o-ring"),
+    (
+        "rtac0",
+        |sensor| sensor.body_mut("o-ring").unwrap().assembly_compliance_mm = 0.0,
+        Rule::Motion,
+        "o-ring",
+    ),
     (
         "digit-like",
         |sensor| surrounded(sensor, "screw-m1-6x6", [4.0, 7.0], 65.0),

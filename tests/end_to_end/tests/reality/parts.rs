@@ -63,7 +63,8 @@ fn every_other_printed_part_carries_its_label() {
 
 #[test]
 fn twins_without_labels_are_found() {
-    let found = wrong(find_findings(&sensor("rtac0", &["labels.style=none"]), &[Rule::Labels]).unwrap());
+    let found =
+        wrong(find_findings(&sensor("rtac0", &["labels.style=none"]), &[Rule::Labels]).unwrap());
     let blamed: Vec<&[String]> = found.iter().map(|finding| finding.bodies.as_slice()).collect();
     let halves = ["mold-transparent-gel-a", "mold-transparent-gel-b"];
     assert!(
@@ -76,7 +77,8 @@ fn twins_without_labels_are_found() {
     assert!(found.iter().all(|f| f.rule == Rule::Labels && f.severity == Severity::Error));
     // One label is enough to tell two parts apart.
     let parts = "labels.parts=[mold-transparent-gel-a,mold-translucent-gel-a,lid-transparent-gel]";
-    let told = wrong(fabkit_tests::find_findings(&sensor("rtac0", &[parts]), &[Rule::Labels]).unwrap());
+    let told =
+        wrong(fabkit_tests::find_findings(&sensor("rtac0", &[parts]), &[Rule::Labels]).unwrap());
     assert!(told.len() < found.len(), "{told:#?}");
 }
 

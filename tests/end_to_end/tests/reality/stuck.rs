@@ -2,7 +2,7 @@
 //! them, is found, and what ships says of each how it stays.
 
 use fabkit_checks::{Finding, Rule, Severity};
-use fabkit_geometry::{MechanicalRole, FixingMeans, Pose, Sensor};
+use fabkit_geometry::{FixingMeans, MechanicalRole, Pose, Sensor};
 use fabkit_tests::{build_design, find_findings, sample_cases};
 use rayon::prelude::*;
 
@@ -36,7 +36,10 @@ fn what_no_step_fixes_is_found() {
         }
         let found = errors(&sensor);
         let [finding] = &found[..] else { panic!("{name}/{small}: {found:#?}") };
-        assert_eq!((finding.rule, &finding.bodies[..]), (Rule::Retention, &[(*small).to_owned()][..]));
+        assert_eq!(
+            (finding.rule, &finding.bodies[..]),
+            (Rule::Retention, &[(*small).to_owned()][..])
+        );
         assert!(finding.message.contains("no step solders"), "{}", finding.message);
     });
 }
@@ -84,11 +87,14 @@ fn what_ships_is_fixed_and_its_steps_say_so() {
                 let says = |word: &&str| step.instruction.contains(*word);
                 assert!(words(fixing.means).iter().any(says), "{name}: {step:#?}");
                 let bodies = fixing.bodies.iter().map(|body| sensor.body(body).unwrap());
-                bodies.for_each(|body| assert_eq!(body.duty, MechanicalRole::Attached, "{}", body.name));
+                bodies.for_each(|body| {
+                    assert_eq!(body.duty, MechanicalRole::Attached, "{}", body.name)
+                });
                 fixings += fixing.bodies.len();
             }
         }
-        let small = sensor.bodies.iter().filter(|body| body.duty == MechanicalRole::Attached).count();
+        let small =
+            sensor.bodies.iter().filter(|body| body.duty == MechanicalRole::Attached).count();
         assert!(fixings >= small && small > 0, "{name}: {fixings} of {small}");
         assert_eq!(errors(&sensor), [], "{name}");
     });

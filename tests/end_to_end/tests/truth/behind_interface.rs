@@ -9,7 +9,7 @@ use fabkit_camera::{Camera, CameraEstimate, DMatrix, JointEstimate};
 
 use fabkit_application::depth::ground_truth::{PixelRays, ReferenceSurface, Uncertainty};
 use fabkit_geometry::{NominalCamera, Sensor};
-use fabkit_optics::{ViewStacks, OpticalStack, FirstInterface};
+use fabkit_optics::{FirstInterface, OpticalStack, ViewStacks};
 use fabkit_tests::{build_design, tested_sensors};
 
 /// A small picture of a sensor; what its camera is, by file, if it has the first interface in its own model, and whether
@@ -60,7 +60,10 @@ fn light_goes_on_behind_the_interface_as_drawn() {
             assert!(off_mm.is_nan() || off_mm < 1e-9, "{name}: {off_mm:.1e} mm");
         }
         assert!(astray <= 2, "{name}: {astray}");
-        assert!(tips.visible_tips > 100 && tips.visible_tips.abs_diff(own_tips.visible_tips) <= 2, "{name}");
+        assert!(
+            tips.visible_tips > 100 && tips.visible_tips.abs_diff(own_tips.visible_tips) <= 2,
+            "{name}"
+        );
         let numbers = |csv: &str| -> Vec<Vec<Option<f64>>> {
             let of = |line: &str| line.split(',').map(|cell| cell.parse().ok()).collect();
             csv.lines().skip(1).map(of).collect()
@@ -97,7 +100,11 @@ fn sigma_is_by_how_much_what_is_before_the_interface_moves_the_place() {
         let estimate = CameraEstimate::new(*camera, Some(covariance)).unwrap();
         let joint = JointEstimate::independent(&estimate, None).unwrap();
         let uncertainty = Uncertainty { joint: Some(joint), shape_mm: 0.0 };
-        let sigma_mm: Vec<f64> = surface.map_without_contact().compute_standard_deviations(&uncertainty).point_mm().collect();
+        let sigma_mm: Vec<f64> = surface
+            .map_without_contact()
+            .compute_standard_deviations(&uncertainty)
+            .point_mm()
+            .collect();
         let moved = |by: f64| {
             let mut values = values.clone();
             values[parameter] += by;

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use fabkit_tests::{Run, read_folder, fabkit};
+use fabkit_tests::{Run, fabkit, read_folder};
 
 fn assert_says(run: &Run, code: i32, texts: &[&str]) {
     assert_eq!(run.code, Some(code), "{run:?}");

@@ -80,8 +80,10 @@ fn a_pin_alone_is_pressed() {
 #[test]
 fn gel_lies_on_what_presses_and_bulges_beside_it() {
     let scene = scene("rtac0");
-    let (rigid, soft) =
-        (map(&scene, &[BALL], ContactModel::Rigid, [0.0; 2]), map(&scene, &[BALL], linear(), [0.0; 2]));
+    let (rigid, soft) = (
+        map(&scene, &[BALL], ContactModel::Rigid, [0.0; 2]),
+        map(&scene, &[BALL], linear(), [0.0; 2]),
+    );
     let mut touched = 0;
     for pixel in 0..rigid.range_mm.len() {
         if soft.contact[pixel] {

@@ -8,7 +8,9 @@ use fabkit_application::ground_truth::Viewpoint;
 use fabkit_camera::{JointEstimate, Point2};
 use fabkit_designs::builtin_yaml;
 use fabkit_geometry::{Angle, NominalCamera, Point3, Pose, Ray, Sensor, Vector3};
-use fabkit_optics::{TileTracing, RayEnd, PointProjection, ViewStacks, OpticalStack, TILE, Tracer, CameraView};
+use fabkit_optics::{
+    CameraView, OpticalStack, PointProjection, RayEnd, TILE, TileTracing, Tracer, ViewStacks,
+};
 use fabkit_tests::{build_design, tested_sensors};
 
 /// The ray of each pixel, row by row, with columns and rows.
@@ -22,7 +24,8 @@ fn rays(sensor: &Sensor) -> (Vec<Option<Ray>>, [u32; 2]) {
 fn every_camera_looks_through_media_that_are_known() {
     for name in tested_sensors() {
         let sensor = build_design(name, &[]).sensor;
-        let stack = OpticalStack::from_sensor(&sensor).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let stack =
+            OpticalStack::from_sensor(&sensor).unwrap_or_else(|error| panic!("{name}: {error}"));
         let (rays, _) = rays(&sensor);
         let mut tracer = Tracer::new(&stack);
         // Few of many, all of few; no multiple of the columns.
@@ -111,9 +114,11 @@ fn a_narrow_diffuser_hides_the_surface() {
 /// Gel shows the touch behind what is looked at, and hides it before that.
 #[test]
 fn black_gel_hides_what_is_behind_it() {
-    let sensor =
-        build_design("rtac0", &["transparent_gel.material=Smooth-On Ecoflex 00-30 with black Silc-Pig"])
-            .sensor;
+    let sensor = build_design(
+        "rtac0",
+        &["transparent_gel.material=Smooth-On Ecoflex 00-30 with black Silc-Pig"],
+    )
+    .sensor;
     let stack = OpticalStack::from_sensor(&sensor).unwrap();
     let (rays, _) = rays(&sensor);
     let mut tracer = Tracer::new(&stack);
@@ -124,7 +129,8 @@ fn black_gel_hides_what_is_behind_it() {
     let viewpoint = Viewpoint::new(&sensor.camera, None, None).unwrap();
     let sights = ViewStacks::new(stack);
     let mut viewer = CameraView::new(viewpoint.camera(), &viewpoint.sensor_from_camera, &sights);
-    let lost = viewer.visible_pixel(&Point3::new(0.0, 0.0, sensor.touch.as_ref().unwrap().apex_z_mm()));
+    let lost =
+        viewer.visible_pixel(&Point3::new(0.0, 0.0, sensor.touch.as_ref().unwrap().apex_z_mm()));
     assert_eq!(lost.map_err(|lost| lost.label(sights.stack())), Err("transparent-gel"));
 }
 
@@ -140,7 +146,8 @@ fn places_are_seen_at_the_pixels_that_see_them() {
         let sensor = build_design(name, &[]).sensor;
         let viewpoint = Viewpoint::new(&small(&sensor), None, None).unwrap();
         let sights = ViewStacks::new(viewpoint.stack(&sensor).unwrap());
-        let mut viewer = CameraView::new(viewpoint.camera(), &viewpoint.sensor_from_camera, &sights);
+        let mut viewer =
+            CameraView::new(viewpoint.camera(), &viewpoint.sensor_from_camera, &sights);
         let mut count = 0;
         for (column, row) in (0..24).flat_map(|row| (0..32).map(move |column| (column, row))) {
             let pixel = Point2::new(f64::from(column) + 0.31, f64::from(row) - 0.17);
@@ -200,7 +207,11 @@ fn sigma_is_by_how_much_the_pose_moves_the_range() {
         covariance[parameter][parameter] = 1.0;
         let joint = JointEstimate::independent(&(*camera).into(), Some(&covariance)).unwrap();
         let uncertainty = Uncertainty { joint: Some(joint), shape_mm: 0.0 };
-        let sigma_mm = surface.map_without_contact().compute_standard_deviations(&uncertainty).range_mm().collect::<Vec<_>>();
+        let sigma_mm = surface
+            .map_without_contact()
+            .compute_standard_deviations(&uncertainty)
+            .range_mm()
+            .collect::<Vec<_>>();
         let moved = |by: f64| {
             let turn = Vector3::ith(parameter % 3, by);
             let translation = camera_from_sensor.translation_mm();

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use fabkit_application::fixtures::{Project, SurfacePoints, load};
 use fabkit_application::geometry::{Point3, TouchSurface};
 use fabkit_application::ground_truth::find_penetration;
-use fabkit_tests::{Run, read_folder, fabkit, is_full, sample_cases};
+use fabkit_tests::{Run, fabkit, is_full, read_folder, sample_cases};
 
 const SENSORS: [&str; 6] =
     ["rtac0", "rtac0-published-2025", "shadowtac", "shadowtac-published-cad", "tactip", "uvdtact"];
@@ -105,7 +105,9 @@ fn recommended<'a>(run: &'a Run, after: &str) -> &'a str {
 #[test]
 fn what_messages_recommend_presses() {
     // Published variants have the same tools.
-    for sensor in sample_cases(&SENSORS).into_iter().copied().filter(|name| !name.contains("published")) {
+    for sensor in
+        sample_cases(&SENSORS).into_iter().copied().filter(|name| !name.contains("published"))
+    {
         let root = tempfile::tempdir().unwrap();
         let depth = |press: &str| {
             fabkit(root.path(), &["depth", sensor, "--press", press, "-o", "a.npz", "--json"])

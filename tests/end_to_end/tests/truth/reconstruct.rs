@@ -11,7 +11,7 @@ use fabkit_application::fixtures::Project;
 use fabkit_application::ground_truth::Viewpoint;
 use fabkit_application::network::writer::{ChainLayer, write_chain};
 use fabkit_application::press_simulation::{ContactModel, LinearOptions};
-use fabkit_application::reconstructing::{Reconstructor, CapturedImage};
+use fabkit_application::reconstructing::{CapturedImage, Reconstructor};
 use fabkit_application::scene::{Cast, SensorView};
 use fabkit_application::source::Source;
 use fabkit_tests::fabkit;
@@ -52,7 +52,8 @@ impl Bench {
             allow_no_contact: true,
         };
         let lighting = find_lighting(&self.project.design.sensor, None).unwrap();
-        let capturing = CaptureRequest { cast, lighting, constants: &self.constants, seed: Some(3) };
+        let capturing =
+            CaptureRequest { cast, lighting, constants: &self.constants, seed: Some(3) };
         let (mut depth_mm, mut contact) = (Vec::new(), Vec::new());
         let captured = capturing
             .render(&self.scene, |seen| {
@@ -121,7 +122,11 @@ fn depth_is_what_the_pictures_were_made_of() {
         // A picture that is brighter as a whole is the same press.
         let brighter: Vec<f32> = shown.values.iter().map(|value| (1.05 * value).min(1.0)).collect();
         let again = known.reconstruct(Path::new("brighter.png"), bench.picture(&brighter)).unwrap();
-        assert!((again.relative_brightness / found.relative_brightness - 1.05).abs() < 0.005, "{}", again.relative_brightness);
+        assert!(
+            (again.relative_brightness / found.relative_brightness - 1.05).abs() < 0.005,
+            "{}",
+            again.relative_brightness
+        );
         let off = found.depth_mm.iter().zip(&again.depth_mm);
         assert!(mean(off.map(|(a, b)| f64::from((a - b).abs()))) < 0.02);
     }

@@ -64,7 +64,12 @@ const CASES: [Case; 17] = [
         &SMALL_CAMERA,
     ),
     case("press", "in", &["depth", "rtac0", "--press", "{}", "--png", "o.png"], &SMALL_CAMERA),
-    case("press", "in.txt", &["dataset", "rtac0", "--presses", "in.txt", "-o", "ds"], &SMALL_CAMERA),
+    case(
+        "press",
+        "in.txt",
+        &["dataset", "rtac0", "--presses", "in.txt", "-o", "ds"],
+        &SMALL_CAMERA,
+    ),
     case("landmarks", "in.json", POSE, &["--captures", "captures", "--landmarks", "in.json"]),
     case("marks", "captures/captures.csv", POSE, &["--captures", "captures"]),
     case("picture", "in.png", &["calibrate", "pins", "--reference", "picture.png", "in.png"], &[]),
@@ -136,7 +141,10 @@ pub fn run_once(command: &Path, corpus: &Path, seed: u64) -> io::Result<Option<M
         let line = format!("fabkit {} {}", arguments.join(" "), camera.join(" "));
         let said = fs::read(&said).unwrap_or_default();
         let said = String::from_utf8_lossy(&said[..said.len().min(600)]).into_owned();
-        Misbehaviour { what: format!("{what}: {line}, {file} from {kind}, seed {seed}\n{said}"), input }
+        Misbehaviour {
+            what: format!("{what}: {line}, {file} from {kind}, seed {seed}\n{said}"),
+            input,
+        }
     }))
 }
 

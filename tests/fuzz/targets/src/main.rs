@@ -11,7 +11,9 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use fabkit_fuzz_targets::end_to_end;
-use fabkit_fuzz_targets::running::{self, Budget, failure_reason, limit_memory, read_corpus, feed, keep};
+use fabkit_fuzz_targets::running::{
+    self, Budget, failure_reason, feed, keep, limit_memory, read_corpus,
+};
 use fabkit_fuzz_targets::targets::{TARGETS, Target};
 
 /// Argument that makes this process feed a single target.

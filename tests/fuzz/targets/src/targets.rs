@@ -191,7 +191,9 @@ pub fn profile(data: &[u8]) {
 
 /// Reads a coupon with measurements.
 pub fn coupon(data: &[u8]) {
-    let (Ok(text), Ok(name)) = (std::str::from_utf8(data), FileSafeName::parse("printer")) else { return };
+    let (Ok(text), Ok(name)) = (std::str::from_utf8(data), FileSafeName::parse("printer")) else {
+        return;
+    };
     if let Ok(measured) = MeasuredProfile::read("fuzz.yaml", text, &name) {
         let _ = measured.profile.to_yaml(&[]);
     }

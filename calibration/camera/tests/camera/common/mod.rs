@@ -1,7 +1,7 @@
 //! Cameras of every kind, with realistic parameters.
 use fabkit_camera::{
-    Camera, DoubleSphere, Eucm, FlatInterface, Interface, Intrinsics, KannalaBrandt, Lens, OpenCv, Point3,
-    SphericalInterface,
+    Camera, DoubleSphere, Eucm, FlatInterface, Interface, Intrinsics, KannalaBrandt, Lens, OpenCv,
+    Point3, SphericalInterface,
 };
 use proptest::prelude::*;
 
@@ -63,12 +63,19 @@ pub fn interfaces() -> Vec<(&'static str, Interface)> {
         index_outside: 1.41,
         has_drawn_bodies_behind: false,
     };
-    let centred = SphericalInterface { centre_in_camera: Point3::origin(), has_drawn_bodies_behind: true, ..sphere };
+    let centred = SphericalInterface {
+        centre_in_camera: Point3::origin(),
+        has_drawn_bodies_behind: true,
+        ..sphere
+    };
     vec![
         ("none", Interface::None),
         ("flat", Interface::Flat(FlatInterface::bare_in_air(2.7, 1.41))),
         ("tilted", Interface::Flat(tilted)),
-        ("pane", Interface::Flat(FlatInterface { glass_thickness_mm: 1.1, index_glass: 1.52, ..tilted })),
+        (
+            "pane",
+            Interface::Flat(FlatInterface { glass_thickness_mm: 1.1, index_glass: 1.52, ..tilted }),
+        ),
         ("sphere", Interface::Sphere(sphere)),
         ("concentric", Interface::Sphere(centred)),
     ]

@@ -2,7 +2,10 @@
 
 use std::fmt::Write;
 
-use fabkit_report::{NO_DATA_STYLE, BORDER_STYLE, Plot, Svg, RESIDUAL_STYLE, escape, page, heat_color, round_tick_step};
+use fabkit_report::{
+    BORDER_STYLE, NO_DATA_STYLE, Plot, RESIDUAL_STYLE, Svg, escape, heat_color, page,
+    round_tick_step,
+};
 use nalgebra::Vector2;
 
 use super::super::magnification;
@@ -67,7 +70,10 @@ impl IntrinsicsReport<'_> {
             ("scale on the axis", format!("{focal_px:.3} ± {sigma_px:.3} px per radian")),
             (
                 "farthest corner off the axis, of the image",
-                format!("{:.1}° of {:.1}°", coverage.observed_max_angle_deg, coverage.image_max_angle_deg),
+                format!(
+                    "{:.1}° of {:.1}°",
+                    coverage.observed_max_angle_deg, coverage.image_max_angle_deg
+                ),
             ),
         ];
         let rows: String = rows
@@ -205,7 +211,10 @@ impl IntrinsicsReport<'_> {
             Some(ray.direction.z.clamp(-1.0, 1.0).acos().to_degrees())
         };
         let tallest = residuals.iter().map(|(.., r)| r.norm()).fold(1e-3, f64::max);
-        let limits = [1.05 * self.calibration.advice.coverage.observed_max_angle_deg.max(1.0), 1.1 * tallest];
+        let limits = [
+            1.05 * self.calibration.advice.coverage.observed_max_angle_deg.max(1.0),
+            1.1 * tallest,
+        ];
         let ticks = limits.map(|limit| round_tick_step(limit, 8.0));
         let mut plot = Plot::new(limits, ticks, ["angle off the axis, degrees", "residual, px"]);
         for (view, corner, residual) in &residuals {

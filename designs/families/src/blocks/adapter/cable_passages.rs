@@ -4,7 +4,7 @@
 use fabkit_geometry::{Angle, CUT_OVERLAP_MM, Path, Pose, Solid};
 
 use super::pattern::BOSS_MM;
-use super::{MountFace, AdapterPlan};
+use super::{AdapterPlan, MountFace};
 
 /// Exit of a cable from the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,7 +107,8 @@ impl AdapterPlan<'_> {
         if !self.is_slotted() {
             return f64::INFINITY;
         }
-        let slot = distance_to_strip([x, y], self.adapter.cable_angle, self.adapter.cable_width.mm());
+        let slot =
+            distance_to_strip([x, y], self.adapter.cable_angle, self.adapter.cable_width.mm());
         let windows = self.face.below().map(|(at, half_mm, turn)| {
             let (sin, cos) = turn.rad().sin_cos();
             let off = [x - at[0], y - at[1]];

@@ -3,7 +3,7 @@
 use fabkit_geometry::{Angle, Path};
 
 use super::pattern::{CIRCLE_MM, FLANGE_MM, TONGUE_MM};
-use super::{AdapterPattern, BESIDE_MM, AdapterPlan, WALL_MM};
+use super::{AdapterPattern, AdapterPlan, BESIDE_MM, WALL_MM};
 use crate::blocks::Rect;
 use crate::blocks::mounting::outside;
 use crate::parameters::RuleReport;
@@ -151,8 +151,9 @@ impl AdapterPlan<'_> {
             with(self.nut_places(), nut, BESIDE_MM),
             with(self.screw_places(), self.sink_mm(), LINE_MM),
         ];
-        let spare =
-            |(at, radius, wall_mm): ([f64; 2], f64, f64)| (self.distance_to_slots(at, radius), wall_mm);
+        let spare = |(at, radius, wall_mm): ([f64; 2], f64, f64)| {
+            (self.distance_to_slots(at, radius), wall_mm)
+        };
         let pairs = all.into_iter().flatten().map(spare);
         let least = pairs.min_by(|a, b| (a.0 - a.1).total_cmp(&(b.0 - b.1)))?;
         (least.0 < least.1).then(|| FitConflict {
@@ -186,7 +187,10 @@ impl AdapterPlan<'_> {
 
     /// Checks that cables at the side stay clear of bodies on the plate.
     fn cables_in_heads(&self) -> Option<FitConflict> {
-        let gaps = self.bodies_beside_sensor().into_iter().map(|(at, size)| self.distance_to_cables(at, size));
+        let gaps = self
+            .bodies_beside_sensor()
+            .into_iter()
+            .map(|(at, size)| self.distance_to_cables(at, size));
         let least = gaps.fold(f64::INFINITY, f64::min);
         let what = if self.is_iso() { "an M6 head" } else { "the gripper's carriage" };
         let (angle, path) = self.angle();

@@ -9,9 +9,11 @@
 
 use fabkit_geometry::{Angle, Body, Placement, Point3, Pose};
 
-use super::{ADAPTER, ALONE, Adapter, AdapterPattern, BESIDE_MM, AdapterPlan, SINK_MM, SPARE_MM, WALL_MM};
-use crate::chain_builder::{SENSOR, bought};
+use super::{
+    ADAPTER, ALONE, Adapter, AdapterPattern, AdapterPlan, BESIDE_MM, SINK_MM, SPARE_MM, WALL_MM,
+};
 use crate::blocks::{ScrewJoint, corners, hanging, ring, upright};
+use crate::chain_builder::{SENSOR, bought};
 use crate::hardware::{Screw, SocketScrew};
 
 /// Diameter of the bolt circle, mm; ISO 9409-1, designation 50-4-M6.

@@ -3,9 +3,9 @@
 use fabkit_geometry::{Body, CUT_OVERLAP_MM, CutFeature, Pose, Process, Solid};
 
 use super::pattern::{BOSS_MM, CENTRING_GAP_MM, CENTRING_MM, DOWEL_GAP_MM, DOWEL_MM};
-use super::{ADAPTER, ALONE, BESIDE_MM, AdapterPlan, SINK_MM};
+use super::{ADAPTER, ALONE, AdapterPlan, BESIDE_MM, SINK_MM};
+use crate::blocks::{BLACK, INTO_MM, copies, holes, landmarks_at};
 use crate::chain_builder::{SENSOR, flipped};
-use crate::blocks::{BLACK, INTO_MM, copies, holes, listed_markers};
 
 /// Clearance above a head of the sensor's own screws in its pocket, mm.
 const ABOVE_HEAD_MM: f64 = 0.3;
@@ -40,7 +40,11 @@ impl AdapterPlan<'_> {
             .with_bed_orientation(flipped())
             .note("the sensor's side down, no supports")
             .with_supports(false)
-            .cut(self.screws.counterbore_cut(self.thickness_mm, sunk_mm, SINK_MM).without_landmarks());
+            .cut(
+                self.screws
+                    .counterbore_cut(self.thickness_mm, sunk_mm, SINK_MM)
+                    .without_landmarks(),
+            );
         let ways = self.slot_tools(reach_mm + 1.0);
         let plate = if ways.is_empty() { plate } else { plate.cut(holes(ways)) };
         let pockets = self.pockets();

@@ -4,9 +4,9 @@ use std::f64::consts::FRAC_PI_2;
 
 use fabkit_geometry::{BoardPlacement, BoardSide, Circuit, KeepOutRegion};
 
-use super::{LED_BOARD, ChamberLight, LedPosition};
+use super::{ChamberLight, LED_BOARD, LedPosition};
 use crate::blocks::circuit::{
-    CircuitBuilder, CHIP_0603, LedPackage, TO_SUPPLY, BoardWire, along_x, camera_to_host,
+    BoardWire, CHIP_0603, CircuitBuilder, LedPackage, TO_SUPPLY, along_x, camera_to_host,
 };
 use crate::blocks::{LED, PRINTED_WALL_MM};
 

@@ -173,7 +173,10 @@ impl Label {
 
     /// Returns letters cut into the body. They pass through nothing, so that they add no handles.
     pub fn sunken(&self) -> CutFeature {
-        CutFeature { tools: vec![self.between(-self.depth_mm, CUT_OVERLAP_MM)], ..CutFeature::default() }
+        CutFeature {
+            tools: vec![self.between(-self.depth_mm, CUT_OVERLAP_MM)],
+            ..CutFeature::default()
+        }
     }
 
     /// Returns letters that stand on the body, to be united with it; they reach into it, so that no faces coincide.

@@ -4,12 +4,12 @@ use fabkit_geometry::{FixingMeans, Step, Vector3};
 
 use super::molds::vents;
 use super::parameters::*;
-use super::{Joints, CapLayout};
+use super::{CapLayout, Joints};
+use crate::blocks::LED;
+use crate::blocks::cable_openings::HousingSide;
 use crate::chain_builder::{
     GLUE_CURE, ROOM_24_H, SENSOR, assemble, bond, demold, liquid, make, peel, prepare, rigid, step,
 };
-use crate::blocks::LED;
-use crate::blocks::cable_openings::HousingSide;
 
 /// Returns all steps, from printing to the finished sensor.
 pub fn chain(p: &Cap, layout: &CapLayout) -> Vec<Step> {

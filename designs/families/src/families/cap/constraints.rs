@@ -9,7 +9,7 @@ use super::housing::{WIRE_GROOVE_MM, dimple_count, dimple_poses};
 use super::molds::vents;
 use super::parameters::{BASE, Cap, Direction, HOLDER};
 use super::{
-    BITE_MM, CASING_SCREW, Joints, CapLayout, MOLD_BOLT, casing_tip_z, mounting, plug_room_mm,
+    BITE_MM, CASING_SCREW, CapLayout, Joints, MOLD_BOLT, casing_tip_z, mounting, plug_room_mm,
 };
 use crate::blocks::listed_markers::{RoundPattern, max_angle_deg, nearest_mm};
 use crate::blocks::mounting::MountHold;
@@ -260,7 +260,12 @@ fn check_holder(p: &Cap, layout: &CapLayout, report: &mut RuleReport) {
 
 /// Limits the rounding of the holder's rim. `half_width` is half the holder's edge, `painted` the radius of the
 /// painted skin, mm.
-fn check_rim(p: &Cap, layout: &CapLayout, (half_width, painted): (f64, f64), report: &mut RuleReport) {
+fn check_rim(
+    p: &Cap,
+    layout: &CapLayout,
+    (half_width, painted): (f64, f64),
+    report: &mut RuleReport,
+) {
     let (wall, pilot) = (PRINTED_WALL_MM, CASING_SCREW.pilot_hole_mm() / 2.0);
     // The LED pockets reach up to the plate. A screw's head has a wall outside, so its thinner hole has more.
     let pocket =

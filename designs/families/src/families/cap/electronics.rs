@@ -4,13 +4,13 @@ use fabkit_geometry::{Angle, Body, Circuit, Connection, Order, Path, Point3, Pos
 
 use super::housing::led_poses;
 use super::parameters::*;
-use super::{Joints, CapLayout};
-use crate::chain_builder::{SENSOR, in_sensor};
+use super::{CapLayout, Joints};
 use crate::blocks::adapter::CableOutlet;
 use crate::blocks::cable::{Cable, GIVE_WAY_MM};
 use crate::blocks::cable_openings::HousingSide;
 use crate::blocks::circuit::{CircuitBuilder, camera_to_host};
 use crate::blocks::{APART_MM, CAMERA_GREEN, INTO_MM, LED, LED_YELLOW, RUBBER};
+use crate::chain_builder::{SENSOR, in_sensor};
 use crate::hardware::ThreadedLens;
 
 // ------ Components ------

@@ -1,16 +1,16 @@
 //! Casing parts (plate, holder and base), and the skin on them.
 
 use fabkit_geometry::{
-    Angle, Body, CUT_OVERLAP_MM, MarkerCarrier, DomeSurface, InvalidPattern, Marker, Path, Pattern, Pose,
-    Process, Solid,
+    Angle, Body, CUT_OVERLAP_MM, DomeSurface, InvalidPattern, Marker, MarkerCarrier, Path, Pattern,
+    Pose, Process, Solid,
 };
 
 use super::parameters::*;
-use super::{Joints, CapLayout, casing_head_z};
-use crate::chain_builder::{flipped, in_sensor};
+use super::{CapLayout, Joints, casing_head_z};
 use crate::blocks::cable_openings::{HousingSide, wall_opening};
 use crate::blocks::listed_markers::RoundPattern;
-use crate::blocks::{BLACK, GLASS, Rect, copies, listed_markers, ring, sphere};
+use crate::blocks::{BLACK, GLASS, Rect, copies, landmarks_at, ring, sphere};
+use crate::chain_builder::{flipped, in_sensor};
 use crate::fits::Fit;
 use crate::materials::window_transparency;
 

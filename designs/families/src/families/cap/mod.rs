@@ -14,16 +14,16 @@ use fabkit_geometry::{
     CUT_OVERLAP_MM, DomeSurface, FixtureGrip, NominalCamera, Point3, Pose, Process, Sensor, Vector3,
 };
 
-use crate::chain_builder::names;
 use crate::blocks::adapter::MountFace;
 use crate::blocks::lighting::{RED_GREEN_BLUE, slope_lighting};
 use crate::blocks::listed_markers::RoundPattern;
 use crate::blocks::mounting::{MountHold, MountRing, Mounting};
 use crate::blocks::{self, ScrewJoint, corners, hanging, mm, ring, sphere};
+use crate::chain_builder::names;
 use crate::fits::Fit;
 use crate::hardware::{HexNut, Screw};
 use crate::parameters::RuleReport;
-use crate::{FamilyOutput, Family, Header, layout};
+use crate::{Family, FamilyOutput, Header, layout};
 use parameters::{BASE, BLOCK, Cap, Direction, HOLDER};
 
 /// Dome-cap family, whose built-in example is ShadowTac.
@@ -96,7 +96,11 @@ fn build_sensor(p: &Cap, header: &Header, layout: &CapLayout, dimples: &[Pose]) 
         // Bumps stand out of the sphere, so fixtures that fit the smooth cap would not fit them.
         touch: (p.dimples.direction == Direction::IntoGel).then(|| touch.into()),
         marks: housing::dimple_marks(p, dimples),
-        lightings: vec![slope_lighting(parameters::PAINT, None, LED_COLOR_ORDER.map(|i| RED_GREEN_BLUE[i]))],
+        lightings: vec![slope_lighting(
+            parameters::PAINT,
+            None,
+            LED_COLOR_ORDER.map(|i| RED_GREEN_BLUE[i]),
+        )],
         visible_bodies: names(&[parameters::PAINT]),
         ..blocks::sensor(header, nominal_camera(p), bodies)
     }

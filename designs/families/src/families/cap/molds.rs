@@ -9,9 +9,9 @@ use fabkit_geometry::{Angle, Body, CUT_OVERLAP_MM, CutFeature, Path, Pose, Proce
 
 use super::housing::gel;
 use super::parameters::*;
-use super::{Joints, CapLayout};
+use super::{CapLayout, Joints};
+use crate::blocks::{MOLD_BLUE, TOOL_GREY, VentedLid, holes, landmarks_at, turn};
 use crate::chain_builder::{Name, flipped, shrinkage};
-use crate::blocks::{MOLD_BLUE, TOOL_GREY, VentedLid, holes, listed_markers, turn};
 use crate::hardware::tools::pry;
 
 const WASH: &str = "wash, cure and bake: uncured resin keeps platinum silicone from curing";
@@ -25,7 +25,10 @@ pub fn vents(p: &Cap, layout: &CapLayout) -> VentedLid {
 /// Cuts the bolts' holes with the given diameter: the block and the plates on it have different ones.
 fn bolt_holes(p: &Cap, layout: &CapLayout, diameter_mm: f64) -> CutFeature {
     let depth = p.mold.height.mm() - layout.lid_z_mm + CUT_OVERLAP_MM;
-    Joints::new(p, layout).mold.clearance_cut_with_radius(depth, diameter_mm / 2.0).without_landmarks()
+    Joints::new(p, layout)
+        .mold
+        .clearance_cut_with_radius(depth, diameter_mm / 2.0)
+        .without_landmarks()
 }
 
 /// Cuts two radial slots at the outside of the mold, each between two bolts. They start at the height `bottom_z`, are

@@ -2,12 +2,12 @@
 
 use fabkit_geometry::{Angle, Length};
 
-use crate::chain_builder::AssemblyName;
 use crate::blocks::cable_openings::HousingSide;
 use crate::blocks::listed_markers::{ListedMarkers, RoundPattern};
 use crate::blocks::mounting::Mount;
-use crate::blocks::optics::{Module, ImageFormat, View};
+use crate::blocks::optics::{ImageFormat, Module, View};
 pub use crate::blocks::{CAMERA, CAMERA_CABLE};
+use crate::chain_builder::AssemblyName;
 use crate::materials::Castable;
 use crate::parameters::Inline;
 use crate::processes::ProcessAssignments;
@@ -230,7 +230,11 @@ sections! {
 impl Dimples {
     /// Returns the listed dimples.
     pub fn listed(&self) -> ListedMarkers<'_, Angle> {
-        ListedMarkers::new("dimple", ("dimples.polar", &self.polar), ("dimples.azimuth", &self.azimuth))
+        ListedMarkers::new(
+            "dimple",
+            ("dimples.polar", &self.polar),
+            ("dimples.azimuth", &self.azimuth),
+        )
     }
 }
 

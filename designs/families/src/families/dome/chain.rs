@@ -4,13 +4,13 @@ use fabkit_geometry::{Cure, FixingMeans, Pull, Step, Vector3};
 
 use super::molds::{Cavity, form, vents};
 use super::parameters::*;
-use super::{Joints, DomeLayout, cavities, electronics, housing};
+use super::{DomeLayout, Joints, cavities, electronics, housing};
+use crate::blocks::cup_and_bridge::PUSH_HOLE_RADIUS_MM;
+use crate::blocks::{DOWEL, LED};
 use crate::chain_builder::{
     Liquid, Name, ROOM_24_H, SENSOR, assemble, bond, demold, free_surface, liquid, make, prepare,
     rigid, step,
 };
-use crate::blocks::cup_and_bridge::PUSH_HOLE_RADIUS_MM;
-use crate::blocks::{DOWEL, LED};
 
 /// Cure of a material that gets its next layer while it is still wet.
 const NO_CURE: Cure = Cure { hours: 0.0, celsius: 23.0 };
@@ -194,13 +194,18 @@ impl StepSequence<'_> {
         if !self.is_dipped() {
             walls.push(BLACK_COAT);
             steps.push(
-                step("spray-coat", TRANSLUCENT_MOLD, &molds, self.coat_mixture().coats(&molds, BLACK_COAT))
-                    .with_instruction(
-                        "spray the black mixture onto the inside of the outer mold in thin coats, and \
+                step(
+                    "spray-coat",
+                    TRANSLUCENT_MOLD,
+                    &molds,
+                    self.coat_mixture().coats(&molds, BLACK_COAT),
+                )
+                .with_instruction(
+                    "spray the black mixture onto the inside of the outer mold in thin coats, and \
                          let it dry",
-                    )
-                    .source("III-B.1; waste chosen")
-                    .with_bodies((!self.is_silicone()).then(|| DOWEL.into())),
+                )
+                .source("III-B.1; waste chosen")
+                .with_bodies((!self.is_silicone()).then(|| DOWEL.into())),
             );
         }
         let openings = vents(self.p, &self.outer).openings();

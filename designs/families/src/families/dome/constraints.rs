@@ -10,10 +10,10 @@ use super::electronics::{self, CableSlit};
 use super::housing::{self, LEDGE_MM};
 use super::molds::{FLANGE_INSET_MM, cup, form, o_ring_seat, vents};
 use super::parameters::*;
-use super::{Joints, DomeLayout, cable_slot, cavities, mounting, relief_edges_mm};
+use super::{DomeLayout, Joints, cable_slot, cavities, mounting, relief_edges_mm};
 use crate::blocks::circuit::CHIP_0603;
 use crate::blocks::mounting::{Mounting, outside};
-use crate::blocks::{APART_MM, ScrewJoint, PRINTED_WALL_MM, half_chord, led_ring};
+use crate::blocks::{APART_MM, PRINTED_WALL_MM, ScrewJoint, half_chord, led_ring};
 use crate::fits::Fit;
 use crate::hardware::Screw;
 use crate::parameters::{RuleReport, limits};
@@ -363,7 +363,12 @@ fn check_slit_clearance(p: &Dome, layout: &DomeLayout, slit: &CableSlit, report:
 }
 
 /// Requires mounting holes to clear the joint's nuts and the camera's screws.
-fn check_mount_hole_clearance(p: &Dome, mounting: &Mounting, joints: &Joints, report: &mut RuleReport) {
+fn check_mount_hole_clearance(
+    p: &Dome,
+    mounting: &Mounting,
+    joints: &Joints,
+    report: &mut RuleReport,
+) {
     let [mounts, nuts, screws] =
         [&joints.mounting, &joints.shell_base, &joints.camera].map(ScrewJoint::holes);
     let wall = 0.6;

@@ -3,26 +3,28 @@
 use std::f64::consts::{PI, TAU};
 
 use fabkit_geometry::{
-    Angle, BoardPlacement, BoardSide, Body, CUT_OVERLAP_MM, Circuit, CutFeature, KeepOutRegion, Order, Path,
-    Placement, Point3, Pose, Process, Solid, Vector3,
+    Angle, BoardPlacement, BoardSide, Body, CUT_OVERLAP_MM, Circuit, CutFeature, KeepOutRegion,
+    Order, Path, Placement, Point3, Pose, Process, Solid, Vector3,
 };
 
 use super::molds::{form, o_ring_seat};
 use super::parameters::*;
 use super::{
-    BAFFLE_FLANGE_MM, Joints, DomeLayout, cable_slot, cavities, dome_shell, led_poses, relief_edges_mm,
+    BAFFLE_FLANGE_MM, DomeLayout, Joints, cable_slot, cavities, dome_shell, led_poses,
+    relief_edges_mm,
 };
-use crate::chain_builder::{AssemblyName, SENSOR, in_sensor};
 use crate::blocks::adapter::CableOutlet;
 use crate::blocks::cable::{Cable, GIVE_WAY_MM, wire_order};
 use crate::blocks::circuit::{
-    CircuitBuilder, CHIP_0603, LedPackage, TO_SUPPLY, BoardWire, ring_region, along_y, camera_to_host,
+    BoardWire, CHIP_0603, CircuitBuilder, LedPackage, TO_SUPPLY, along_y, camera_to_host,
+    ring_region,
 };
 use crate::blocks::cup_and_bridge::CupAndBridge;
 use crate::blocks::mold::{lid_dowel_poses, side_dowel_poses};
 use crate::blocks::{
     APART_MM, DOWEL, GLASS, INTO_MM, LED, RUBBER, half_chord, holes, led_ring, merged, turn,
 };
+use crate::chain_builder::{AssemblyName, SENSOR, in_sensor};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::Dowel;
 
@@ -146,7 +148,8 @@ pub fn components(p: &Dome, layout: &DomeLayout) -> Vec<Body> {
 /// Returns the camera: a board with four holes, lens holder and barrel, and a connector behind.
 fn camera(p: &Dome, layout: &DomeLayout) -> Body {
     let thickness = p.camera.board.board_thickness.mm();
-    let holes = Joints::new(p, layout).camera.clearance_cut(thickness, gap_mm(Process::Pcb, Fit::Snug));
+    let holes =
+        Joints::new(p, layout).camera.clearance_cut(thickness, gap_mm(Process::Pcb, Fit::Snug));
     let edges = relief_edges_mm(p).map(|edge| edge - 2.0);
     let connector =
         Solid::cuboid(edges[0], edges[1] / 2.0, p.camera.back_clearance.mm() - 0.5 + INTO_MM)
@@ -447,7 +450,11 @@ pub fn cable_exit(p: &Dome, layout: &DomeLayout) -> CableOutlet {
     if is_side_exit(p) {
         let slit = CableSlit::new(p, layout);
         let above_mm = slit.cable_z - p.cables.diameter.mm() / 2.0 - layout.bottom_z_mm;
-        return CableOutlet::Sideways { angle: p.base.exit_angle, width_mm: slit.width_mm, above_mm };
+        return CableOutlet::Sideways {
+            angle: p.base.exit_angle,
+            width_mm: slit.width_mm,
+            above_mm,
+        };
     }
     let slot = cable_slot(p);
     let mut half_mm = [slot.width.mm() / 2.0; 2];

@@ -6,11 +6,11 @@ use fabkit_geometry::{
 
 use super::parameters::*;
 use super::{
-    BAFFLE_FLANGE_MM, Joints, DomeLayout, dome, dome_shell, dome_tool, electronics, led_poses,
+    BAFFLE_FLANGE_MM, DomeLayout, Joints, dome, dome_shell, dome_tool, electronics, led_poses,
     relief_edges_mm,
 };
+use crate::blocks::{BLACK, INTO_MM, MASK_GREEN, edge, holes, landmarks_at, turn};
 use crate::chain_builder::{AssemblyName, flipped, in_sensor};
-use crate::blocks::{BLACK, INTO_MM, MASK_GREEN, edge, holes, listed_markers, turn};
 use crate::fits::Fit;
 use crate::materials::window_transparency;
 
@@ -362,7 +362,9 @@ pub fn layers(p: &Dome, layout: &DomeLayout, touch: &DomeSurface) -> Vec<Body> {
     let dipped: &[AssemblyName] = if is_dipped { &[COATING] } else { &[] };
     vec![
         placed(
-            FILLING_GEL.cast(dome(layout.tube_bore_radius_mm, wall)).with_material(&p.filling_gel.material),
+            FILLING_GEL
+                .cast(dome(layout.tube_bore_radius_mm, wall))
+                .with_material(&p.filling_gel.material),
             [214, 226, 236],
             0.35,
             26.0,

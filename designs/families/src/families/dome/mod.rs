@@ -11,20 +11,22 @@ mod molds;
 mod parameters;
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, DomeSurface, FixtureGrip, Path, Point3, Pose, PressFit, Process, Sensor, Solid,
-    Vector3,
+    Body, CUT_OVERLAP_MM, DomeSurface, FixtureGrip, Path, Point3, Pose, PressFit, Process, Sensor,
+    Solid, Vector3,
 };
 
-use crate::chain_builder::{shrinkage, visible_layers};
 use crate::blocks::adapter::MountFace;
 use crate::blocks::cable_openings::FloorSlot;
 use crate::blocks::lighting::thickness_lighting;
 use crate::blocks::mounting::{MountHold, MountRing, Mounting};
-use crate::blocks::{self, DOWEL, ScrewJoint, Rect, corners, led_ring, mm, press_fit, ring, sphere};
+use crate::blocks::{
+    self, DOWEL, Rect, ScrewJoint, corners, led_ring, mm, press_fit, ring, sphere,
+};
+use crate::chain_builder::{shrinkage, visible_layers};
 use crate::fits::Fit;
 use crate::hardware::{HeatSetNut, Screw};
 use crate::parameters::RuleReport;
-use crate::{FamilyOutput, Family, Header, layout};
+use crate::{Family, FamilyOutput, Header, layout};
 use molds::{Cavity, FormTools, cup};
 use parameters::*;
 

@@ -6,12 +6,12 @@ use fabkit_geometry::{
 
 use super::parameters::*;
 use super::{DomeLayout, dome_tool};
-use crate::chain_builder::{AssemblyName, Name, flipped};
 use crate::blocks::cup_and_bridge::{CupAndBridge, bowl};
 use crate::blocks::mold::{self as molds, Half};
 use crate::blocks::{
     MOLD_BLUE, ORingSeat, PRINTED_WALL_MM, TOOL_GREY, VentedLid, copies, holes, turn,
 };
+use crate::chain_builder::{AssemblyName, Name, flipped};
 use crate::fits::Fit;
 use crate::hardware::tools::pry;
 
@@ -83,7 +83,9 @@ fn half(p: &Dome, layout: &DomeLayout, cavity: &Cavity, name: Name, which: Half)
     )
     .with_material(&p.mold.material)
     .placed(
-        mold_placements(cavity).into_iter().map(|p| p.moved_apart(Vector3::new(outwards * 30.0, 0.0, 0.0))),
+        mold_placements(cavity)
+            .into_iter()
+            .map(|p| p.moved_apart(Vector3::new(outwards * 30.0, 0.0, 0.0))),
     )
     .colored(MOLD_BLUE)
     .with_bed_orientation(Pose::rotation_y(Angle::from_deg(90.0 * outwards).expect("finite")))
@@ -317,11 +319,10 @@ pub fn form_cup(p: &Dome, layout: &DomeLayout) -> Body {
 
 /// Returns the bridge that hangs a layer's glass tube into the cup.
 pub fn form_bridge(p: &Dome, layout: &DomeLayout, cavity: &Cavity) -> Body {
-    form(p, layout, cavity).bridge(cavity.form.bridge).with_material(&p.mold.material).placed([cavity
-        .form
-        .assembly
-        .in_place()
-        .lifted(-30.0)])
+    form(p, layout, cavity)
+        .bridge(cavity.form.bridge)
+        .with_material(&p.mold.material)
+        .placed([cavity.form.assembly.in_place().lifted(-30.0)])
 }
 
 /// Returns the silicone mold of a layer, smooth as glass and in one piece.

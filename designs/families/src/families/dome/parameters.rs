@@ -2,14 +2,14 @@
 
 use fabkit_geometry::{Angle, Length};
 
-use crate::chain_builder::AssemblyName;
 use crate::blocks::board_camera::Board;
 use crate::blocks::circuit::Electric;
 use crate::blocks::cup_and_bridge::Form;
 use crate::blocks::mold::Mold;
 use crate::blocks::mounting::Mount;
-use crate::blocks::optics::{Module, ImageFormat, View};
+use crate::blocks::optics::{ImageFormat, Module, View};
 pub use crate::blocks::{CAMERA, CAMERA_CABLE, LED_WIRE};
+use crate::chain_builder::AssemblyName;
 use crate::materials::Castable;
 use crate::parameters::Inline;
 use crate::processes::ProcessAssignments;

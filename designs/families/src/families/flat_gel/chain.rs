@@ -4,14 +4,14 @@ use fabkit_geometry::{Action, FixingMeans, Opening, Pose, Step, Vector3};
 
 use super::FlatGelLayout;
 use super::parameters::*;
-use crate::chain_builder::{
-    GLUE_CURE, Name, SENSOR, assemble, bond, cure, demold, liquid, make, opening, peel, prepare,
-    rigid, step,
-};
 use crate::blocks::chamber_light::{LED_BOARD, LedPosition};
 use crate::blocks::frame_mold::FLOOR;
 use crate::blocks::marker_grid::{MARKERS, STENCIL};
 use crate::blocks::{CAMERA, DOWEL, LED};
+use crate::chain_builder::{
+    GLUE_CURE, Name, SENSOR, assemble, bond, cure, demold, liquid, make, opening, peel, prepare,
+    rigid, step,
+};
 use crate::materials::Castable;
 
 /// Surplus of poured material that is scraped off, as a fraction of the layer's mass.
@@ -37,7 +37,12 @@ pub fn chain(p: &FlatGel, layout: &FlatGelLayout) -> Vec<Step> {
     // A sprayed coat is applied later, so its gel leaves the floor now. A poured coat is cast on the same floor.
     let is_sprayed = p.coat.by == CoatBy::Spray;
     let off_frame = [rigid(GEL_FRAME, up)].into_iter().chain(is_sprayed.then(off_floor));
-    let gel = pour(&p.pad.material, &[FLOOR, GEL_FRAME], GEL, free_surface_at(layout, layout.gel_top_z_mm));
+    let gel = pour(
+        &p.pad.material,
+        &[FLOOR, GEL_FRAME],
+        GEL,
+        free_surface_at(layout, layout.gel_top_z_mm),
+    );
     let mut steps = vec![
         make("print and cut all parts; bake the molds and varnish them, so that silicone cures")
             .source("chosen: bare resin can keep platinum silicone from curing"),
@@ -51,7 +56,9 @@ pub fn chain(p: &FlatGel, layout: &FlatGelLayout) -> Vec<Step> {
             .with_instruction("fill the frame to its brim on a level table, scrape the surplus off")
             .source("chosen"),
         demold("open-gel-mold", GEL_MOLD, off_frame.collect())
-            .with_instruction("pry the frame up at the slots; what is not coated here is peeled off the floor")
+            .with_instruction(
+                "pry the frame up at the slots; what is not coated here is peeled off the floor",
+            )
             .source("chosen"),
     ];
     if p.markers.has_dots() {
@@ -80,7 +87,9 @@ pub fn chain(p: &FlatGel, layout: &FlatGelLayout) -> Vec<Step> {
     }
     steps.push(
         bond("glue-plate", SENSOR, &[PLATE, SHELL], GLUE_CURE)
-            .with_instruction("lay the plate on the shell's ledge in a thin bead of clear adhesive, all around")
+            .with_instruction(
+                "lay the plate on the shell's ledge in a thin bead of clear adhesive, all around",
+            )
             .source("chosen"),
     );
     let has_bed = p.bed.thickness.mm() > 0.0;

@@ -32,7 +32,9 @@ pub(super) fn check(p: &FlatGel, report: &mut RuleReport) {
     let (housing, base_mm) = (&layout.housing, p.base.thickness.mm());
     housing.check(layout.plate_bottom_z_mm, [layout.pad, layout.opening], &p.camera, report);
     layout.camera.check(base_mm, housing.room, &EDGE_PARAMETERS, report);
-    layout.light.check([(EDGE_PARAMETERS[0], p.pad.length), (EDGE_PARAMETERS[1], p.pad.width)], report);
+    layout
+        .light
+        .check([(EDGE_PARAMETERS[0], p.pad.length), (EDGE_PARAMETERS[1], p.pad.width)], report);
     p.markers.check(layout.gel, layout.visible_half_mm(), report);
     frames(p, &layout).check("pad.thickness", report);
 }

@@ -9,7 +9,6 @@ mod parameters;
 
 use fabkit_geometry::{Angle, Body, Lighting, NominalCamera, PlaneSurface, Pose, Process, Sensor};
 
-use crate::chain_builder::{SENSOR, in_sensor, visible_layers};
 use crate::blocks::adapter::MountFace;
 use crate::blocks::chamber_light::ChamberLight;
 use crate::blocks::clamshell::Clamshell;
@@ -17,10 +16,11 @@ use crate::blocks::lighting::{slope_lighting, thickness_lighting};
 use crate::blocks::marker_grid::MARKERS;
 use crate::blocks::posted_camera::PlacedCamera;
 use crate::blocks::{self, Rect, merged, mm};
+use crate::chain_builder::{SENSOR, in_sensor, visible_layers};
 use crate::fits::Fit;
 use crate::materials::Clarity;
 use crate::parameters::RuleReport;
-use crate::{FamilyOutput, Family, Header};
+use crate::{Family, FamilyOutput, Header};
 use parameters::{BASE, FlatGel, SHELL};
 
 /// Flat-gel family, which covers 9DTact, DIGIT and GelSight.
@@ -51,7 +51,11 @@ impl Family for FlatGelFamily {
             exits: vec![housing.exit()],
             heads: Vec::new(),
         };
-        Some(FamilyOutput { derived: derived_dimensions(&sensor, &layout), sensor, face: Some(face) })
+        Some(FamilyOutput {
+            derived: derived_dimensions(&sensor, &layout),
+            sensor,
+            face: Some(face),
+        })
     }
 }
 
@@ -90,7 +94,11 @@ fn build_sensor(p: &FlatGel, header: &Header, layout: &FlatGelLayout) -> Sensor 
 fn lighting(p: &FlatGel, layout: &FlatGelLayout) -> Lighting {
     match p.pad.material.material().figures.clarity {
         Some(Clarity::Translucent) => thickness_lighting([parameters::GEL]),
-        _ => slope_lighting(parameters::COAT, p.markers.has_dots().then_some(MARKERS), layout.light.colors()),
+        _ => slope_lighting(
+            parameters::COAT,
+            p.markers.has_dots().then_some(MARKERS),
+            layout.light.colors(),
+        ),
     }
 }
 
@@ -142,7 +150,8 @@ fn touch_surface(p: &FlatGel, layout: &FlatGelLayout) -> PlaneSurface {
         outline: layout.pad.path(),
         top_z_mm: layout.top_z_mm,
         foot_z_mm: 0.0,
-        max_indentation_mm: if p.bed.thickness.mm() > 0.0 { 1.0 } else { SOFT_SHARE } * layout.gel_top_z_mm,
+        max_indentation_mm: if p.bed.thickness.mm() > 0.0 { 1.0 } else { SOFT_SHARE }
+            * layout.gel_top_z_mm,
         grip: layout.housing.grip(),
     }
 }
@@ -259,8 +268,10 @@ impl<'a> FlatGelLayout<'a> {
     pub fn visible_half_mm(&self) -> [f64; 2] {
         let camera = self.camera.camera;
         let px = camera.pictures.size_px().map(f64::from);
-        let (air, inside) =
-            (self.plate_bottom_z_mm - self.camera.pupil_z, self.gel_top_z_mm - self.plate_bottom_z_mm);
+        let (air, inside) = (
+            self.plate_bottom_z_mm - self.camera.pupil_z,
+            self.gel_top_z_mm - self.plate_bottom_z_mm,
+        );
         let light = &self.light;
         [0, 1].map(|axis| {
             // The image's long side lies along the pad's long side.

@@ -4,9 +4,9 @@ use fabkit_geometry::{Body, CUT_OVERLAP_MM, Color, Process};
 
 use super::FlatGelLayout;
 use super::parameters::*;
-use crate::chain_builder::{AssemblyName, in_sensor, shrinkage};
 use crate::blocks::GLASS;
 use crate::blocks::frame_mold::{FLOOR, Frames};
+use crate::chain_builder::{AssemblyName, in_sensor, shrinkage};
 use crate::fits::Fit;
 use crate::materials::window_transparency;
 

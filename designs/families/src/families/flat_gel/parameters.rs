@@ -2,13 +2,13 @@
 
 use fabkit_geometry::Length;
 
-use crate::chain_builder::AssemblyName;
 use crate::blocks::chamber_light::Leds;
 use crate::blocks::clamshell::{Base, Shell};
 use crate::blocks::frame_mold::FrameMold;
 use crate::blocks::marker_grid::Markers;
 use crate::blocks::mounting::Mount;
 use crate::blocks::posted_camera::PostedCamera;
+use crate::chain_builder::AssemblyName;
 use crate::materials::Castable;
 use crate::processes::ProcessAssignments;
 use crate::{choices, parameters, sections};

@@ -6,10 +6,10 @@ use super::electronics::has_board_parts;
 use super::housing::elastomer_names;
 use super::molds::{self, Boundary, vent_poses};
 use super::parameters::*;
-use super::{Joints, HalfEllipsoidLayout};
+use super::{HalfEllipsoidLayout, Joints};
 use crate::chain_builder::{
-    Liquid, Name, SENSOR, assemble, bond, demold, free_surface, liquid, make, peel, prepare,
-    rigid, step,
+    Liquid, Name, SENSOR, assemble, bond, demold, free_surface, liquid, make, peel, prepare, rigid,
+    step,
 };
 
 /// Direction towards the tip.
@@ -18,7 +18,7 @@ fn up() -> Vector3<f64> {
 }
 
 /// Pull that peels off a silicone tool.
-fn peel(p: &HalfEllipsoid, body: Name, direction: Vector3<f64>) -> Pull {
+fn peel_silicone(p: &HalfEllipsoid, body: Name, direction: Vector3<f64>) -> Pull {
     peel(body, direction, &p.tooling.silicone_material)
 }
 
@@ -32,7 +32,11 @@ fn opening(name: &str, point: Point3<f64>, axis: Vector3<f64>, radius_mm: f64) -
 }
 
 /// Openings at a layer's foot: the inner elastomer's over the vents, a thin layer's over the gates.
-fn foot_openings(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, boundary: Boundary) -> Vec<Opening> {
+fn foot_openings(
+    p: &HalfEllipsoid,
+    layout: &HalfEllipsoidLayout,
+    boundary: Boundary,
+) -> Vec<Opening> {
     let feet = match boundary {
         Boundary::Inner => {
             let radius_mm = p.tooling.vent_diameter.mm() / 2.0;
@@ -59,7 +63,8 @@ pub fn chain(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Vec<Step> {
          have the board made; varnish the negatives and spray them with release agent",
     );
     let mut steps = vec![first.source("III-C, figure 3 (i)")];
-    let mut cups = Boundary::for_design(p).into_iter().flat_map(|one| silicone_cup_steps(p, layout, one));
+    let mut cups =
+        Boundary::for_design(p).into_iter().flat_map(|one| silicone_cup_steps(p, layout, one));
     // The core is cast in its own vessel, so it need not wait for the first cup.
     let [core, drawn] = silicone_core_steps(p, layout);
     let first = cups.next();
@@ -68,17 +73,26 @@ pub fn chain(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Vec<Step> {
         None => core,
     };
     steps.extend(first.into_iter().chain([core]).chain(cups).chain([drawn]));
-    steps.extend(Boundary::for_design(p).into_iter().flat_map(|boundary| elastomer_steps(p, layout, boundary)));
+    steps.extend(
+        Boundary::for_design(p)
+            .into_iter()
+            .flat_map(|boundary| elastomer_steps(p, layout, boundary)),
+    );
     steps.extend(finishing_steps(p, layout));
     steps
 }
 
-fn silicone_cup_steps(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, boundary: Boundary) -> [Step; 2] {
-    let (cup, walls, place) = (boundary.cup(), [boundary.negative(), SLEEVE], boundary.mold_casting_assembly());
+fn silicone_cup_steps(
+    p: &HalfEllipsoid,
+    layout: &HalfEllipsoidLayout,
+    boundary: Boundary,
+) -> [Step; 2] {
+    let (cup, walls, place) =
+        (boundary.cup(), [boundary.negative(), SLEEVE], boundary.mold_casting_assembly());
     let open = vec![free_surface(layout.silicone_radius_mm, layout.silicone_top_z_mm, up())];
     let pour = mold_silicone(p).fills(&walls, cup, up(), open);
     // The silicone stretches; the negative is rigid.
-    let pulls = vec![rigid(SLEEVE, up()), peel(p, cup, up())];
+    let pulls = vec![rigid(SLEEVE, up()), peel_silicone(p, cup, up())];
     [
         step(format!("pour-{}", cup.name), place, &walls, pour)
             .with_instruction(
@@ -87,7 +101,9 @@ fn silicone_cup_steps(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, boundary:
             )
             .source("III-C, figure 3 (ii); sleeve chosen"),
         demold(format!("peel-{}", cup.name), place, pulls)
-            .with_instruction("lift the sleeve, push the silicone out of it and peel it off the dome")
+            .with_instruction(
+                "lift the sleeve, push the silicone out of it and peel it off the dome",
+            )
             .source("III-C, figure 3 (ii)"),
     ]
 }
@@ -97,15 +113,21 @@ fn silicone_core_steps(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> [Step
     let pour = mold_silicone(p).fills(&[CORE_NEGATIVE], CORE, -up(), open);
     [
         step("pour-silicone-core", CAST_CORE, &[CORE_NEGATIVE], pour)
-            .with_instruction("fill the vessel to the shoulder of its lip, degas; the pins stay uncovered")
+            .with_instruction(
+                "fill the vessel to the shoulder of its lip, degas; the pins stay uncovered",
+            )
             .source("III-C, figure 3 (ii)"),
-        demold("peel-silicone-core", CAST_CORE, vec![peel(p, CORE, -up())])
+        demold("peel-silicone-core", CAST_CORE, vec![peel_silicone(p, CORE, -up())])
             .with_instruction("blow air under the flange's edge and draw the core out")
             .source("III-C, figure 3 (ii)"),
     ]
 }
 
-fn elastomer_steps(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, boundary: Boundary) -> [Step; 2] {
+fn elastomer_steps(
+    p: &HalfEllipsoid,
+    layout: &HalfEllipsoidLayout,
+    boundary: Boundary,
+) -> [Step; 2] {
     let (layer, cup, mold) = (boundary.layer(), boundary.cup(), boundary.casting_assembly());
     let mut openings = foot_openings(p, layout, boundary);
     let (walls, material, direction, instruction, source): (&[Name], _, _, _, _) = match boundary {
@@ -144,7 +166,7 @@ fn elastomer_steps(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, boundary: Bo
     // Surplus of three layer masses: a few tenths of a gram cannot be weighed and mixed alone.
     let pour = liquid(material, 3.0).fills(walls, layer, direction, openings);
     let is_last = boundary == Boundary::Black;
-    let pulls = [peel(p, cup, up())].into_iter().chain(is_last.then(|| peel(p, CORE, -up())));
+    let pulls = [peel_silicone(p, cup, up())].into_iter().chain(is_last.then(|| peel_silicone(p, CORE, -up())));
     [
         step(format!("pour-{}", layer.name), mold, &[cup, CORE], pour)
             .with_instruction(instruction)

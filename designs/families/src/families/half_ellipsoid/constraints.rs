@@ -6,15 +6,15 @@ use fabkit_geometry::{Angle, Point3, Pose, Process};
 
 use super::electronics::{self, has_board_parts, switch_pocket_radius_mm};
 use super::housing::{
-    LED_HOLE_MARGIN_MM, PRY_SLOT_MM, RESIN_WALL_MM, diffuser_bore_mm, pocket_radii_mm, wire_slot,
-    wire_row_mm,
+    LED_HOLE_MARGIN_MM, PRY_SLOT_MM, RESIN_WALL_MM, diffuser_bore_mm, pocket_radii_mm, wire_row_mm,
+    wire_slot,
 };
 use super::molds::{
-    RUNNER_REACH_MM, SILICONE_WALL_MM, half_gate_rad, key_circle_mm, marker_end_centres, syringe_seat,
-    vent_circle_mm, vent_radius_at,
+    RUNNER_REACH_MM, SILICONE_WALL_MM, half_gate_rad, key_circle_mm, marker_end_centres,
+    syringe_seat, vent_circle_mm, vent_radius_at,
 };
 use super::parameters::{HOLDER, HalfEllipsoid};
-use super::{BOLT, Joints, HalfEllipsoidLayout, mounting};
+use super::{BOLT, HalfEllipsoidLayout, Joints, mounting};
 use crate::blocks::circuit::CHIP_0603;
 use crate::blocks::listed_markers::{self, RoundPattern, max_angle_deg};
 use crate::blocks::sprue::LEAST_WALL_MM;
@@ -381,7 +381,11 @@ fn check_bolt_clearance(
 //
 // Silicone molds, their negatives, and the channels that lead into them.
 
-pub(super) fn check_tooling(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, report: &mut RuleReport) {
+pub(super) fn check_tooling(
+    p: &HalfEllipsoid,
+    layout: &HalfEllipsoidLayout,
+    report: &mut RuleReport,
+) {
     let tooling = &p.tooling;
     let key = tooling.key_diameter.mm() / 2.0;
     let surface = layout.foot_radius_mm(layout.black_offset_mm);

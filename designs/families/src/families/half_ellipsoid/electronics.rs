@@ -9,14 +9,14 @@ use fabkit_geometry::{
 
 use super::housing::{leds_by_kind, pocket_radii_mm, wire_positions, wire_slot};
 use super::parameters::*;
-use super::{Joints, HalfEllipsoidLayout};
-use crate::chain_builder::{Name, SENSOR};
+use super::{HalfEllipsoidLayout, Joints};
 use crate::blocks::cable::{GIVE_WAY_MM, wire_order};
 use crate::blocks::circuit::{
-    CircuitBuilder, CHIP_0603, Electric, GROUND, LedPackage, SUPPLY, BoardWire, ring_region, along_y,
-    camera_to_host,
+    BoardWire, CHIP_0603, CircuitBuilder, Electric, GROUND, LedPackage, SUPPLY, along_y,
+    camera_to_host, ring_region,
 };
 use crate::blocks::{INTO_MM, LED_YELLOW};
+use crate::chain_builder::{Name, SENSOR};
 
 // ------ Components ------
 //
@@ -260,7 +260,12 @@ pub fn circuit(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Circuit {
 }
 
 /// Adds the wires with their pads to the board.
-fn add_wires(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, board: &mut CircuitBuilder, nets: &[(&str, &str)]) {
+fn add_wires(
+    p: &HalfEllipsoid,
+    layout: &HalfEllipsoidLayout,
+    board: &mut CircuitBuilder,
+    nets: &[(&str, &str)],
+) {
     let hole = p.led_board.wire_hole_diameter.mm();
     let places = wire_positions(p, layout);
     let pitch = match places[..] {

@@ -1,18 +1,19 @@
 //! Shell, holders and base, and the elastomers on the shell.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, OpticalClarity, Color, Landmark, Path, Placement, Pose, Process, Profile, Solid,
+    Body, CUT_OVERLAP_MM, Color, Landmark, OpticalClarity, Path, Placement, Pose, Process, Profile,
+    Solid,
 };
 
-use super::molds::{self, Boundary, keys, tip_vent, flange_openings};
+use super::molds::{self, Boundary, flange_openings, keys, tip_vent};
 use super::parameters::*;
-use super::{Joints, HalfEllipsoidLayout};
-use crate::chain_builder::{AssemblyName, Name, SENSOR, flipped};
+use super::{HalfEllipsoidLayout, Joints};
 use crate::blocks::adapter::CableOutlet;
 use crate::blocks::cable_openings::FloorSlot;
 use crate::blocks::{
-    BLACK as BLACK_PLASTIC, GLASS, MASK_GREEN, copies, edge, holes, listed_markers, ring, turn,
+    BLACK as BLACK_PLASTIC, GLASS, MASK_GREEN, copies, edge, holes, landmarks_at, ring, turn,
 };
+use crate::chain_builder::{AssemblyName, Name, SENSOR, flipped};
 use crate::fits::Fit;
 use crate::materials::window_transparency;
 
@@ -154,7 +155,11 @@ fn diffuser(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Body {
 
 /// Clarity of a printed diffuser: thin resin spreads light, unless a pigment makes it opaque.
 fn diffuser_clarity(material: &str) -> OpticalClarity {
-    if material.to_lowercase().contains("black") { OpticalClarity::Opaque } else { OpticalClarity::Translucent }
+    if material.to_lowercase().contains("black") {
+        OpticalClarity::Opaque
+    } else {
+        OpticalClarity::Translucent
+    }
 }
 
 /// Returns the post that carries the camera through board and diffuser. The camera's cable leaves it below.
@@ -421,6 +426,9 @@ fn cup(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, boundary: Boundary) -> B
         block.minus(cavity.named("cavity")).minus_all(keys(p, layout)).minus_all(vent),
         &p.tooling.silicone_material,
     )
-    .placed([boundary.mold_casting_assembly().in_place().lifted(60.0), boundary.casting_assembly().in_place().lifted(110.0)])
+    .placed([
+        boundary.mold_casting_assembly().in_place().lifted(60.0),
+        boundary.casting_assembly().in_place().lifted(110.0),
+    ])
     .with_handles(vents)
 }

@@ -12,19 +12,19 @@ mod parameters;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use fabkit_geometry::{
-    CUT_OVERLAP_MM, DomeSurface, EllipsoidOffset, FixtureGrip, Lighting, Path, Point3, Pose, Process, Rgb,
-    Sensor, VisibleEffect, Solid, Vector3,
+    CUT_OVERLAP_MM, DomeSurface, EllipsoidOffset, FixtureGrip, Lighting, Path, Point3, Pose,
+    Process, Rgb, Sensor, Solid, Vector3, VisibleEffect,
 };
 
-use crate::chain_builder::visible_layers;
 use crate::blocks::adapter::MountFace;
 use crate::blocks::listed_markers::{RoundPattern, nearest_mm};
 use crate::blocks::mounting::{MountHold, MountRing, Mounting};
-use crate::blocks::{self, ScrewJoint, Rect, mm, ring};
+use crate::blocks::{self, Rect, ScrewJoint, mm, ring};
+use crate::chain_builder::visible_layers;
 use crate::fits::Fit;
 use crate::hardware::Screw;
 use crate::parameters::RuleReport;
-use crate::{FamilyOutput, Family, Header, layout};
+use crate::{Family, FamilyOutput, Header, layout};
 use parameters::{BASE, HOLDER, HalfEllipsoid, MeasuredTo, POST};
 
 /// Half-ellipsoid family, whose built-in example is UVDtact.
@@ -42,7 +42,11 @@ impl Family for HalfEllipsoidFamily {
         constraints::check(parameters, report);
     }
 
-    fn build(parameters: &HalfEllipsoid, header: &Header, _report: &mut RuleReport) -> Option<FamilyOutput> {
+    fn build(
+        parameters: &HalfEllipsoid,
+        header: &Header,
+        _report: &mut RuleReport,
+    ) -> Option<FamilyOutput> {
         let layout = HalfEllipsoidLayout::new(parameters);
         let face = MountFace {
             holder: parameters::BASE,
@@ -165,7 +169,11 @@ fn sensor_lightings(p: &HalfEllipsoid) -> Vec<Lighting> {
     let glowing = layers.iter().cloned().zip(INK_RESPONSES).collect();
     vec![
         Lighting::from_body("white", parameters::WHITE_LED, VisibleEffect::Thickness { layers }),
-        Lighting::from_body("uv", parameters::UV_LED, VisibleEffect::Fluorescence { layers: glowing }),
+        Lighting::from_body(
+            "uv",
+            parameters::UV_LED,
+            VisibleEffect::Fluorescence { layers: glowing },
+        ),
     ]
 }
 

@@ -3,17 +3,17 @@
 use std::f64::consts::{PI, TAU};
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, MarkerCarrier, InvalidPattern, Marker, Path, Pattern, Point3, Pose, Process,
-    Profile, ToolAccess, Solid,
+    Body, CUT_OVERLAP_MM, InvalidPattern, Marker, MarkerCarrier, Path, Pattern, Point3, Pose,
+    Process, Profile, Solid, ToolAccess,
 };
 
 use super::HalfEllipsoidLayout;
 use super::parameters::*;
-use crate::chain_builder::{AssemblyName, Name, flipped, shrinkage};
 use crate::blocks::cup_and_bridge::bowl;
 use crate::blocks::listed_markers::RoundPattern;
 use crate::blocks::sprue::LuerSeat;
-use crate::blocks::{TOOL_GREY, copies, hanging, listed_markers, ring};
+use crate::blocks::{TOOL_GREY, copies, hanging, landmarks_at, ring};
+use crate::chain_builder::{AssemblyName, Name, flipped, shrinkage};
 use crate::fits::Fit;
 use crate::hardware::tools;
 use crate::materials::Castable;
@@ -119,7 +119,8 @@ const VENT_DRAFT: f64 = 0.02;
 
 /// Radius of the circle of vents, mm: below the middle of the inner elastomer's foot.
 pub fn vent_circle_mm(layout: &HalfEllipsoidLayout) -> f64 {
-    (layout.foot_radius_mm(layout.shell_offset_mm) + layout.foot_radius_mm(layout.inner_offset_mm)) / 2.0
+    (layout.foot_radius_mm(layout.shell_offset_mm) + layout.foot_radius_mm(layout.inner_offset_mm))
+        / 2.0
 }
 
 /// Poses at which the vents meet the foot, z axis up.
@@ -142,7 +143,11 @@ fn vents(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, beyond_mm: f64) -> Vec
 
 /// Returns vents, gates and sprue, which are cut from the core's flange and added to its negative. They extend
 /// `beyond_mm` beyond the far side.
-pub fn flange_openings(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, beyond_mm: f64) -> Vec<Solid> {
+pub fn flange_openings(
+    p: &HalfEllipsoid,
+    layout: &HalfEllipsoidLayout,
+    beyond_mm: f64,
+) -> Vec<Solid> {
     [vents(p, layout, beyond_mm), runner_tools(p, layout, beyond_mm)].concat()
 }
 
@@ -155,8 +160,10 @@ pub fn tip_vent(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Solid {
 
 /// Returns all negatives and the sleeve.
 pub fn mold_parts(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Vec<Body> {
-    let mut parts: Vec<Body> =
-        Boundary::for_design(p).iter().map(|&boundary| negative_of_cup(p, layout, boundary)).collect();
+    let mut parts: Vec<Body> = Boundary::for_design(p)
+        .iter()
+        .map(|&boundary| negative_of_cup(p, layout, boundary))
+        .collect();
     parts.extend([negative_of_core(p, layout), sleeve(p, layout)]);
     parts
 }
@@ -340,7 +347,11 @@ pub fn syringe(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> ToolAccess {
 }
 
 /// Centre and radius, mm, of a disc that contains the opening of one gate in a foot between two radii.
-pub fn gate_opening_disc(rad: f64, layout: &HalfEllipsoidLayout, [inner, outer]: [f64; 2]) -> (Point3<f64>, f64) {
+pub fn gate_opening_disc(
+    rad: f64,
+    layout: &HalfEllipsoidLayout,
+    [inner, outer]: [f64; 2],
+) -> (Point3<f64>, f64) {
     let middle = (inner + outer) / 2.0;
     let [x, y] = polar(middle, rad);
     let half = half_gate_rad(layout);
@@ -383,7 +394,10 @@ impl MarkerSpread {
 ///
 /// # Errors
 /// Fails for a surface without meridian, or without any markers.
-pub fn marker_spread(layout: &HalfEllipsoidLayout, count: u32) -> Result<MarkerSpread, InvalidPattern> {
+pub fn marker_spread(
+    layout: &HalfEllipsoidLayout,
+    count: u32,
+) -> Result<MarkerSpread, InvalidPattern> {
     let surface = layout.ellipsoid.parallel(layout.inner_offset_mm);
     let length = layout.ellipsoid.meridian_length(layout.inner_offset_mm);
     let others = count.checked_sub(1).ok_or(InvalidPattern::Empty)?;
@@ -454,9 +468,13 @@ pub fn marker_end_centres(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Ve
 /// Markers that the camera tracks: the ends of the slots.
 pub fn tracked_markers(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Vec<Marker> {
     let slots = &p.markers;
-    Marker::place_below_poses("marker", &marker_poses(p, layout), marker_depth(slots), slots.radius.mm(), |_| {
-        MarkerCarrier::Gel
-    })
+    Marker::place_below_poses(
+        "marker",
+        &marker_poses(p, layout),
+        marker_depth(slots),
+        slots.radius.mm(),
+        |_| MarkerCarrier::Gel,
+    )
 }
 
 /// Returns the solid within the inner elastomer's outside without the slots. The inner elastomer and its negative are

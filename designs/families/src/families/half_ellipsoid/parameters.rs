@@ -2,11 +2,11 @@
 
 use fabkit_geometry::{Angle, Length};
 
-use crate::chain_builder::AssemblyName;
 use crate::blocks::listed_markers::{ListedMarkers, RoundPattern};
 use crate::blocks::mounting::Mount;
-use crate::blocks::optics::{ProjectionLaw, Module, Optics, ImageFormat};
+use crate::blocks::optics::{ImageFormat, Module, Optics, ProjectionLaw};
 pub use crate::blocks::{CAMERA, LED_WIRE};
+use crate::chain_builder::AssemblyName;
 use crate::materials::Castable;
 use crate::parameters::Inline;
 use crate::processes::ProcessAssignments;
@@ -278,7 +278,11 @@ impl Markers {
     /// below the point of the finished sensor that has this normal, whatever the layers measure, and below the pin of
     /// a pin dome with the same angles.
     pub fn listed(&self) -> ListedMarkers<'_, Angle> {
-        ListedMarkers::new("marker", ("markers.polar", &self.polar), ("markers.azimuth", &self.azimuth))
+        ListedMarkers::new(
+            "marker",
+            ("markers.polar", &self.polar),
+            ("markers.azimuth", &self.azimuth),
+        )
     }
 }
 

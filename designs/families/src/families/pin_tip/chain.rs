@@ -5,10 +5,10 @@ use fabkit_geometry::{FixingMeans, Opening, Point3, Step, Vector3};
 use super::housing::lens_holes;
 use super::parameters::*;
 use super::{Joints, PinTipLayout, electronics};
+use crate::blocks::LED;
 use crate::chain_builder::{
     GLUE_CURE, SENSOR, assemble, bond, flipped, liquid, make, names, prepare, step,
 };
-use crate::blocks::LED;
 
 /// Returns the lens's holes as openings of the gel, in the frame of the filling assembly, tip down.
 fn lens_openings(p: &PinTip, layout: &PinTipLayout) -> Vec<Opening> {

@@ -3,19 +3,20 @@
 use std::f64::consts::FRAC_PI_2;
 
 use fabkit_geometry::{
-    Angle, BoardPlacement, BoardSide, Body, CUT_OVERLAP_MM, Circuit, Color, Order, Path, Point3, Pose,
-    Process, Solid,
+    Angle, BoardPlacement, BoardSide, Body, CUT_OVERLAP_MM, Circuit, Color, Order, Path, Point3,
+    Pose, Process, Solid,
 };
 
 use super::housing::led_poses;
 use super::parameters::*;
 use super::{Joints, PinTipLayout};
-use crate::chain_builder::{SENSOR, STEEL, in_sensor};
 use crate::blocks::cable::{Cable, GIVE_WAY_MM};
 use crate::blocks::circuit::{
-    CircuitBuilder, CHIP_0402, LedPackage, TO_SUPPLY, BoardWire, ring_region, along_y, camera_to_host,
+    BoardWire, CHIP_0402, CircuitBuilder, LedPackage, TO_SUPPLY, along_y, camera_to_host,
+    ring_region,
 };
 use crate::blocks::{INTO_MM, LED, MASK_GREEN, RUBBER, WHITE, board_camera, led_ring, turn};
+use crate::chain_builder::{SENSOR, STEEL, in_sensor};
 use crate::fits::{Fit, gap_mm};
 use crate::parameters::{RuleReport, limits};
 
@@ -114,7 +115,8 @@ fn camera_cable(p: &PinTip, layout: &PinTipLayout) -> Body {
     let cable = Cable { diameter_mm: diameter, bend_mm: BEND_MM, corners: corners.to_vec() };
     let text = format!("eight stranded wires in a sleeve of {diameter:.1} mm, 200 mm long");
     let place = SENSOR.at(Pose::rotation_z(p.body.cable_angle)).lifted(-74.0);
-    let order = Order::new("stranded wire", "0.14 mm2, eight colours").cut_to(WIRE_COUNT * WIRE_LENGTH_MM);
+    let order =
+        Order::new("stranded wire", "0.14 mm2, eight colours").cut_to(WIRE_COUNT * WIRE_LENGTH_MM);
     CAMERA_CABLE
         .bought(text, cable.solid(), [place])
         .with_order(order)
@@ -314,7 +316,8 @@ impl ControllerGeometry {
         let [back, front] = self.board_radii;
         let low = self.heights[0] + SADDLE_WALL_MM + PLAY_MM;
         let [middle, high] = [low + p.controller.width.mm() / 2.0, low + p.controller.width.mm()];
-        let plate = Solid::cuboid_between([back, -self.half_length, low], [front, self.half_length, high]);
+        let plate =
+            Solid::cuboid_between([back, -self.half_length, low], [front, self.half_length, high]);
         let [width, length, height, out] = SOCKET_MM;
         let end = self.half_length + out;
         let on_board = |y: [f64; 2], half: f64, height: f64| {

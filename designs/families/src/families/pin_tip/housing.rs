@@ -1,15 +1,17 @@
 //! Body and mount, the printed tip, and the gauge in which its lens is focused.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, MarkerCarrier, Color, Landmark, Marker, Path, Point3, Pose, Process, Profile,
-    Shells, Solid, Vector3,
+    Body, CUT_OVERLAP_MM, Color, Landmark, Marker, MarkerCarrier, Path, Point3, Pose, Process,
+    Profile, Shells, Solid, Vector3,
 };
 
 use super::parameters::*;
 use super::{Joints, PinTipLayout};
-use crate::chain_builder::{Name, flipped, in_sensor};
 use crate::blocks::cable_openings::{HousingSide, wall_opening};
-use crate::blocks::{GLASS, MASK_GREEN, TOOL_GREY, copies, edge, holes, led_ring, listed_markers, ring};
+use crate::blocks::{
+    GLASS, MASK_GREEN, TOOL_GREY, copies, edge, holes, led_ring, landmarks_at, ring,
+};
+use crate::chain_builder::{Name, flipped, in_sensor};
 use crate::materials::window_transparency;
 
 // ------ Body ------
@@ -95,7 +97,8 @@ fn cable_slot(p: &PinTip, layout: &PinTipLayout) -> Solid {
     let inner = bore - width / 2.0;
     let bottom = layout.camera_board_bottom_z_mm - p.body.wiring_room.mm() / 2.0 - height / 2.0;
     let reach = [inner, outer + CUT_OVERLAP_MM];
-    let slot = wall_opening(HousingSide::Right, width, reach, [bottom, bottom + height]).named("cable slot");
+    let slot = wall_opening(HousingSide::Right, width, reach, [bottom, bottom + height])
+        .named("cable slot");
     if p.body.cable_angle.rad() == 0.0 { slot } else { slot.turned_z(p.body.cable_angle) }
 }
 
@@ -167,7 +170,13 @@ fn pin_poses(p: &PinTip, layout: &PinTipLayout) -> Vec<Pose> {
 
 /// Returns a cylinder of a pin's diameter at each pin, between two heights above the skin's inside (positive into the
 /// tip).
-fn pin_cylinders(p: &PinTip, layout: &PinTipLayout, word: &str, from_mm: f64, to_mm: f64) -> Vec<Solid> {
+fn pin_cylinders(
+    p: &PinTip,
+    layout: &PinTipLayout,
+    word: &str,
+    from_mm: f64,
+    to_mm: f64,
+) -> Vec<Solid> {
     let column = Solid::cylinder(layout.pin_diameter_mm / 2.0, to_mm - from_mm).at_z(-to_mm);
     copies(word, &pin_poses(p, layout), &column)
 }
@@ -241,7 +250,13 @@ fn printed_ring(layout: &PinTipLayout) -> Solid {
 pub fn dot_marks(p: &PinTip, layout: &PinTipLayout) -> Vec<Marker> {
     let depth = p.pins.length.mm() + p.pins.dot_thickness.mm();
     let pin = |pose: &Pose| MarkerCarrier::Pin { root: pose.point(Point3::origin()) };
-    Marker::place_below_poses("dot", &pin_poses(p, layout), depth, layout.pin_diameter_mm / 2.0, pin)
+    Marker::place_below_poses(
+        "dot",
+        &pin_poses(p, layout),
+        depth,
+        layout.pin_diameter_mm / 2.0,
+        pin,
+    )
 }
 
 /// Landmarks at the centres of the dots' outer faces, along the directions of their pins.
@@ -260,11 +275,17 @@ pub fn gel(p: &PinTip, layout: &PinTipLayout) -> Body {
         .arc([0.0, inner], [0.0, 0.0], true)
         .close();
     let end = p.pins.length.mm() + p.pins.dot_thickness.mm();
-    GEL.cast(Solid::revolution(core).minus_all(pin_cylinders(p, layout, "pin", -pin_root_mm(p), end)))
-        .with_material(&p.fill.material)
-        .placed([in_sensor().lifted(44.0), FILLING.at(flipped()).lifted(-44.0)])
-        .colored(GEL_BLUE)
-        .opaque(0.35)
+    GEL.cast(Solid::revolution(core).minus_all(pin_cylinders(
+        p,
+        layout,
+        "pin",
+        -pin_root_mm(p),
+        end,
+    )))
+    .with_material(&p.fill.material)
+    .placed([in_sensor().lifted(44.0), FILLING.at(flipped()).lifted(-44.0)])
+    .colored(GEL_BLUE)
+    .opaque(0.35)
     // Pins leave blind dimples in the gel, so it has no handles.
 }
 

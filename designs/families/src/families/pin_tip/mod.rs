@@ -11,21 +11,21 @@ mod parameters;
 use std::f64::consts::SQRT_2;
 
 use fabkit_geometry::{
-    Angle, Detachable, DomeSurface, FixtureGrip, InvalidPattern, Length, Path, Pattern, Point3, Pose,
-    PrintGroup, Process, Sensor,
+    Angle, Detachable, DomeSurface, FixtureGrip, InvalidPattern, Length, Path, Pattern, Point3,
+    Pose, PrintGroup, Process, Sensor,
 };
 
-use crate::chain_builder::names;
 use crate::blocks::bayonet::{self, HOOK_PLAY_MM};
 use crate::blocks::lighting::marker_lighting;
 use crate::blocks::listed_markers::{RoundPattern, nearest_mm};
 use crate::blocks::mounting::Flange;
 use crate::blocks::optics::ProjectionLaw;
-use crate::blocks::{self, ScrewJoint, LED, ORingSeat, corners, hanging, mm, press_fit, sphere};
+use crate::blocks::{self, LED, ORingSeat, ScrewJoint, corners, hanging, mm, press_fit, sphere};
+use crate::chain_builder::names;
 use crate::fits::Fit;
 use crate::hardware::{Head, Screw, SocketScrew};
 use crate::parameters::RuleReport;
-use crate::{FamilyOutput, Family, Header, layout};
+use crate::{Family, FamilyOutput, Header, layout};
 use parameters::{BODY, LED_BOARD, PinLayout, PinTip, RING, TIP};
 
 /// Pin-tip family, whose built-in example is the TacTip.
@@ -44,7 +44,11 @@ impl Family for PinTipFamily {
         constraints::check(parameters, report);
     }
 
-    fn build(parameters: &PinTip, header: &Header, _report: &mut RuleReport) -> Option<FamilyOutput> {
+    fn build(
+        parameters: &PinTip,
+        header: &Header,
+        _report: &mut RuleReport,
+    ) -> Option<FamilyOutput> {
         let sensor = build_sensor(parameters, header);
         // The sensor has a flange of its own, so it needs no face for an adapter.
         Some(FamilyOutput { sensor, derived: derived_dimensions(parameters), face: None })
@@ -453,7 +457,12 @@ impl Joints {
         let thickness = p.camera.board_thickness.mm();
         let in_post = screw.length_mm - thickness + PILOT_SPARE_MM;
         Self {
-            camera: ScrewJoint::self_tapping("camera screw", screw, poses.to_vec(), thickness + in_post),
+            camera: ScrewJoint::self_tapping(
+                "camera screw",
+                screw,
+                poses.to_vec(),
+                thickness + in_post,
+            ),
             robot: Flange {
                 bolt: SocketScrew::M5,
                 bolts: p.mount.bolts,

@@ -2,12 +2,12 @@
 
 use fabkit_geometry::{Angle, Length};
 
-use crate::chain_builder::{AssemblyName, Name};
 use crate::blocks::bayonet::Bayonet;
 use crate::blocks::circuit::Electric;
 use crate::blocks::listed_markers::{ListedMarkers, RoundPattern};
 use crate::blocks::optics::{Module, Optics};
 pub use crate::blocks::{CAMERA, CAMERA_CABLE};
+use crate::chain_builder::{AssemblyName, Name};
 use crate::materials::Castable;
 use crate::parameters::Inline;
 use crate::processes::ProcessAssignments;

@@ -6,15 +6,16 @@ use fabkit_geometry::{Cure, FixingMeans, Length, Mix, Opening, Point3, Step, Vec
 
 use super::housing::needle_hole_mm;
 use super::layers::{
-    Side, display_channel_y, display_inlet, resting_end_x, side_volume_mm3, tube_poses, tube_volume_mm3,
+    Side, display_channel_y, display_inlet, resting_end_x, side_volume_mm3, tube_poses,
+    tube_volume_mm3,
 };
 use super::parameters::*;
 use super::{Joints, SheetMoldLayout};
+use crate::blocks::cable_openings::HousingSide as CableSide;
 use crate::chain_builder::{
     Liquid, Name, SENSOR, assemble, bond, cure, demold, free_surface, liquid, make, mix, opening,
     rigid, step,
 };
-use crate::blocks::cable_openings::HousingSide as CableSide;
 
 /// Margin by which an opening's radius exceeds what it opens, mm.
 const OPENING_MARGIN_MM: f64 = 0.05;
@@ -240,7 +241,9 @@ const DISPLAY_SHEETS: [Name; 3] = [DISPLAY_BACK, DISPLAY_CHANNELS, DISPLAY_COVER
 
 fn cement_display_step(p: &SheetMold, layout: &SheetMoldLayout) -> Step {
     bond("cement-display", SENSOR, &DISPLAY_SHEETS, CEMENT_CURE)
-        .with_instruction("draw the three sheets together with bolts, let solvent cement run in between them")
+        .with_instruction(
+            "draw the three sheets together with bolts, let solvent cement run in between them",
+        )
         .source("chosen: air ahead of the liquid drives it back (II-A)")
         .with_bodies(Joints::new(p, layout).display.names())
 }

@@ -2,15 +2,15 @@
 
 use std::f64::consts::SQRT_2;
 
-use fabkit_geometry::{CompiledSolid, BodyKind, Process, Sensor};
+use fabkit_geometry::{BodyKind, CompiledSolid, Process, Sensor};
 
 use super::electronics::{self, led_top_mm};
 use super::housing::{clamp_inner_mm, needle_hole_mm, seal_end_x};
 use super::layers::{Channel, Side, left_channels, spoke_radii_mm};
 use super::parameters::*;
 use super::{
-    CAMERA_FASTENERS, CORNER_FASTENERS, SheetMoldLayout, bolt_hole_mm, camera_board_top_mm, display_field_half_mm, display_field_radius_mm,
-    marker_field_half_mm, marker_field_radius_mm,
+    CAMERA_FASTENERS, CORNER_FASTENERS, SheetMoldLayout, bolt_hole_mm, camera_board_top_mm,
+    display_field_half_mm, display_field_radius_mm, marker_field_half_mm, marker_field_radius_mm,
 };
 use crate::blocks::listed_markers::FlatPattern;
 use crate::fits::Fit;
@@ -355,7 +355,8 @@ pub(super) fn check_cameras(p: &SheetMold, layout: &SheetMoldLayout, report: &mu
     let beside_spacers =
         SQRT_2 * (SQRT_2 * layout.bolt_mm - HexSpacer::M3.corner_radius_mm() - APART_MM);
     // Distances at which the corners and the sides of the field lie within the image.
-    let away_mm = |field: f64, edges| (field / half_angle.tan()).max(min_image_distance_mm(p, edges));
+    let away_mm =
+        |field: f64, edges| (field / half_angle.tan()).max(min_image_distance_mm(p, edges));
     let markers_mm = away_mm(marker_field_radius_mm(p), marker_field_half_mm(p));
     let channels_mm = away_mm(display_field_radius_mm(p), display_field_half_mm(p));
     // Nuts that clear the holder along one axis clear it altogether.

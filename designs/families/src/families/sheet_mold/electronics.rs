@@ -8,13 +8,13 @@ use super::housing::{BAR_EXPLODE_MM, sensor_from_wall};
 use super::layers::{Side, display_channel_y, display_inlet, tube_poses};
 use super::parameters::*;
 use super::{CORNER_FASTENERS, Joints, SheetMoldLayout, camera_board_top_mm};
-use crate::chain_builder::{Name, SENSOR, flipped};
 use crate::blocks::cable::{Cable, GIVE_WAY_MM};
 use crate::blocks::cable_openings::HousingSide as CableSide;
 use crate::blocks::circuit::{CircuitBuilder, camera_to_host};
 use crate::blocks::{
     APART_MM, BRASS, CAMERA_GREEN, INTO_MM, LED_YELLOW, RUBBER, board_camera, merged, upright,
 };
+use crate::chain_builder::{Name, SENSOR, flipped};
 use crate::fits::{Fit, gap_mm};
 use crate::hardware::HexSpacer;
 use crate::parameters::{RuleReport, limits};
@@ -56,7 +56,8 @@ fn fasteners(p: &SheetMold, layout: &SheetMoldLayout, cameras: &[Placement; 2]) 
     });
     let mut all = merged(on_cameras.chain(in_use.concat()).chain(in_molds));
     // The molds borrow the sensor's screws, because both are not needed at the same time.
-    if let Some(screw) = all.iter_mut().find(|body| body.summary == CORNER_FASTENERS.0.order_text()) {
+    if let Some(screw) = all.iter_mut().find(|body| body.summary == CORNER_FASTENERS.0.order_text())
+    {
         screw.quantity = needed as u32;
         screw.summary += "; the molds borrow them";
     }
@@ -82,8 +83,9 @@ pub fn components(p: &SheetMold, layout: &SheetMoldLayout) -> Vec<Body> {
         let at = pose.translation_mm();
         upright([at.x, at.y], 0.0)
     });
-    let spacers =
-        cameras.iter().flat_map(|camera| on_plate.clone().map(|pose| on_camera_plate(camera, pose, -8.0)));
+    let spacers = cameras
+        .iter()
+        .flat_map(|camera| on_plate.clone().map(|pose| on_camera_plate(camera, pose, -8.0)));
     let spacer = |name: Name, length: f64, placements: Vec<Placement>| {
         let text = format!("hexagonal spacer M3, female both ends, {length} mm");
         name.bought(text, HexSpacer::M3.solid(length), placements)
@@ -339,7 +341,8 @@ fn cable(p: &SheetMold, through: &[[f64; 2]]) -> Cable {
 /// plug's side.
 fn box_cable(p: &SheetMold, layout: &SheetMoldLayout) -> Cable {
     let start = [plug_reach_mm(p)[1], 0.0];
-    let [x, y] = [p.camera.board_size, p.camera.board_size_y].map(|e| e.mm() / 2.0 + CABLE_BOARD_DISTANCE_MM);
+    let [x, y] = [p.camera.board_size, p.camera.board_size_y]
+        .map(|e| e.mm() / 2.0 + CABLE_BOARD_DISTANCE_MM);
     let out = layout.wall_outer_mm + DRAWN_CABLE_MM;
     match p.housing.cable_side {
         CableSide::Right => cable(p, &[start, [out, 0.0]]),
@@ -369,7 +372,9 @@ pub fn cables(p: &SheetMold, layout: &SheetMoldLayout, cameras: &[Placement; 2])
         STAND_CABLE.bought("USB cable of the camera above the display", above, [stand_camera]),
     ]
     .map(|body| {
-        body.with_order(Order::new("USB cable of the camera", "")).colored(RUBBER).with_assembly_compliance(GIVE_WAY_MM)
+        body.with_order(Order::new("USB cable of the camera", ""))
+            .colored(RUBBER)
+            .with_assembly_compliance(GIVE_WAY_MM)
     })
 }
 

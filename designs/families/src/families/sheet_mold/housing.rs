@@ -3,16 +3,16 @@
 use std::f64::consts::FRAC_PI_2;
 
 use fabkit_geometry::{
-    Angle, Body, MarkerCarrier, Color, LiquidColumn, Landmark, Lighting, Marker, NominalCamera, Path, Placement,
-    Point3, Pose, Process, Profile, VisibleEffect, Solid, Vector3,
+    Angle, Body, Color, Landmark, Lighting, LiquidColumn, Marker, MarkerCarrier, NominalCamera,
+    Path, Placement, Point3, Pose, Process, Profile, Solid, Vector3, VisibleEffect,
 };
 
 use super::layers::{comb_opening, display_channel_y, display_inlet, left_channels, resting_end_x};
 use super::parameters::*;
 use super::{Joints, SheetMoldLayout, bolt_hole_mm, marker_centres};
-use crate::chain_builder::{Name, SENSOR, flipped, shrinkage};
 use crate::blocks::adapter::{CableOutlet, MountFace};
 use crate::blocks::{BLACK, MOLD_BLUE, Rect};
+use crate::chain_builder::{Name, SENSOR, flipped, shrinkage};
 use crate::fits::Fit;
 use crate::hardware::HexSpacer;
 use crate::hardware::tools::pry;
@@ -133,7 +133,12 @@ fn wall(p: &SheetMold, layout: &SheetMoldLayout, has_cable: bool) -> Path {
     Path::polygon(&points)
 }
 
-fn with_tab_slots(profile: Profile, p: &SheetMold, layout: &SheetMoldLayout, plate: Name) -> Profile {
+fn with_tab_slots(
+    profile: Profile,
+    p: &SheetMold,
+    layout: &SheetMoldLayout,
+    plate: Name,
+) -> Profile {
     let play = 2.0 * p.making.gap_mm(plate, Process::Laser, Fit::Slide);
     let (along, across) = (p.housing.tab.mm() + play, p.housing.sheet.mm() + play);
     let middle = (layout.wall_inner_mm + layout.wall_outer_mm) / 2.0;
@@ -261,7 +266,12 @@ fn corner_mm(p: &SheetMold) -> f64 {
 }
 
 /// Adds the four bolt holes of a square plate.
-pub fn with_bolts(profile: Profile, p: &SheetMold, layout: &SheetMoldLayout, plate: Name) -> Profile {
+pub fn with_bolts(
+    profile: Profile,
+    p: &SheetMold,
+    layout: &SheetMoldLayout,
+    plate: Name,
+) -> Profile {
     with_holes(profile, &layout.bolts(), bolt_hole_mm(p, plate))
 }
 
@@ -508,7 +518,9 @@ pub fn marks(p: &SheetMold, layout: &SheetMoldLayout) -> Vec<Marker> {
     let end_mm = layout.marker_end_z_mm - p.markers.paint.mm();
     let poses = marker_centres(p).into_iter().map(|[x, y]| Pose::translation(x, y, end_mm));
     let radius_mm = p.markers.diameter.mm() / 2.0;
-    Marker::place_below_poses("marker", &poses.collect::<Vec<_>>(), 0.0, radius_mm, |_| MarkerCarrier::Gel)
+    Marker::place_below_poses("marker", &poses.collect::<Vec<_>>(), 0.0, radius_mm, |_| {
+        MarkerCarrier::Gel
+    })
 }
 
 /// Landmarks at the ends of the markers, in the frame of the sheet that shapes them.

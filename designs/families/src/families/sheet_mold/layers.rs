@@ -1,7 +1,8 @@
 //! The soft interface: its channels and its layers.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, OpticalClarity, Color, Path, Point3, Pose, Segment, Shells, Solid, Vector3,
+    Body, CUT_OVERLAP_MM, Color, OpticalClarity, Path, Point3, Pose, Segment, Shells, Solid,
+    Vector3,
 };
 
 use super::parameters::*;
@@ -155,7 +156,10 @@ pub fn spoke_radii_mm(p: &SheetMold, k: u32) -> [f64; 2] {
 impl Channel {
     /// Returns the same channel entering from `side`.
     pub fn from_side(&self, side: Side) -> Self {
-        Self { centreline: self.centreline.iter().map(|&p| side.from_left(p)).collect(), ..self.clone() }
+        Self {
+            centreline: self.centreline.iter().map(|&p| side.from_left(p)).collect(),
+            ..self.clone()
+        }
     }
 
     /// Outline from the right-hand corner of the entrance around the channel's end to the left-hand corner, both at
@@ -355,7 +359,8 @@ pub fn layers(p: &SheetMold, layout: &SheetMoldLayout) -> Vec<Body> {
     let marker_layer =
         layer(MARKER_LAYER, marker_layer(p, layout), &p.marker_layer.material, [70, 72, 80], 1.0);
     let is_dyed = p.marker_layer.pigment_share > 0.0;
-    let marker_layer = if is_dyed { marker_layer.with_clarity(OpticalClarity::Opaque) } else { marker_layer };
+    let marker_layer =
+        if is_dyed { marker_layer.with_clarity(OpticalClarity::Opaque) } else { marker_layer };
     let pigment = p.marker_layer.pigment.to_lowercase();
     let says = |word: &str| is_dyed && pigment.contains(word);
     // The darkness of the layer is known only for black and white pigments.

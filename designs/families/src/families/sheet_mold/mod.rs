@@ -11,16 +11,18 @@ mod housing;
 mod layers;
 mod parameters;
 
-use fabkit_geometry::{FixtureGrip, LiquidChannel, LiquidSkin, Path, PlaneSurface, Pose, Process, Sensor};
+use fabkit_geometry::{
+    FixtureGrip, LiquidChannel, LiquidSkin, Path, PlaneSurface, Pose, Process, Sensor,
+};
 
-use crate::chain_builder::{Name, names};
 use crate::blocks::lighting::marker_lighting;
 use crate::blocks::listed_markers::FlatPattern;
 use crate::blocks::{self, ScrewJoint, corners, hanging, mm, press_fit, upright};
+use crate::chain_builder::{Name, names};
 use crate::fits::Fit;
 use crate::hardware::{HexNut, HexSpacer, Screw};
 use crate::parameters::RuleReport;
-use crate::{FamilyOutput, Family, Header, layout};
+use crate::{Family, FamilyOutput, Header, layout};
 use housing::enclosed_air_mm3;
 use layers::{Side, channel_liquids, left_channels};
 use parameters::{NEEDLE, SheetMold, TUBE};

@@ -2,11 +2,11 @@
 
 use fabkit_geometry::{Angle, Length};
 
-use crate::chain_builder::AssemblyName;
 pub use crate::blocks::CAMERA;
 use crate::blocks::cable_openings::HousingSide;
 use crate::blocks::listed_markers::{FlatPattern, ListedMarkers};
-use crate::blocks::optics::{ProjectionLaw, Optics};
+use crate::blocks::optics::{Optics, ProjectionLaw};
+use crate::chain_builder::AssemblyName;
 use crate::materials::Castable;
 use crate::parameters::Inline;
 use crate::processes::ProcessAssignments;

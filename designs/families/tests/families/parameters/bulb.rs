@@ -1,7 +1,7 @@
 //! A family small enough to see through, with every kind of parameter.
 
 use fabkit_designs::parameters::{InvalidDesign, Problem, RuleReport};
-use fabkit_designs::{FamilyOutput, Family, FamilyEntry, Header, Registry, choices, parameters};
+use fabkit_designs::{Family, FamilyEntry, FamilyOutput, Header, Registry, choices, parameters};
 use fabkit_geometry::{Angle, Length, NominalCamera, Pose, Sensor};
 
 choices! {

@@ -16,7 +16,12 @@ const INWARDS: [f64; 2] = [0.3, 1.0];
 
 /// Casts, for each pair of primitives that meet, lines through those points beside their common edges where a mesh at
 /// the default tolerance deviates most from the surface.
-pub(super) fn cast_at_seams(caster: &mut Caster, mesh: &TriMesh, reach_mm: f64, lines: &mut Vec<Line>) {
+pub(super) fn cast_at_seams(
+    caster: &mut Caster,
+    mesh: &TriMesh,
+    reach_mm: f64,
+    lines: &mut Vec<Line>,
+) {
     let mut triangle_of = BTreeMap::new();
     for (t, &[a, b, c]) in mesh.triangles.iter().enumerate() {
         triangle_of.extend([[a, b], [b, c], [c, a]].map(|edge| (edge, t)));

@@ -7,7 +7,8 @@ use fabkit_geometry::{Angle, Path, Profile};
 
 use super::readers::{Read, area_mm2, groups, read_dxf, read_svg};
 
-const DOCUMENT: DocumentInfo = DocumentInfo { title: "Test: <plate> & \u{b5}", design_hash: "0123abcd" };
+const DOCUMENT: DocumentInfo =
+    DocumentInfo { title: "Test: <plate> & \u{b5}", design_hash: "0123abcd" };
 
 /// Lines, arcs of both directions, an arc of more than half a circle, a slot, whole circles.
 fn plate() -> Profile {

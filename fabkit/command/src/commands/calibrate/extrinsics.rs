@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
-use fabkit_application::edited_files::check_replaceable;
+use fabkit_application::calibration::landmarks::PinLandmarks;
+use fabkit_application::calibration::report::ExtrinsicsReport;
 use fabkit_application::calibration_runs::extrinsics::{
     PoseCalibrationInputs, fixture_landmarks, read_camera, read_landmarks, solve,
 };
 use fabkit_application::calibration_runs::{captures, pose_file};
-use fabkit_application::calibration::landmarks::PinLandmarks;
-use fabkit_application::calibration::report::ExtrinsicsReport;
+use fabkit_application::edited_files::check_replaceable;
 use fabkit_application::picture::has_image_extension as is_picture;
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
@@ -59,7 +59,8 @@ pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Outcome, Failure> {
 fn write(args: &CalibrateExtrinsics, report: &ExtrinsicsReport<'_>) -> Result<(), Failure> {
     // The report is written first, so that an existing pose always has its report.
     let html = args.report.clone().map(|path| (path, report.to_html().into_bytes()));
-    let files: Vec<_> = html.into_iter().chain(pose_file::pose_files(&args.output, report)?).collect();
+    let files: Vec<_> =
+        html.into_iter().chain(pose_file::pose_files(&args.output, report)?).collect();
     check_replaceable(&files, args.force)?;
     interrupt::begin_writing()?;
     let files = files.iter().map(|(path, bytes)| (path.clone(), &bytes[..]));

@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use fabkit_application::edited_files::{check_replaceable, sign_text};
+use fabkit_application::calibration::report::IntrinsicsReport;
 use fabkit_application::calibration_runs::boards;
 use fabkit_application::calibration_runs::intrinsics::solve;
-use fabkit_application::calibration::report::IntrinsicsReport;
 use fabkit_application::camera::files::{self, CameraFormat};
+use fabkit_application::edited_files::{check_replaceable, sign_text};
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 

@@ -2,8 +2,10 @@
 
 use std::fmt::Write;
 
+use fabkit_application::calibration::pin_detection::{
+    Detection, DetectionOptions, Polarity, RejectionReason,
+};
 use fabkit_application::calibration_runs::images;
-use fabkit_application::calibration::pin_detection::{Detection, DetectionOptions, Polarity, RejectionReason};
 use serde_json::{Value, json};
 
 use super::Outcome;

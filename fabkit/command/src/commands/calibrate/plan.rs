@@ -2,10 +2,12 @@
 
 use std::fmt::Write;
 
+use fabkit_application::calibration::planning::ExpectedErrors;
 use fabkit_application::calibration_runs::captures::pressed_pins;
 use fabkit_application::calibration_runs::extrinsics::read_camera;
-use fabkit_application::calibration_runs::planning::{CapturePlan, PlanRequest, build_forecast, plan_captures};
-use fabkit_application::calibration::planning::ExpectedErrors;
+use fabkit_application::calibration_runs::planning::{
+    CapturePlan, PlanRequest, build_forecast, plan_captures,
+};
 use fabkit_application::picture::has_image_extension as is_picture;
 use fabkit_application::source::{Source, Target};
 

@@ -10,7 +10,7 @@ use super::super::{Outcome, view};
 use crate::cli::Dataset;
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
-use crate::table::{group_digits, format_size};
+use crate::table::{format_size, group_digits};
 
 /// Default largest indentation of probes, mm: UVDtact's.
 const DEFAULT_INDENTATION_MM: f64 = 1.6;
@@ -29,8 +29,14 @@ pub(super) fn run(args: &Dataset, scene: &SensorView) -> Result<Outcome, Failure
         );
         return Err(Failure::new(ErrorKind::BadInput, message, "ask for a smaller --depth"));
     }
-    let probes =
-        sample_probes(touch, &scene.viewpoint, scene.sights(), args.count, deepest_mm, args.options.seed);
+    let probes = sample_probes(
+        touch,
+        &scene.viewpoint,
+        scene.sights(),
+        args.count,
+        deepest_mm,
+        args.options.seed,
+    );
     let probes = probes.map_err(Failure::bug)?;
     if probes.visible_tips == 0 && !args.options.allow_no_contact {
         let message =

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use fabkit_application::calibration_runs::captures;
-use fabkit_application::calibration_runs::extrinsics::{fixture_landmarks, read_camera, read_landmarks};
+use fabkit_application::calibration_runs::extrinsics::{
+    fixture_landmarks, read_camera, read_landmarks,
+};
 use fabkit_application::designs::Design;
 use fabkit_application::light_fit::{LightFit, LightFitInput, fit_document};
 use fabkit_application::source::Target;

@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::super::region::{Edge, Ellipse, Region};
 use super::super::shape::Primitive;
-use super::plane::{RegionPart, Rectangle};
+use super::plane::{Rectangle, RegionPart};
 use super::surface::{Families, Literal, LocalSurface};
 use super::{Cell, SLACK_MM, SideFormula};
 use crate::{Cuboid, PlacedPrimitive, Pose};
@@ -134,9 +134,10 @@ impl<'a> Leaf<'a, '_> {
         // Functions of the bottom (-z) and the top (z - height); the solid is where both are negative.
         let ends = |height_mm: f64| [(1, [-z[1], -z[0]]), (2, subtract_level(z, height_mm))];
         let simple = match self.primitive {
-            Primitive::Sphere(s) => {
-                classify_convex([(0, subtract_level(length(c.as_slice(), h.as_slice()), s.radius_mm))])
-            }
+            Primitive::Sphere(s) => classify_convex([(
+                0,
+                subtract_level(length(c.as_slice(), h.as_slice()), s.radius_mm),
+            )]),
             Primitive::Ellipsoid(s) => {
                 let scaled = |v: Vector3<f64>| v.component_div(&Vector3::from(s.semi_axes_mm));
                 let range = length(scaled(c).as_slice(), scaled(h).as_slice());
@@ -144,9 +145,9 @@ impl<'a> Leaf<'a, '_> {
                 let least = s.semi_axes_mm.into_iter().fold(f64::INFINITY, f64::min);
                 classify_convex([(0, subtract_level(range, 1.0).map(|v| v * least))])
             }
-            Primitive::Cylinder(s) => {
-                classify_convex(std::iter::once((0, subtract_level(across, s.radius_mm))).chain(ends(s.height_mm)))
-            }
+            Primitive::Cylinder(s) => classify_convex(
+                std::iter::once((0, subtract_level(across, s.radius_mm))).chain(ends(s.height_mm)),
+            ),
             Primitive::Cone(s) => {
                 // Radius minus the cone's radius at that height; an upper bound of the distance, which suffices for
                 // signs.
@@ -161,7 +162,10 @@ impl<'a> Leaf<'a, '_> {
                 let pair = |i: usize, half_mm: f64| {
                     let [low, high] = along(i);
                     let face = 2 * i as u32;
-                    [(face, subtract_level([-high, -low], half_mm)), (face + 1, subtract_level([low, high], half_mm))]
+                    [
+                        (face, subtract_level([-high, -low], half_mm)),
+                        (face + 1, subtract_level([low, high], half_mm)),
+                    ]
                 };
                 let upright = [(4, [-z[1], -z[0]]), (5, subtract_level(z, s.size_mm[2]))];
                 classify_convex(pair(0, x).into_iter().chain(pair(1, y)).chain(upright))
@@ -185,10 +189,12 @@ impl<'a> Leaf<'a, '_> {
                     max: Vector2::new(c.x + h.x, c.y + h.y),
                 };
                 let (region, height_mm) = prism.parts();
-                let caps = match classify_convex([(0, [-z[1], -z[0]]), (1, subtract_level(z, height_mm))]) {
-                    Convex::Outside => return Local::NOTHING,
-                    Convex::Within(faces) => faces,
-                };
+                let caps =
+                    match classify_convex([(0, [-z[1], -z[0]]), (1, subtract_level(z, height_mm))])
+                    {
+                        Convex::Outside => return Local::NOTHING,
+                        Convex::Within(faces) => faces,
+                    };
                 let part = region.part_in(&rectangle, |_| false);
                 let caps = caps.into_iter().map(|face| self.face(face)).collect();
                 return Local { caps, walls: self.walls(region, part, 2) };
@@ -294,9 +300,13 @@ fn surface<'a>(
             let [x, y, z] = s.semi_axes_mm;
             (x == y).then(|| LocalSurface::spheroid(pose, 0.0, [x, z], 0.0, true))
         }
-        Primitive::EllipsoidOffset(s) => {
-            Some(LocalSurface::spheroid(pose, 0.0, [s.equatorial_mm, s.polar_mm], s.offset_mm, true))
-        }
+        Primitive::EllipsoidOffset(s) => Some(LocalSurface::spheroid(
+            pose,
+            0.0,
+            [s.equatorial_mm, s.polar_mm],
+            s.offset_mm,
+            true,
+        )),
         Primitive::Cylinder(s) => match face {
             0 => Some(LocalSurface::pipe(pose, Vector2::zeros(), s.radius_mm, true)),
             1 => cap(0.0, false),
@@ -329,8 +339,11 @@ fn surface<'a>(
                             let outward = edge.outward(edge.from).normalize();
                             Some(LocalSurface::plane(pose, edge.from.push(0.0), outward.push(0.0)))
                         }
-                        Some(Ellipse { centre, half_axes }) => (half_axes.x == half_axes.y)
-                            .then(|| LocalSurface::pipe(pose, centre, half_axes.x, is_convex_arc(edge))),
+                        Some(Ellipse { centre, half_axes }) => {
+                            (half_axes.x == half_axes.y).then(|| {
+                                LocalSurface::pipe(pose, centre, half_axes.x, is_convex_arc(edge))
+                            })
+                        }
                     }
                 }
             }
@@ -339,13 +352,15 @@ fn surface<'a>(
             let edge = &spun.region().edges[face as usize];
             match edge.ellipse {
                 None => Some(LocalSurface::swept(pose, edge.from, edge.outward(edge.from))),
-                Some(Ellipse { centre, half_axes }) if centre.x == 0.0 => Some(LocalSurface::spheroid(
-                    pose,
-                    centre.y,
-                    [half_axes.x, half_axes.y],
-                    0.0,
-                    is_convex_arc(edge),
-                )),
+                Some(Ellipse { centre, half_axes }) if centre.x == 0.0 => {
+                    Some(LocalSurface::spheroid(
+                        pose,
+                        centre.y,
+                        [half_axes.x, half_axes.y],
+                        0.0,
+                        is_convex_arc(edge),
+                    ))
+                }
                 Some(Ellipse { centre, half_axes }) => (half_axes.x == half_axes.y)
                     .then(|| LocalSurface::ring(pose, centre, half_axes.x, is_convex_arc(edge))),
             }

@@ -141,7 +141,11 @@ fn corner(rectangle: &Rectangle, region: &Region, a: usize, b: usize) -> RegionP
 
 impl Region {
     /// Returns the part of the region that lies in a rectangle. `skip` selects edges that bound nothing.
-    pub(super) fn part_in(&self, rectangle: &Rectangle, skip: impl Fn(&Edge) -> bool) -> RegionPart {
+    pub(super) fn part_in(
+        &self,
+        rectangle: &Rectangle,
+        skip: impl Fn(&Edge) -> bool,
+    ) -> RegionPart {
         let mut met = [0; 2];
         let mut count = 0;
         for (i, edge) in self.edges.iter().enumerate() {

@@ -1,6 +1,9 @@
 //! Bodies that several tests press.
 
-use fabkit_elastic::{BallIndenter, LayeredBody, MeridianCurve, MeshDensity, BoundaryCondition, ElasticLayer, ElasticMaterial, PressOutcome, Press, ElasticStack};
+use fabkit_elastic::{
+    BallIndenter, BoundaryCondition, ElasticLayer, ElasticMaterial, ElasticStack, LayeredBody,
+    MeridianCurve, MeshDensity, Press, PressOutcome,
+};
 use fabkit_geometry::{Point3, Vector3};
 
 pub fn layer(young_mpa: f64, poisson: f64) -> ElasticLayer {

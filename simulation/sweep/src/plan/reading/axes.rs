@@ -1,6 +1,9 @@
 //! Reading of a plan's axes.
 
-use fabkit_text::{YamlContent, YamlEntry, ValueKind, YamlNode, Position, NodeReader, did_you_mean, to_printable, suggestion};
+use fabkit_text::{
+    NodeReader, Position, ValueKind, YamlContent, YamlEntry, YamlNode, did_you_mean, suggestion,
+    to_printable,
+};
 
 use super::super::axis::{PlanAxis, Range, Values};
 use super::super::{KnownNames, Sampling, quantity};
@@ -47,8 +50,11 @@ fn axis(
             for item in items {
                 let text = value_text(reading, path, item)?;
                 if !is_value_of(kind, &text) {
-                    let message =
-                        format!("{path} takes {}, not `{}`", quantity::example(kind), to_printable(&text));
+                    let message = format!(
+                        "{path} takes {}, not `{}`",
+                        quantity::example(kind),
+                        to_printable(&text)
+                    );
                     let hint = format!("the sensor has {}", base.value);
                     reading.report_problem(item.position, path, &text, message, hint);
                     return None;
@@ -57,7 +63,9 @@ fn axis(
             }
             Values::List(texts)
         }
-        YamlContent::Map(parts) => Values::Range(range(reading, path, kind, parts, entry, sampling)?),
+        YamlContent::Map(parts) => {
+            Values::Range(range(reading, path, kind, parts, entry, sampling)?)
+        }
         _ => {
             let message = format!("the axis {path} has no values");
             let hint = "write `[a, b, c]`, or `{from: a, to: b, steps: 5}`";
@@ -100,8 +108,11 @@ fn range(
         let text = reading.read_scalar(key, &part.value)?;
         let number = quantity::parse(kind, text);
         if number.is_none() {
-            let message =
-                format!("`{key}` of {path} is `{}`, not {}", to_printable(text), quantity::example(kind));
+            let message = format!(
+                "`{key}` of {path} is `{}`, not {}",
+                to_printable(text),
+                quantity::example(kind)
+            );
             let hint = "write a number with its unit, as in the sensor's file";
             reading.report_problem(part.value.position, path, text, message, hint);
         }
@@ -181,7 +192,13 @@ pub(super) fn value_text(reading: &mut NodeReader, path: &str, node: &YamlNode) 
         }
         YamlContent::Map(_) | YamlContent::Nothing => {
             let message = format!("{path} must be one value or a list");
-            reading.report_problem(node.position, path, "", message, format!("write `{path}: VALUE`"));
+            reading.report_problem(
+                node.position,
+                path,
+                "",
+                message,
+                format!("write `{path}: VALUE`"),
+            );
             None
         }
     }

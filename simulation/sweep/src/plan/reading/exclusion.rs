@@ -1,6 +1,6 @@
 //! Check for constraints that exclude all variants, before anything is built.
 
-use fabkit_text::{Position, NodeReader};
+use fabkit_text::{NodeReader, Position};
 
 use super::super::{Constraint, Numbers, Plan};
 

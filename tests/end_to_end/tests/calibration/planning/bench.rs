@@ -84,7 +84,11 @@ impl Bench<'_> {
         self.forecast.model.stepped(&open, &steps).unwrap()
     }
 
-    fn captured(&self, captures: &[Vec<usize>], random: &mut SplitMix64) -> (Model, Vec<Observation>) {
+    fn captured(
+        &self,
+        captures: &[Vec<usize>],
+        random: &mut SplitMix64,
+    ) -> (Model, Vec<Observation>) {
         let pins = &self.forecast.landmarks.pins;
         let loose = &self.forecast.looseness;
         let mut truth = self.truth(random);

@@ -265,7 +265,15 @@ impl NetworkReconstructor {
             reference.iter().zip(&at_rest).map(told).collect()
         });
         let output_mm = card.as_ref().map_or(2.0, |card| card.output_mm);
-        Ok(Self { network: network.clone(), input, output_mm, columns, blur: weights, at_rest, compared })
+        Ok(Self {
+            network: network.clone(),
+            input,
+            output_mm,
+            columns,
+            blur: weights,
+            at_rest,
+            compared,
+        })
     }
 
     /// Reconstructs the depth of an image of luminance 0 to 1.

@@ -45,7 +45,7 @@ pub struct NextCapture {
 
 /// Expected accuracy of captures, and the recommended next ones.
 #[derive(Clone, Debug)]
-pub struct CapturePlan {
+pub struct PlanReport {
     /// Number of captures, pins in each, and expected accuracy, with all pins used in turn.
     pub efforts: Vec<(usize, usize, Option<ExpectedErrors>)>,
     /// Expected accuracy of the same number of captures with all kinds of pin, and with each kind alone.
@@ -85,7 +85,7 @@ pub fn plan_captures(
     project: &Project,
     forecast: &PoseForecast,
     wanted: &PlanRequest<'_>,
-) -> Result<CapturePlan, Error> {
+) -> Result<PlanReport, Error> {
     let sensor = &project.design.sensor;
     let nominal = CameraEstimate::from(forecast.model.camera.without_interface());
     let lens = wanted.lens.unwrap_or(&nominal);
@@ -140,14 +140,14 @@ pub fn plan_captures(
     let efforts =
         CAPTURE_COUNTS.iter().flat_map(|captures| PIN_COUNTS.map(|pins| of(*captures, pins)));
     let total = wanted.done.len() + more;
-    Ok(CapturePlan {
+    Ok(PlanReport {
         efforts: efforts.collect(),
         kinds: compare_kinds(&forecast, setup, [total, per_capture]),
         done: plan.predict(wanted.done),
         next: choose_captures(&forecast, &plan, wanted.done, more, per_capture, 2.0 * tip_mm),
         marks_rendered,
-        not_marked,
-        pins_seen: [
+        unrendered_reason: not_marked,
+        visible_pins: [
             forecast.is_seen.iter().filter(|is_seen| **is_seen).count(),
             forecast.landmarks.pins.len(),
         ],
@@ -240,7 +240,7 @@ fn choose_captures(
     next
 }
 
-impl CapturePlan {
+impl PlanReport {
     /// Returns the plan as JSON (`fabkit-capture-plan` version 1).
     pub fn to_json(&self, sensor: &str, camera: Option<&str>) -> Value {
         let PinTolerances { across_mm, along_mm, seating_mm, dome_mm, dome_rad } = self.looseness;
@@ -260,7 +260,7 @@ impl CapturePlan {
         });
         let kinds =
             self.kinds.iter().map(|(kind, e)| json!({ "kind": kind, "expected": expected(e) }));
-        let next = self.choose_next_capture.iter().map(|next| {
+        let next = self.next.iter().map(|next| {
             json!({ "kind": next.kind, "holes": next.holes, "expected": expected(&next.expected) })
         });
         json!({
@@ -277,10 +277,10 @@ impl CapturePlan {
                 "dome_mm": dome_mm,
                 "dome_deg": dome_rad.map(f64::to_degrees),
             },
-            "pins": self.pins_seen[1],
-            "pins_seen": self.pins_seen[0],
+            "pins": self.visible_pins[1],
+            "pins_seen": self.visible_pins[0],
             "marks_rendered": self.marks_rendered,
-            "not_marked": self.not_marked,
+            "not_marked": self.unrendered_reason,
             "compared": { "captures": self.compared[0], "pins": self.compared[1] },
             "efforts": efforts.collect::<Vec<_>>(),
             "kinds": kinds.collect::<Vec<_>>(),

@@ -61,11 +61,11 @@ macro_rules! formats {
             /// All formats, in the order of the command's help.
             pub const ALL: [Self; [$($word),+].len()] = [$(Self::$name,)+];
 
-            fn facts(self) -> Facts {
-                let (word, ending, traits, making, summary): (_, _, &[Trait], _, _) = match self {
+            fn properties(self) -> FormatProperties {
+                let (word, ending, traits, making, summary): (_, _, &[FormatTrait], _, _) = match self {
                     $(Self::$name => ($word, $ending, &$traits, $making, $summary),)+
                 };
-                Facts { word, ending, traits, making, summary }
+                FormatProperties { word, ending, traits, making, summary }
             }
         }
     };
@@ -113,21 +113,24 @@ formats! {
 impl Format {
     /// Returns the formats of a package: files to build from or to look at.
     pub fn published() -> Vec<Self> {
-        Self::ALL.into_iter().filter(|format| format.facts().traits.contains(&Published)).collect()
+        Self::ALL
+            .into_iter()
+            .filter(|format| format.properties().traits.contains(&Published))
+            .collect()
     }
 
     /// Returns the format's word in the manifest and on the command line.
     pub fn word(self) -> &'static str {
-        self.facts().word
+        self.properties().word
     }
 
     /// Returns a one-line summary without a full stop.
     pub fn summary(self) -> &'static str {
-        self.facts().summary
+        self.properties().summary
     }
 
     pub(super) fn making(self) -> FormatWriter {
-        self.facts().making
+        self.properties().making
     }
 
     /// Returns whether the format holds outlines, which only parts cut from sheets have.
@@ -137,11 +140,11 @@ impl Format {
 
     /// Returns whether the format is compensated for shrinkage, kerf and printer errors.
     pub(super) fn is_compensated(self) -> bool {
-        self.facts().traits.contains(&Compensated)
+        self.properties().traits.contains(&Compensated)
     }
 
     pub(super) fn file_name(self, part: &str) -> String {
-        format!("{part}.{}", self.facts().ending)
+        format!("{part}.{}", self.properties().ending)
     }
 }
 

@@ -3,7 +3,7 @@
 use fabkit_designs::Design;
 use fabkit_export::{
     LightBody, LightCamera, LightDocument, LightDome, LightPlacement, LightPlane, LightSurface,
-    OpticalRole,
+    OpticalRole as LightRole,
 };
 use fabkit_files::staging::OutputFile;
 use fabkit_geometry::{
@@ -72,7 +72,7 @@ fn describe_body<'a>(
 ) -> Result<Option<LightBody<'a>>, InvalidStack> {
     let place = Assembly::sensor();
     let mut placements: Vec<LightPlacement> = Vec::new();
-    let part = OpticalRole::of(sensor, body);
+    let part = OpticalRole::from_body(sensor, body);
     for placed in body.placements.iter().filter(|placed| placed.assembly == place) {
         let pose = placed.assembly_from_body;
         let of_body = |source| InvalidStack::Solid { body: body.name.clone(), source };
@@ -86,9 +86,9 @@ fn describe_body<'a>(
         return Ok(None);
     }
     let (part, is_skin) = match part? {
-        OpticalRole::Medium { is_skin, .. } => (OpticalRole::Medium, is_skin),
-        OpticalRole::Skin => (OpticalRole::Skin, true),
-        OpticalRole::Stop { is_skin } => (OpticalRole::Stop, is_skin),
+        OpticalRole::Medium { is_skin, .. } => (LightRole::Medium, is_skin),
+        OpticalRole::Skin => (LightRole::Skin, true),
+        OpticalRole::Opaque { is_skin } => (LightRole::Stop, is_skin),
     };
     Ok(Some(LightBody {
         name: &body.name,

@@ -166,7 +166,9 @@ fn elastomer_steps(
     // Surplus of three layer masses: a few tenths of a gram cannot be weighed and mixed alone.
     let pour = liquid(material, 3.0).fills(walls, layer, direction, openings);
     let is_last = boundary == Boundary::Black;
-    let pulls = [peel_silicone(p, cup, up())].into_iter().chain(is_last.then(|| peel_silicone(p, CORE, -up())));
+    let pulls = [peel_silicone(p, cup, up())]
+        .into_iter()
+        .chain(is_last.then(|| peel_silicone(p, CORE, -up())));
     [
         step(format!("pour-{}", layer.name), mold, &[cup, CORE], pour)
             .with_instruction(instruction)

@@ -9,7 +9,7 @@ use super::parameters::*;
 use super::{Joints, PinTipLayout};
 use crate::blocks::cable_openings::{HousingSide, wall_opening};
 use crate::blocks::{
-    GLASS, MASK_GREEN, TOOL_GREY, copies, edge, holes, led_ring, landmarks_at, ring,
+    GLASS, MASK_GREEN, TOOL_GREY, copies, edge, holes, landmarks_at, led_ring, ring,
 };
 use crate::chain_builder::{Name, flipped, in_sensor};
 use crate::materials::window_transparency;

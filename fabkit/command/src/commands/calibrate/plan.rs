@@ -6,7 +6,7 @@ use fabkit_application::calibration::planning::ExpectedErrors;
 use fabkit_application::calibration_runs::captures::pressed_pins;
 use fabkit_application::calibration_runs::extrinsics::read_camera;
 use fabkit_application::calibration_runs::planning::{
-    CapturePlan, PlanRequest, build_forecast, plan_captures,
+    PlanReport, PlanRequest, build_forecast, plan_captures,
 };
 use fabkit_application::picture::has_image_extension as is_picture;
 use fabkit_application::source::{Source, Target};
@@ -44,10 +44,10 @@ pub(super) fn run(args: &CalibratePlan) -> Result<Outcome, Failure> {
     Ok(Outcome { text: words(&plan, done.len()), json, failed: false })
 }
 
-fn words(plan: &CapturePlan, done: usize) -> String {
+fn words(plan: &PlanReport, done: usize) -> String {
     let mut text = String::new();
-    let [seen, all] = plan.pins_seen;
-    let marks = match (&plan.not_marked, plan.marks_rendered) {
+    let [seen, all] = plan.visible_pins;
+    let marks = match (&plan.unrendered_reason, plan.marks_rendered) {
         (Some(why), _) => format!("marks are taken for tips: {why}"),
         (None, count) => format!("{count} marks are rendered; simulated"),
     };

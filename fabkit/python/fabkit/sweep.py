@@ -166,7 +166,7 @@ class Plan:
         return self._native.count()
 
     def overrides(self, variant: int) -> dict[str, str]:
-        """Return the parameters that a variant changes, as text by path, for :func:`fabkit.load`."""
+        """Return the parameters that a variant changes, by path, for :func:`fabkit.load`."""
         return dict(text.split("=", 1) for text in self._native.overrides(variant))
 
     def evaluate(self, variant: int, metrics: Mapping[str, Metric] | None = None) -> Row:

@@ -1,4 +1,4 @@
-"""``python -m fabkit_bench SENSOR -o DIR``: the paper's table beside the simulated one."""
+"""Command ``python -m fabkit_bench SENSOR -o DIR``: published and simulated figures in a table."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fabkit_bench._run import run
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; 0, or the exit code of what went wrong."""
+    """Run the command and return its exit code: 0, or that of the error."""
     asked = _parser().parse_args(arguments)
     try:
         overrides = dict(_override(text) for text in asked.set)

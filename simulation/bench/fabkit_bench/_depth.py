@@ -1,4 +1,4 @@
-"""Depth from darkness, pixel by pixel: what a small model learns, and how it is scored."""
+"""Indentation from darkness, pixel by pixel: features, a small model, and its scores."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ __all__ = [
     "seen",
 ]
 
-# The published script's: differences below the first are noise, above the second the same.
+# Limits of the published script: smaller differences are noise, larger ones are clipped.
 _LEAST_GREY = 3.0
 _MOST_GREY = 47.0
-# An 8-bit chip says no more; the mean of noisy pictures is a little less.
+# An 8-bit camera saturates at 255; the mean of noisy saturated images is a little less.
 _WHITE_GREY = 254.0
-# Its targets end there too, mm.
+# Largest indentation in the published script's targets, mm.
 DEEPEST_MM = 2.0
-# Its pictures' width and blur, px, and the side of the square of pixels that its network sees.
+# The published script's image width and blur, px, and the side of its network's field of view, px.
 _WIDTH_PX = 640
 _BLUR_PX = 5.0
 _FIELD_PX = 13
-# How far around a wider view sees, as parts of the picture's width.
+# Standard deviations of the blurs for the wider model, as fractions of the image's width.
 _AROUND = (0.02, 0.05)
 
 MASKS = {
@@ -55,26 +55,26 @@ MASKS = {
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """Presses as the model sees them: p presses of h x w pixels."""
+    """Inputs and ground truth of the model for p presses of h x w pixels."""
 
     darkness: Maps
-    """How much darker than at rest, 0 to 1: p x h x w."""
+    """Darkening against the reference image, 0 to 1: p x h x w."""
     depth_mm: Maps
-    """Truth along each ray, from 0: p x h x w; 0 where no surface is seen."""
+    """True indentation along each ray, mm, at least 0: p x h x w; 0 where no surface is seen."""
     masks: dict[str, NDArray[np.bool_]]
-    """Over which pixels errors are averaged, by the names of :data:`MASKS`: p x h x w."""
+    """Pixels over which errors are averaged, by the names of :data:`MASKS`: p x h x w."""
 
     def __len__(self) -> int:
         return len(self.darkness)
 
     def some(self, chosen: NDArray[np.bool_] | slice) -> Seen:
-        """Keep some presses."""
+        """Select some presses."""
         masks = {name: mask[chosen] for name, mask in self.masks.items()}
         return Seen(self.darkness[chosen], self.depth_mm[chosen], masks)
 
 
 def seen(many: sim.Many, reference: NDArray[np.uint8]) -> Seen:
-    """Prepare pictures as the published script does: blurred, subtracted, cut off, scaled."""
+    """Prepare images as the published script does: subtract, blur, clip and scale to 0 to 1."""
     width = many.image.shape[2]
     sigma_px = _BLUR_PX * width / _WIDTH_PX
     differences = blurred(grey(reference[None]) - grey(many.image), sigma_px)
@@ -92,13 +92,17 @@ def seen(many: sim.Many, reference: NDArray[np.uint8]) -> Seen:
 
 
 class Model:
-    """A perceptron that sees each pixel's neighbours, as the paper's network does.
+    """A perceptron on each pixel's neighbourhood, as the paper's network has.
 
     Parameters
     ----------
+    seed
+        Seed of initial weights and of the order of samples.
+    epochs
+        Number of epochs.
     wide
-        Let it see where the pixel is, and the mean darkness farther around, which the paper's
-        network cannot.
+        Add the pixel's position and the mean darkness in larger neighbourhoods to the inputs,
+        which the paper's network does not have.
     """
 
     def __init__(self, seed: int, epochs: int, *, wide: bool = False) -> None:
@@ -106,16 +110,16 @@ class Model:
         self._network = _learn.Network((64, 32), seed=seed, epochs=epochs, batch=500)
 
     def fit(self, seen: Seen, pixels: int, random: np.random.Generator) -> Model:
-        """Learn from so many pixels of each press, drawn from those with an input."""
+        """Train on at most ``pixels`` pixels of each press, drawn from those with an input."""
         self._network.fit(*self._drawn(seen, pixels, random))
         return self
 
     def go_on(self, seen: Seen, pixels: int, epochs: int, random: np.random.Generator) -> None:
-        """Learn on from another unit's presses."""
+        """Continue training on another unit's presses."""
         self._network.go_on(*self._drawn(seen, pixels, random), epochs)
 
     def predict(self, seen: Seen) -> Maps:
-        """Depth, mm: p x h x w; 0 without an input."""
+        """Predict the indentation, mm: p x h x w; 0 in pixels without an input."""
         depth_mm = np.zeros_like(seen.depth_mm)
         where = seen.masks["loss"]
         if where.any():
@@ -124,11 +128,11 @@ class Model:
         return depth_mm
 
     def written(self) -> Written:
-        """Write it as ONNX, one pixel a row."""
+        """Write the model as ONNX; each row of its input is a pixel."""
         return self._network.written(within=(0.0, DEEPEST_MM))
 
     def card(self, train: Seen, pixels: int, held_out: list[HeldOut]) -> Card:
-        """Say what it is; ``pixels`` of each press were drawn at most."""
+        """Write the model's card; ``pixels`` is the most that were drawn of each press."""
         height, width = train.darkness.shape[1:]
         side = _side(width)
         takes = f"of each pixel the square of {side} x {side} around it, row by row, 0 outside"
@@ -174,22 +178,22 @@ class Model:
 
 
 def _side(width_px: int) -> int:
-    """Side of the square that a pixel is told from."""
+    """Compute the side of a pixel's neighbourhood, px, odd: the paper's, scaled to the width."""
     return max(3, 2 * round((_FIELD_PX * width_px / _WIDTH_PX - 1) / 2) + 1)
 
 
 @dataclass(frozen=True)
 class Score:
-    """Of one way to find depth, over one mask."""
+    """Score of one reconstruction over one mask."""
 
     mean_mm: float
-    """Mean of absolute errors, mm."""
+    """Mean absolute error, mm."""
     near: float
     """Share of errors below 0.1 mm, percent."""
 
 
 def score(found_mm: Maps, seen: Seen, mask: str) -> Score:
-    """Compare with the truth over a mask."""
+    """Compare a reconstruction with ground truth over a mask."""
     where = seen.masks[mask] & np.isfinite(found_mm)
     errors = np.abs(found_mm[where] - seen.depth_mm[where]).astype(np.float64)
     if not len(errors):
@@ -198,10 +202,9 @@ def score(found_mm: Maps, seen: Seen, mask: str) -> Score:
 
 
 def saturated(seen: Seen, reference: NDArray[np.uint8]) -> float:
-    """Tell the share of the pixels in contact that say no more of depth.
+    """Compute the share of contact pixels whose intensity no longer changes with indentation.
 
-    They are darker by more than what the published script lets its network see, or so bright at
-    rest that the chip could not say more.
+    They are darkened beyond the limit of the published script, or saturated at rest.
     """
     is_over = (seen.darkness >= 1.0) | (grey(reference[None]) >= _WHITE_GREY)
     where = seen.masks["contact"]
@@ -209,7 +212,7 @@ def saturated(seen: Seen, reference: NDArray[np.uint8]) -> float:
 
 
 def held_out(found_mm: Maps, seen: Seen, of: str) -> list[HeldOut]:
-    """Say for a card how far depth is off over each mask."""
+    """List the mean errors over each mask, for a card."""
     return [
         HeldOut(
             f"{of}, {words}: mean error", score(found_mm, seen, mask).mean_mm, "mm", len(found_mm)
@@ -219,6 +222,6 @@ def held_out(found_mm: Maps, seen: Seen, of: str) -> list[HeldOut]:
 
 
 def guess(train: Seen, mask: str) -> float:
-    """Find the depth that is the best guess without a picture: the median over a mask, mm."""
+    """Return the best guess without an image: the median indentation over a mask, mm."""
     depths = train.depth_mm[train.masks[mask]]
     return float(np.median(depths)) if len(depths) else 0.0

@@ -1,4 +1,4 @@
-"""Where on its surface a sensor is pressed: places that its camera sees."""
+"""Press positions on the surface, drawn where the camera sees it."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ class Places:
 
     points_mm: NDArray[np.float64]
     outward: NDArray[np.float64]
-    """Unit normals there: n x 3."""
+    """Unit outward normals at the points: n x 3."""
 
     def __len__(self) -> int:
         return len(self.points_mm)
 
     def beyond(self, distance_mm: NDArray[np.float64] | float) -> NDArray[np.float64]:
-        """Go outwards by a distance: n x 3."""
+        """Move the points outwards along their normals by a distance: n x 3."""
         return self.points_mm + np.asarray(distance_mm)[..., None] * self.outward
 
 
@@ -47,7 +47,7 @@ def places(
     lowest, highest = points[seen].min(axis=0), points[seen].max(axis=0)
     inside = points[..., 2] > lowest[2] + margin_mm
     if np.ptp(points[seen][:, 2]) < margin_mm:
-        # A pad: what it has is sides.
+        # A flat pad: keep the margin from its sides, not from its base.
         sides = (points[..., :2] > lowest[:2] + margin_mm) & (
             points[..., :2] < highest[:2] - margin_mm
         )

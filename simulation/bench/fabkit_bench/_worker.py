@@ -1,7 +1,8 @@
-"""Rows of a sweep for ``fabkit sweep``: the source of a plan on the first line, then numbers.
+"""A worker process that computes rows of a sweep for ``fabkit sweep``.
 
-Each line is answered by one line of JSON: ``version``, then ``row`` each time; ``missing`` or
-``error`` where something is wrong.
+It reads the source of a plan on the first line of standard input, then numbers of variants. It
+answers each line with one line of JSON: ``version``, then ``row`` for each number; ``missing`` if
+scikit-learn is missing, or ``error``.
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ from fabkit_bench import _learn
 
 
 def main() -> None:
-    """Answer lines until there are no more."""
-    # An interrupted sweep shall not end in a traceback for each thread.
+    """Answer lines of standard input until its end."""
+    # Without Python's handler Ctrl-C ends the process without a traceback.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    # What a library prints is no answer.
+    # Text that a library prints must not reach the answers: standard output becomes standard error.
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
 

@@ -1,4 +1,4 @@
-"""The fluidic sensor's experiment: what the camera below would see, from columns of liquid."""
+"""Experiments of the fluidic sensor: markers below the skin, predicted from liquid columns."""
 
 from __future__ import annotations
 
@@ -27,30 +27,30 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Size:
-    """How much is pressed."""
+    """Numbers of presses and sizes of training."""
 
     places: int = 60
     depths: int = 8
     deepest_mm: float = 4.0
     reach_mm: float = 18.0
-    """Places are within a square of this half side."""
+    """Half side of the square that contains the press positions."""
     spacing_mm: float = 2.0
     folds: int = 5
     network_folds: int = 3
     recurrent_epochs: int = 40
-    """100 in the paper."""
+    """Epochs of the LSTM; 100 in the paper."""
     code_epochs: int = 60
-    """300 in the published losses."""
+    """Epochs of the autoencoder; 300 in the published losses."""
 
 
-# From the published arrays: a ridge from ten lags of columns to markers, on the last fifth.
+# From the published arrays: ridge regression from ten lags of columns to markers, last fifth.
 _RIDGE_R2 = 0.48
 _READ = "columns of the published series move 3 to 15 px, in pictures of another display"
-# Likeness (SSIM) of predicted images, and of the constant mean image.
+# Published similarity (SSIM) of predicted images, and that of the constant mean image.
 _LIKENESS = (0.9045, 0.8920)
-# Side of its pictures, and how many numbers its encoder leaves of one.
+# Side of the paper's images, and number of values in its encoder's code.
 _PICTURE_PX, _CODE = 68, 324
-# That of its encoded features, predicted by its LSTM from ten steps: from the published arrays.
+# R2 of encoded features, predicted by the paper's LSTM from ten steps: from its published arrays.
 _ENCODED_R2 = 0.230
 _STEPS = 10
 _DRAWN = Numbers(
@@ -64,20 +64,20 @@ _LSTM = "LSTM, three layers of 256, and linear sums of the last step"
 
 @dataclass(frozen=True, eq=False)
 class Touches:
-    """Presses: one of each a row."""
+    """Results of n presses, one in each row."""
 
     column_mm: NDArray[np.float64]
-    """How far each column of liquid moved: n x channels."""
+    """Displacement of each liquid column, mm: n x channels."""
     column_px: NDArray[np.float64]
-    """The same in the display's picture: n x 2 channels."""
+    """Displacement of each column's end in the display's image, from the mean: n x 2 channels."""
     marker_px: NDArray[np.float64]
-    """How far each marker moved in the picture: n x 2 m."""
+    """Displacement of each marker in the image, from the mean: n x 2 m."""
     marker_at_px: NDArray[np.float64]
-    """Where each is in the mean picture: m x 2."""
+    """Mean position of each marker in the image: m x 2."""
     seen: dict[str, Any]
-    """Names and mean places of what is in these arrays, for cards."""
+    """Names and mean positions of the columns and markers in these arrays, for cards."""
     place: NDArray[np.int64]
-    """Number of its place: n."""
+    """Number of the press position: n."""
 
 
 def _touches(bench: Bench) -> Touches:
@@ -119,10 +119,13 @@ def _touches(bench: Bench) -> Touches:
 def _moved(
     pixels: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """Tell ways from the mean picture of (n, m, 2), of what is always seen: (n, 2 m), (m, 2), m."""
+    """Compute displacements from the mean position, of points that are seen in all n images.
+
+    Returns displacements (n, 2 m), mean positions (m, 2), and indices of the points (m,).
+    """
     is_seen = np.isfinite(pixels).all(axis=(0, 2))
     seen = pixels[:, is_seen]
-    # A model with an offset does not ask which picture is at rest.
+    # The models have an offset, so the mean serves as well as the reference image.
     mean: NDArray[np.float64] = seen.mean(axis=0)
     return (seen - mean).reshape(len(seen), -1), mean, np.flatnonzero(is_seen)
 
@@ -144,7 +147,7 @@ def _keep(
 
 
 def _columns_of(touches: Touches, *, exact: bool = False, steps: bool = False) -> Numbers:
-    """Say what networks take."""
+    """Describe the networks' input."""
     if exact:
         what = "how far the liquid of each channel moves in its tube"
         return Numbers(what, "mm", {"channels": touches.seen["channels"]})
@@ -158,7 +161,7 @@ def _columns_of(touches: Touches, *, exact: bool = False, steps: bool = False) -
 
 
 def _markers_of(touches: Touches) -> Numbers:
-    """Say what networks give."""
+    """Describe the networks' output."""
     what = (
         "how far each marker is from where it is in the mean picture of the camera below, x and y; "
         "places are those of the mean picture"
@@ -168,20 +171,21 @@ def _markers_of(touches: Touches) -> Numbers:
 
 @dataclass(frozen=True)
 class Found:
-    """How well markers are found."""
+    """Accuracy of predicted marker positions."""
 
     r2: float
-    """Of all markers together: 0 for the mean."""
+    """R2 over all markers together: 0 for the mean."""
     rms_px: float
     blind_r2: float
-    """That of the mean in training: at most 0."""
+    """R2 of the training mean as a guess: at most 0."""
     blind_px: float
+    """Root mean square error of the training mean as a guess."""
 
 
 def _found(bench: Bench, split: str, touches: Touches, groups: NDArray[np.int64]) -> Found:
     size: Size = bench.size
     is_exact = split.endswith("exact columns")
-    # A picture tells where a column ends to a pixel: the paper takes the first that is black.
+    # An image shows a column's end to a pixel: the paper takes the first black pixel.
     columns = touches.column_mm if is_exact else np.round(touches.column_px)
     truth = touches.marker_px
     found, blind = np.zeros_like(truth), np.zeros_like(truth)
@@ -245,7 +249,7 @@ def _amplitudes(bench: Bench) -> list[Row]:
 
 
 def _images(bench: Bench) -> list[Row]:
-    """How like pictures of markers are that columns foretell, through a code of few numbers."""
+    """Measure the similarity of marker images that are predicted from columns via a linear code."""
     touches = bench.once("touches", lambda: _touches(bench))
     pictures = _pictures(bench, touches)
     count = len(pictures)
@@ -284,18 +288,19 @@ def _images(bench: Bench) -> list[Row]:
 
 
 def _series(columns: NDArray[np.float64], depths: int) -> NDArray[np.float64]:
-    """List the ten presses that led to each, ever deeper at one place: n x 10 x f.
+    """Collect for each press the ten presses up to it, ever deeper at one place: n x 10 x f.
 
-    Before the shallowest it stands for what was.
+    The shallowest press is repeated in place of missing earlier ones.
     """
     number = np.arange(len(columns))
     first = number - number % depths
+    # Presses of one place follow each other, the shallowest first.
     before = np.maximum(number[:, None] - np.arange(_STEPS - 1, -1, -1), first[:, None])
     return columns[before]
 
 
 def _networks(bench: Bench) -> list[Row]:
-    """Markers and pictures by the paper's LSTM and autoencoder."""
+    """Predict markers and their images with the paper's LSTM and autoencoder."""
     _deep.needed()
     size: Size = bench.size
     touches = bench.once("touches", lambda: _touches(bench))
@@ -360,7 +365,7 @@ def _networks(bench: Bench) -> list[Row]:
     )
     figures = (None, _r2(moved, truth), _r2(mean, truth))
     rows = [Row(f"markers from columns {name}: R2", "", *figures, count, said)]
-    # Each fold has a code of its own: a mean over all of them is no number of any.
+    # Each fold has its own code, so codes cannot be averaged over folds: compare within each fold.
     left, guessed = (float(((one - encoded) ** 2).sum()) for one in (numbers, constant))
     note = f"{said}{drawn_of}; about the mean code in training, which is the trivial guess"
     figures = (_ENCODED_R2, 1 - left / guessed, 0.0)
@@ -376,13 +381,13 @@ def _rms(found: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
 
 
 def _r2(found: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
-    """Of all numbers together: 0 for the mean."""
+    """Compute R2 over all values together: 0 for the mean."""
     spread = float(((truth - truth.mean(axis=0)) ** 2).sum())
     return 1 - float(((found - truth) ** 2).sum()) / spread
 
 
 def _pictures(bench: Bench, touches: Touches) -> NDArray[np.float64]:
-    """Draw what the camera below sees, cut to the markers and half a pitch around them."""
+    """Draw the camera's images of the markers, cropped to them and half a pitch around."""
     at_px = touches.marker_at_px
     apart = np.linalg.norm(at_px[:, None] - at_px, axis=2) + np.diag(np.full(len(at_px), np.inf))
     pitch_px = float(np.median(apart.min(axis=1)))

@@ -1,4 +1,4 @@
-"""Reads data sets of `fabkit dataset` with Python's zarr and compares them, to the bit, with the maps of `fabkit depth`.
+"""Reads data sets of `fabkit dataset` with Python's zarr and compares them, to the bit, with maps of `fabkit depth`.
 
     python check_dataset.py path/to/fabkit
 """

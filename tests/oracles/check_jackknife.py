@@ -1,4 +1,4 @@
-"""Compares the claimed uncertainty of ground truth with the jackknife: each capture left out of the calibration in turn.
+"""Compares the claimed uncertainty of ground truth with the jackknife: each capture is left out of the calibration.
 
     python check_jackknife.py path/to/fabkit CAPTURES
 

@@ -2,9 +2,9 @@
 
     python check_tetrahedra.py PATH_TO_FABKIT [SENSOR...]
 
-Both readers must find the same nodes, tetrahedra, materials and sets in `.msh`, and meshio in `.vtk`. Volumes and angles
-between faces are computed independently. In a patch test with scikit-fem, a linear displacement of the whole surface
-must be linear inside, which it is only if neighbours share their faces.
+Both readers must find the same nodes, tetrahedra, materials and sets in `.msh`, and meshio in `.vtk`. Volumes and
+angles between faces are computed independently. In a patch test with scikit-fem, a linear displacement of the whole
+surface must be linear inside, which it is only if neighbours share their faces.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""Cameras as vectorised functions."""
+"""Camera projections are vectorised, invertible and differentiable."""
 
 import pickle
 
@@ -84,7 +84,7 @@ def test_a_scenes_camera_and_pose_make_the_same_scene() -> None:
     scene = fabkit.depth.Scene("rtac0").resized(64, 48)
     camera_from_sensor = np.linalg.inv(scene.sensor_from_camera)
     again = fabkit.depth.Scene("rtac0", camera=scene.camera, pose=camera_from_sensor)
-    # Two matrix inverses apart; without its glass, places would be 0.05 mm off.
+    # Two matrix inverses cause the difference; without the glass, points would be off by 0.05 mm.
     np.testing.assert_allclose(
         again.cast().point_in_sensor, scene.cast().point_in_sensor, rtol=0, atol=1e-9
     )

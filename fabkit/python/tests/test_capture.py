@@ -1,4 +1,4 @@
-"""Simulated pictures through Python."""
+"""Simulated captures from Python."""
 
 import pickle
 
@@ -37,7 +37,7 @@ def test_a_picture_is_the_commands(command, tmp_path):
 def test_colours_and_marks_come_along():
     captured = fabkit.depth.Scene("digit-like").capture(seed=None)
     assert captured.grey.shape == (480, 640, 3)
-    # Each colour comes from its own side.
+    # Each colour's light source is on its own side.
     columns = captured.grey[240].argmax(axis=0)
     assert columns[2] < 320 < columns[0]
     dots = fabkit.depth.Scene("tactip").capture(samples=4, seed=None)

@@ -1,4 +1,4 @@
-"""Errors are the command's: codes and messages; and they name what is wrong."""
+"""Errors have the command's codes and messages, and name the wrong value."""
 
 import json
 import pickle
@@ -20,7 +20,7 @@ def test_a_file_with_problems_gives_all_of_them_with_lines(command, tmp_path):
     error = caught.value
     document = json.loads(done.stdout)
     assert (error.code, error.exit_code) == ("bad-input", done.returncode)
-    # Here the value is as written; the command has it as a number too.
+    # Python has the value as written; the command has it as a number too.
     told = [{**problem, "value": problem["written"]} for problem in document["problems"]]
     for problem, one in zip(error.problems, told, strict=True):
         assert vars(problem) == {name: one[name] for name in vars(problem)}
@@ -108,7 +108,7 @@ def test_every_short_call_has_that_net():
 
     sources = Path(__file__).parent.parent / "src"
     bare = [path.name for path in sources.glob("*.rs") if "py.detach(" in path.read_text()]
-    # The first has the net; in the second it is the command's own.
+    # The first catches panics itself; in the second the command does.
     assert sorted(bare) == ["command.rs", "running.rs"]
 
 

@@ -1,4 +1,4 @@
-"""Presses of soft layers through Python."""
+"""Presses of soft layers from Python."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def test_a_press_is_the_commands(command, rtac0, tmp_path):
 def test_nodes_add_up_to_the_force(rtac0):
     pressed = fabkit.press(rtac0, "ball@0deg,0deg", 0.5, steps=1, spacing_mm=0.6)
     by_nodes = -(pressed.pressure_mpa * pressed.area_mm2) @ pressed.outward
-    # Nodes stand for their surroundings, over which the normal turns a little.
+    # Each node stands for an area over which the normal varies slightly.
     assert by_nodes == pytest.approx(pressed.force_n, abs=0.02 * np.linalg.norm(pressed.force_n))
     assert pressed.contact_level == "linear"
     assert pressed.bulge_mm > 0.0

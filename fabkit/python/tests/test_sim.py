@@ -1,4 +1,4 @@
-"""Sensors that are kept ready, beside what single presses and captures say."""
+"""Prepared sensors (`fabkit.sim`) agree with single presses and captures."""
 
 import pickle
 import runpy
@@ -25,20 +25,20 @@ def rtac0():
 def test_a_press_is_what_press_and_capture_say(rtac0):
     felt = rtac0.press(PRESS, seed=None)
     single = fabkit.press("rtac0", "hemisphere@30deg,0deg", 0.8, spacing_mm=0.6, steps=1)
-    # One looks at a patch around the place, the other at the whole dome: nodes differ.
+    # One solves a patch around the contact, the other the whole dome: nodes differ.
     assert_allclose(felt.force_n, single.force_n, atol=0.05 * np.linalg.norm(single.force_n))
     captured = rtac0.scene.capture(PRESS, seed=None, spacing_mm=0.6)
     assert np.abs(felt.image - captured.grey.round()).max() <= 3
     seen = captured.truth.contact & felt.contact
     assert seen.sum() > 0.8 * captured.truth.contact.sum()
     assert_allclose(felt.depth_mm[seen], captured.truth.indentation_mm[seen], atol=1e-3)
-    # Between nodes 0.6 mm apart.
+    # Interpolation between nodes 0.6 mm apart.
     assert abs(felt.deepest_mm - 0.8) < 0.05
 
 
 @pytest.mark.parametrize("name", ["rtac0", "digit-like"])
 def test_fewer_pixels_see_the_same(name):
-    """Through whatever bends light: four pixels in their middle."""
+    """Compare each pixel with the middle of the four it replaces, with and without refraction."""
     scene = fabkit.depth.Scene(name)
     camera = scene.camera
     small = scene.resized(camera.width_px // 2, camera.height_px // 2)
@@ -68,7 +68,7 @@ def test_presses_do_not_know_each_other(rtac0):
     ],
 )
 def test_what_is_kept_looks_like_what_is_captured(name, light, press, spacing_mm):
-    """Of marks and of glowing layers, too, only what has moved is painted anew."""
+    """Check images with markers and fluorescent layers, where only changed pixels are redrawn."""
     sensor = sim.Sensor(name, size_px=(80, 60), spacing_mm=spacing_mm, light=light)
     felt = sensor.press(press, seed=None)
     captured = sensor.scene.capture(press, seed=None, spacing_mm=spacing_mm, light=light)
@@ -80,7 +80,7 @@ def test_what_is_kept_looks_like_what_is_captured(name, light, press, spacing_mm
 
 
 def test_an_environment_around_it():
-    """The example's, by gymnasium's own rules."""
+    """Check the example's environment by gymnasium's own rules."""
     path = Path(__file__).parents[1] / "examples/robots/gymnasium_touch.py"
     touch = runpy.run_path(str(path))["Touch"]()
     check_env(touch, skip_render_check=True)
@@ -90,7 +90,7 @@ def test_an_environment_around_it():
 
 
 def test_a_first_touch_is_nothing(rtac0):
-    """A loop that comes down on a sensor does not stop between nothing and a contact."""
+    """Check that a control loop does not fail between no contact and the first contact."""
     depths_mm = [0.002, 0.005, 0.01, 0.02]
     tip = rtac0.sensor_from_touch[:3, 3]
     felt = [rtac0.press(sim.ball(4.0).at(*np.add(tip, [0, 0, 4.0 - mm]))) for mm in depths_mm]
@@ -108,18 +108,18 @@ def test_what_does_not_touch_leaves_it_at_rest(rtac0):
 
 
 def test_bodies_of_ones_own(rtac0):
-    """A box by its edges, and by its triangles; a ball, and its own name for one."""
+    """Compare a box by edges with one by triangles, and a ball with a named press."""
     at = (0.5, 0, TIP_MM + 3 - 0.4)
     mesh = fabkit.sim.convex(*_box_mesh(4, 5, 6))
     felt = [rtac0.press(body.at(*at), seed=None) for body in (sim.box(4, 5, 6), mesh)]
     assert_allclose(felt[0].force_n, felt[1].force_n, atol=1e-9)
     assert_allclose(felt[0].depth_mm, felt[1].depth_mm, atol=1e-6)
     assert felt[0].force_n[2] < -0.1
-    # Two at once push more than one.
+    # Two bodies at once give more force than one.
     both = rtac0.press([sim.ball(3).at(4, 0, 22.5), sim.ball(3).at(-4, 0, 22.5)], seed=None)
     one = rtac0.press(sim.ball(3).at(4, 0, 22.5), seed=None)
     assert both.force_n[2] < 1.5 * one.force_n[2] < 0
-    # Rings of nodes turn by a fraction of a step from one to the next.
+    # Nodes of neighbouring rings are rotated by a fraction of a step against each other.
     assert abs(both.force_n[0]) < 0.01 * abs(both.force_n[2])
 
 
@@ -142,7 +142,7 @@ def test_a_way_along_the_surface_needs_friction(rtac0):
 def test_what_cannot_press_is_refused(rtac0, presser, says):
     with pytest.raises(fabkit.FabkitError, match=says):
         rtac0.press(presser)
-    # It is as ready as before.
+    # The sensor still works after the error.
     assert rtac0.press(PRESS).contact.any()
 
 
@@ -178,7 +178,7 @@ def test_marks_are_followed_by_their_names():
         assert both.seen.all()
         assert_array_equal(both.px[0], marks.rest_px)
         assert_array_equal(marks.follow(pressed).px, both.px[1])
-        # One ray a pixel: a marker's middle is known to 0.1 px, a column's end to a pixel.
+        # With one ray for each pixel, a marker is located to 0.1 px, a column's end to a pixel.
         off = np.linalg.norm(both.moved_px[1] - (true_px[1] - true_px[0]), axis=1)
         assert np.median(off) < (0.15 if light == "white" else 0.5)
     assert marks.names == [f"column {i + 1}" for i in range(16)]
@@ -207,11 +207,11 @@ def test_pictures_of_a_skin():
     both = skin.press_all(presses, lights=lights, seed=7)
     assert both.images["display"].shape == (2, 120, 160, 3)
     assert both.images["white"].shape == (2, 120, 160)
-    # Each picture has its own noise, whatever is asked for beside it.
+    # The noise of an image does not depend on the other images of the call.
     second = skin.press_all(presses[1:], lights=lights, seed=8)
     for light in lights:
         assert_array_equal(second.images[light][0], both.images[light][1])
-    # Marks are bright where `mark_px` says, pressed and not.
+    # Markers are bright at `mark_px`, pressed and not.
     ideal = skin.press_all(presses, lights=["white"], seed=None)
     for image, pixels in zip(ideal.images["white"], ideal.mark_px, strict=True):
         columns, rows = pixels[np.isfinite(pixels).all(axis=1)].round().astype(int).T

@@ -1,4 +1,4 @@
-"""Sweeps from Python: the command's bytes on any executor, and errors that name the culprit."""
+"""Sweeps from Python: the command's bytes on any executor, and errors that name the cause."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def test_a_bad_metric_is_named_and_finished_rows_are_kept(
     assert (caught.value.metric, caught.value.variant) == ("mine", 1)
     kept = list((tmp_path / "out" / "sweep.partial").glob("rows-*.jsonl"))
     assert [json.loads(line)["variant"] for path in kept for line in path.open()] == [0]
-    # Corrected, it goes on; the rows are those of an undisturbed run.
+    # With a corrected metric the sweep resumes; the rows are those of an undisturbed run.
     good = {"mine": lambda _: 6.0}
     fabkit.sweep.run(plan, tmp_path / "out", metrics=good, resume=True)
     fabkit.sweep.run(plan, tmp_path / "whole", metrics=good)
@@ -138,7 +138,7 @@ def test_an_explorer_computes_what_an_optimiser_asks_for(tmp_path: Path) -> None
     }
 
     class Trial:
-        """Takes the middle or the first, as Optuna's trials take anything."""
+        """A stand-in for Optuna's trials that suggests the middle or the first choice."""
 
         def suggest_float(self, _: str, low: float, high: float, *, log: bool) -> float:
             assert not log
@@ -208,7 +208,7 @@ def test_what_the_bench_cannot_press_is_an_empty_cell_with_a_note() -> None:
     row = fabkit.sweep.load(
         {
             "sensor": "rtac0",
-            # Thinner than the semi-domes of the bench are deep.
+            # A gel thinner than the depth of the bench's semi-domes.
             "axes": {"translucent_gel.thickness": ["0.9 mm"]},
             "metrics": ["depth_mae_mm", "coverage"],
         }

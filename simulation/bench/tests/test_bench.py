@@ -1,4 +1,4 @@
-"""Benches: figures that the seed decides, tables that need no network, errors that help."""
+"""Benches: reproducible figures, reports that work offline, helpful errors."""
 
 from __future__ import annotations
 
@@ -132,11 +132,11 @@ def test_likeness_is_that_of_its_formula() -> None:
     same = _likeness.likeness(one, one)
     assert np.allclose(same, 1, rtol=0, atol=1e-12)
     assert np.array_equal(_likeness.likeness(one, other), _likeness.likeness(other, one))
-    # Two even greys have no form: what is left is the law of light.
+    # Constant images have no structure: only the luminance term of SSIM remains.
     dark, light = np.full((1, 16, 16), 0.2), np.full((1, 16, 16), 0.7)
     expected = (2 * 0.2 * 0.7 + 1e-4) / (0.2**2 + 0.7**2 + 1e-4)
     assert abs(_likeness.likeness(dark, light)[0] - expected) < 1e-9
-    # One window: means, and variances of samples, by numpy's own names.
+    # A single window: means and sample variances by numpy.
     a, b = one[:, :7, :7], other[:, :7, :7]
     for x, y, found in zip(a, b, _likeness.likeness(a, b), strict=True):
         (xx, xy), (_, yy) = np.cov(x.ravel(), y.ravel())
@@ -150,7 +150,7 @@ def test_a_code_keeps_what_it_has_learned() -> None:
     pictures = _likeness.drawn(places, 2.0, 24)
     assert pictures.min() == 0
     assert pictures.max() == 1
-    # Area of five discs, where none overlaps another: at most that.
+    # Upper bound: the area of five discs without overlap.
     assert pictures.sum(axis=(1, 2)).max() < 5 * np.pi * 2.5**2
     code = _likeness.Code(pictures, 11)
     assert np.allclose(code.decode(code.encode(pictures)), pictures, rtol=0, atol=1e-9)
@@ -199,7 +199,7 @@ def test_papers_networks_need_pytorch_and_say_so(monkeypatch) -> None:
 
     family = sheet_mold.FAMILY
     asked = family.experiments["networks"]
-    # In minutes nobody waits for them, and nobody is told off for not having them.
+    # A quick run neither runs them nor complains that PyTorch is missing.
     quick = {name: lambda _: [] for name in family.experiments if name not in family.deep}
     monkeypatch.setattr(_run, "_family", lambda _: replace(family, experiments={**quick}))
     assert bench.run("fluidic").rows == []
@@ -254,7 +254,7 @@ def test_papers_networks_learn_and_are_the_same_again() -> None:
 
 def test_an_edge_is_followed() -> None:
     size = pin_tip.Size(
-        # The sensor's own alone.
+        # Only the sensor's own pin layout.
         tips=(),
         angles_deg=(-40, 0, 40),
         radii_mm=(-4, 0, 4),
@@ -269,7 +269,7 @@ def test_an_edge_is_followed() -> None:
     for row in rows:
         assert 1 <= row.samples <= 4
         assert row.simulated is not None
-        # It began on the edge: a class is no farther off than the classes are apart.
+        # It starts on the edge: the error is at most the distance of classes.
         assert row.simulated < {"deg": 60.0, "mm": 6.0}[row.unit]
 
 
@@ -364,10 +364,10 @@ _PIXEL_MM = 0.08
 
 
 def _covered(diameter_mm: float) -> np.ndarray:
-    """Cover a level surface by dots 1.4 mm apart: 120 x 120 pixels of 0.08 mm."""
+    """Cover a plane surface with dots 1.4 mm apart: 120 x 120 pixels of 0.08 mm."""
     rows, columns = (np.mgrid[:120, :120] - 59.5) * _PIXEL_MM
     points_mm = np.stack([columns, rows, np.zeros((120, 120))], axis=-1)
-    # Middles may be followed to beside the surface.
+    # Tracked middles may be slightly off the surface.
     middles_mm = np.column_stack([_DOTS_MM, np.full(len(_DOTS_MM), 0.1)])
     return _occlusion.covered(points_mm, middles_mm, _DOTS_MM / _PIXEL_MM + 59.5, diameter_mm)
 
@@ -375,17 +375,17 @@ def _covered(diameter_mm: float) -> np.ndarray:
 @pytest.mark.parametrize("diameter_mm", [0.5, 0.7])
 def test_opaque_markers_cover_their_area(diameter_mm) -> None:
     area_mm2 = _covered(diameter_mm).sum() * _PIXEL_MM**2
-    # Dots of some pixels on a grid that does not fit theirs: 3 % is a tenth of a pixel of radius.
+    # Discretisation: dots of a few pixels; 3 % of the area is a tenth of a pixel in radius.
     assert area_mm2 == pytest.approx(len(_DOTS_MM) * np.pi * diameter_mm**2 / 4, rel=0.03)
 
 
 def test_larger_opaque_markers_hide_more_of_a_bump() -> None:
-    # Three lamps at 120 degrees light a level ground with a bump, 1 mm high, 6 mm wide.
+    # Three light sources at 120 degrees illuminate a plane with a bump, 1 mm high, 6 mm wide.
     rows, columns = (np.mgrid[:120, :120] - 59.5) * _PIXEL_MM
     height_mm = np.maximum(1 - (rows**2 + columns**2) / 9, 0) ** 2
     down, across = np.gradient(height_mm, _PIXEL_MM)
     angles = np.deg2rad([90, 210, 330])
-    # Each lamp is a little brighter on its own side, as lamps at the rim are.
+    # Each light is slightly brighter on its own side, like light sources at the rim.
     lit = [1 - across * np.cos(a) - down * np.sin(a) for a in angles]
     near = [1 + 0.02 * (columns * np.cos(a) + rows * np.sin(a)) for a in angles]
     bump, level = 80 * np.stack(lit, axis=-1), 80 * np.stack(near, axis=-1)
@@ -393,10 +393,10 @@ def test_larger_opaque_markers_hide_more_of_a_bump() -> None:
     ground = np.full_like(level, 80.0)
     shares = [np.zeros((120, 120)), _covered(0.5), _covered(0.7)]
     dark = [1 - 0.9 * share[..., None] for share in shares]
-    # Ink that is lit as the coat is shows the same slopes, however dark.
+    # Ink that reflects like the coat shows the same slopes, however dark it is.
     as_lit = [stereo.largest(bump * one, ground * one) for one in dark]
     assert as_lit == pytest.approx([as_lit[0]] * 3, rel=1e-6)
-    # Its own unit is the pixel, and sums of waves are 0 in the mean. Bends between pixels: 1 %.
+    # Heights are in pixels with mean 0. Curvature between pixels: 1 %.
     assert as_lit[0] * _PIXEL_MM == pytest.approx(1 - height_mm.mean(), rel=0.01)
     bare, small, large = (
         stereo.largest(bump * one, ground * one, (share, share))

@@ -1,4 +1,4 @@
-"""What benches have trained, as ONNX with cards: the same answers, and files of one run."""
+"""ONNX files of trained networks give the same outputs, and their cards are consistent."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fabkit_bench._networks import Card, HeldOut, Numbers
 
 onnxruntime = pytest.importorskip("onnxruntime")
 RANDOM = np.random.default_rng(0)
-# Far from 0 and of unlike sizes, as pixels and greys are; one of them does not vary.
+# Features far from 0 and of different sizes, like pixels and intensities; one of them is constant.
 FEATURES = RANDOM.normal([100.0, -3.0, 0.02, 7.0], [40.0, 0.5, 0.01, 0.0], (80, 4))
 TARGETS = np.column_stack(
     [20 + 0.05 * FEATURES[:, 0], np.abs(FEATURES[:, 1]) + 30 * FEATURES[:, 2]]
@@ -35,17 +35,17 @@ def answered(onnx: bytes, given: np.ndarray) -> np.ndarray:
 
 
 def bound(layers, given: np.ndarray) -> np.ndarray:
-    """How far layers in float32 may be off, by rounding alone, from what they are in float64."""
+    """Compute the largest rounding error of layers in float32, compared with float64."""
     unit = 2.0**-24
     error = unit * np.abs(given)
     for i, layer in enumerate(layers):
         sizes = np.abs(layer.weights)
-        # A weight, a product and all sums of an output are rounded.
+        # Rounding of a weight, of a product, and of all sums of an output.
         rounded = (len(sizes) + 2) * unit * (np.abs(given) @ sizes + np.abs(layer.bias))
         error = error @ sizes + rounded
         given = given @ layer.weights + layer.bias
         given = np.maximum(given, 0) if i + 1 < len(layers) else given
-    # What is of second order is left out above.
+    # Allows for terms of second order, which are left out above.
     return 1.01 * error
 
 
@@ -54,7 +54,7 @@ def agree(onnx: bytes, layers, given: np.ndarray, wanted: np.ndarray) -> None:
     wanted = wanted.reshape(found.shape)
     within = bound(layers, given)
     assert (np.abs(found - wanted) <= within).all()
-    # It says something.
+    # The bound is meaningful only if it is small.
     assert within.max() < 1e-3 * np.ptp(wanted)
 
 
@@ -104,7 +104,7 @@ def test_a_gaussian_process_answers_the_same() -> None:
         beside = features + 0.3 * FEATURES.std(axis=0)[: features.shape[1]]
         written = process.written()
         found = answered(written.onnx, beside)
-        # Weights of both signs times numbers up to 1, rounded in float64.
+        # Rounding in float64: weights of both signs times numbers up to 1.
         weights = np.abs(process._model.alpha_).sum() * process._model.kernel_.k1.k1.constant_value
         within = 100 * 2.0**-53 * (1 + weights) * (TARGETS[:, 1].max() + 1)
         assert np.abs(found[:, 0] - process.predict(beside)).max() <= within < 1e-6
@@ -118,7 +118,7 @@ def test_histograms_find_the_same_class() -> None:
     classes = np.array([(a, r) for r, a in enumerate([-40.0, -20.0, 0.0, 20.0, 40.0])])
     small = counts.astype(np.uint8)
     taught = pin_tip.Perceived(classes, small, 4, (4, 3), likelihood, train[:, :0])
-    # All steps of grey, each of the brightnesses that the chip reads as it.
+    # All 8-bit intensities, including all that map to the same step of the chip.
     pictures = RANDOM.integers(0, 256, (40, 4, 3)).astype(np.uint8)
     pictures[0] = 0
     pictures[1] = 255
@@ -132,7 +132,7 @@ def test_papers_networks_answer_the_same() -> None:
 
     def near(onnx, given, wanted) -> None:
         found = answered(onnx, given).reshape(wanted.shape)
-        # Sums of hundreds of numbers in float32, layer after layer.
+        # Rounding: sums of hundreds of numbers in float32 in each layer.
         assert np.abs(found - wanted).max() < 1e-5 * max(1.0, np.abs(wanted).max())
 
     pictures, forces = RANDOM.normal(3, 20, (8, 1, 30, 41)), RANDOM.normal(1, 2, (8, 3))
@@ -204,7 +204,7 @@ def test_networks_of_an_earlier_run_are_not_left_there(report, tmp_path) -> None
     report.save(tmp_path)
     folder = tmp_path / "networks"
     changed, *_, last = sorted(report.networks)
-    # Somebody else's, and what somebody has made of one of these.
+    # Foreign files, and one of these files after a change.
     (folder / "mine.json").write_text('{"format": "mine"}')
     (folder / "odd.json").write_text("no JSON")
     (folder / "list.json").write_text("[1]")

@@ -1,4 +1,4 @@
-"""Networks that are trained with numpy, what is written of them, and what reads that."""
+"""Networks that are trained with numpy, their ONNX files, and fabkit's evaluation of these."""
 
 import json
 
@@ -56,7 +56,7 @@ def test_what_is_written_is_what_was_trained(form, tmp_path):
     wide = np.pad(darkness, side // 2)
     squares = np.lib.stride_tricks.sliding_window_view(wide, (side, side))[contact]
     wanted = 2 * np.maximum(network.predict(squares.astype(np.float32)), 0)
-    # At the border the second convolution sees zeros where the square still sees what is beyond.
+    # Borders differ: the second convolution pads with zeros, training squares contain real pixels.
     inner = np.zeros_like(contact)
     inner[side:-side, side:-side] = True
     assert inner[contact].sum() > 50

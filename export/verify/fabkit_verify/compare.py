@@ -171,7 +171,7 @@ def _lines(samples: dict, rebuilt: Rebuilt) -> list[Check]:
     origins = numpy.array([line["origin_mm"] for line in lines])
     directions = numpy.array([line["direction"] for line in lines])
     limit = rebuilt.chord_mm + FLOAT32_MM if rebuilt.chord_mm else EXACT_DISTANCE_MM
-    off: list[_Off] = []
+    off: list[_Deviation] = []
     bundles = [0.0 for _ in samples["bundle_mm2"]]
     for line, hits, origin, direction in zip(
         lines, rebuilt.crossings(origins, directions), origins, directions
@@ -182,7 +182,7 @@ def _lines(samples: dict, rebuilt: Rebuilt) -> list[Check]:
         off += found
         if line["of"].startswith("bundle "):
             number = int(line["of"].removeprefix("bundle "))
-            bundles[number] += samples["bundle_mm2"][number] * _between(line["t_mm"], hits)
+            bundles[number] += samples["bundle_mm2"][number] * _length_in_one(line["t_mm"], hits)
     off.sort(key=lambda o: -o.distance_mm)
     worst = off[0].distance_mm if off else 0.0
     beyond = [o for o in off if o.distance_mm > limit]
@@ -201,7 +201,7 @@ def _lines(samples: dict, rebuilt: Rebuilt) -> list[Check]:
     ]
 
 
-def _between(exact: list[float], hits: numpy.ndarray) -> float:
+def _length_in_one(exact: list[float], hits: numpy.ndarray) -> float:
     """Computes the length of the line that is inside one solid and outside the other."""
     if len(hits) % 2:
         return 0.0  # Through an edge: a kernel with tolerances met only one of its two faces.
@@ -214,13 +214,13 @@ def _between(exact: list[float], hits: numpy.ndarray) -> float:
 
 
 @dataclass(frozen=True)
-class _Off:
+class _Deviation:
     distance_mm: float
     of: str
     at_mm: numpy.ndarray
 
 
-def _compare_line(line, hits, origin, direction, limit, rebuilt) -> list[_Off]:
+def _compare_line(line, hits, origin, direction, limit, rebuilt) -> list[_Deviation]:
     """Measures the distance of each crossing to the nearest one of the other solid, along the normal.
 
     Close to an edge, a line may cross one solid twice and the other not at all, or the two solids on
@@ -231,7 +231,7 @@ def _compare_line(line, hits, origin, direction, limit, rebuilt) -> list[_Off]:
     found = []
 
     def add(distance: float, t: float) -> None:
-        found.append(_Off(float(distance), line["of"], origin + t * direction))
+        found.append(_Deviation(float(distance), line["of"], origin + t * direction))
 
     for t, c in zip(exact, cosine):
         distance = numpy.abs(hits - t).min(initial=numpy.inf) * c

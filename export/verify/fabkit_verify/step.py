@@ -90,7 +90,7 @@ class StepJob:
         read, names = _read(path)
         if names != [self.name]:
             raise RebuildError(f"the file names {names}, not {self.name}")
-        _same(body.shape, read, body.volume_mm3)
+        _check_same(body.shape, read, body.volume_mm3)
         return [self.name], occt.face_types(read)
 
     def _assembly(self) -> tuple[list[str], dict[str, int]]:
@@ -121,7 +121,7 @@ class StepJob:
         read, names = _read(path)
         if names != [self.name]:
             raise RebuildError(f"the file names {names}, not {self.name}")
-        _same_volume(occt.volume_mm3(read), volume)
+        _check_volume(occt.volume_mm3(read), volume)
         return parts, occt.face_types(read)
 
 
@@ -139,17 +139,17 @@ def _load(folder: Path, name: str) -> _Body:
     """Reads a body's documents, rebuilds its solid and names its faces."""
     tree = document.read(folder / f"{name}.tree.json")
     samples = document.read_samples(folder / f"{name}.samples.json")
-    shape = _plain(build(tree["solid"], StorableCadquery()).wrapped)
+    shape = _unwrapped(build(tree["solid"], StorableCadquery()).wrapped)
     if not BRepCheck_Analyzer(shape).IsValid():
         raise RebuildError(f"{name}: OpenCascade calls its own shape invalid")
     volume = samples["figures"]["volume_mm3"]
-    _same_volume(occt.volume_mm3(shape), volume)
+    _check_volume(occt.volume_mm3(shape), volume)
     probe = occt.Probe(shape)
     names = face_names(tree, samples, probe)
     return _Body(tree, shape, list(zip(probe.faces, names)), volume)
 
 
-def _plain(shape: TopoDS_Shape) -> TopoDS_Shape:
+def _unwrapped(shape: TopoDS_Shape) -> TopoDS_Shape:
     """Removes a placement, and a compound around a single solid: with either, STEP would store a part as
     an assembly."""
     solids = occt.subshapes(shape, TopAbs_SOLID)
@@ -162,16 +162,16 @@ def _plain(shape: TopoDS_Shape) -> TopoDS_Shape:
     return BRepBuilderAPI_Transform(origin, place.Transformation(), True).Shape()
 
 
-def _same_volume(found: float, exact: float) -> None:
+def _check_volume(found: float, exact: float) -> None:
     if not abs(found - exact) <= VOLUME * exact:
         raise RebuildError(f"{found} mm3, but the exact volume is {exact} mm3")
 
 
-def _same(written: TopoDS_Shape, read: TopoDS_Shape, exact_mm3: float) -> None:
+def _check_same(written: TopoDS_Shape, read: TopoDS_Shape, exact_mm3: float) -> None:
     """Checks that a shape that was read back is valid and equals the written one."""
     if not BRepCheck_Analyzer(read).IsValid():
         raise RebuildError("what was read back is not valid")
-    _same_volume(occt.volume_mm3(read), exact_mm3)
+    _check_volume(occt.volume_mm3(read), exact_mm3)
     before, after = occt.face_types(written), occt.face_types(read)
     if before != after:
         raise RebuildError(f"{after} faces were read back, {before} were written")

@@ -47,7 +47,7 @@ def vector(values: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
     return given
 
 
-def picture(values: ArrayLike, name: str) -> NDArray[np.float32]:
+def luminance(values: ArrayLike, name: str) -> NDArray[np.float32]:
     """Convert an image to luminance from 0 to 1, (rows, columns).
 
     The input is (rows, columns), or (rows, columns, 3 or 4) in the order RGB; alpha is ignored.

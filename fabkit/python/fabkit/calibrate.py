@@ -154,7 +154,7 @@ def find_corners(
     FabkitError
         The image shows no such board (the message says why), or has another shape or dtype.
     """
-    grey = _arrays.picture(picture, name)
+    grey = _arrays.luminance(picture, name)
     cv2 = _opencv(detector)
     if cv2 is not None:
         return _with_opencv(cv2, grey, board, name)
@@ -179,7 +179,7 @@ def find_pins(reference: ArrayLike, picture: ArrayLike, *, brighter: bool = Fals
     The pins, the strongest first; their holes are not known.
     """
     pixels, sigmas = _fabkit.find_pins(
-        _arrays.picture(reference, "reference"), _arrays.picture(picture, "picture"), brighter
+        _arrays.luminance(reference, "reference"), _arrays.luminance(picture, "picture"), brighter
     )
     return Pins(pixels, None, sigmas)
 
@@ -336,7 +336,7 @@ def intrinsics(
         elif isinstance(view, str | os.PathLike):
             files.append(os.fspath(view))
         else:
-            pictures.append((f"view {number}", _arrays.picture(view, f"view {number}")))
+            pictures.append((f"view {number}", _arrays.luminance(view, f"view {number}")))
     if sum(map(bool, (files, pictures, corners))) > 1:
         raise invalid("views are of several kinds; give files, or arrays, or corners")
     native = _fabkit.intrinsics(
@@ -463,12 +463,12 @@ def _opencv(detector: Detector) -> Any:
 def _picture(cv2: Any, view: Any, number: int) -> tuple[str, NDArray[np.float32]]:
     """Return a view's name and its image as luminance from 0 to 1."""
     if not isinstance(view, str | os.PathLike):
-        return f"view {number}", _arrays.picture(view, f"view {number}")
+        return f"view {number}", _arrays.luminance(view, f"view {number}")
     name = str(os.fspath(view))  # pyright: ignore[reportUnknownArgumentType]
     read = cv2.imread(name, cv2.IMREAD_GRAYSCALE)
     if read is None:
         raise invalid(f"cannot read {name} as a picture")
-    return name, _arrays.picture(read, name)
+    return name, _arrays.luminance(read, name)
 
 
 def _with_opencv(

@@ -82,13 +82,13 @@ def pressed(
         options,
     )
     document = json.loads(text)
-    said = {name: document[name] for name in _SAID}
+    said = {name: document[name] for name in _FIGURES}
     for name in ("force_n", "moment_nmm"):
         said[name] = tuple(said[name])
-    return Pressed(**said, **{name: field[name] for name in _FIELD}, document=document)
+    return Pressed(**said, **{name: field[name] for name in _ARRAYS}, document=document)
 
 
-_SAID = (
+_FIGURES = (
     "force_n",
     "moment_nmm",
     "contact_radius_mm",
@@ -99,7 +99,7 @@ _SAID = (
     "contact_level",
     "curve",
 )
-_FIELD = (
+_ARRAYS = (
     "place_mm",
     "outward",
     "displacement_mm",

@@ -286,10 +286,10 @@ class Sensor:
         self.scene = scene
         """The sensor's surface and its camera."""
         self._known: tuple[NDArray[np.float32], str | None, _fabkit.Reconstructor] | None = None
-        self._lit = (light, None if constants is None else os.fspath(constants))
+        self._light = (light, None if constants is None else os.fspath(constants))
         self._live = _fabkit.Live(
             scene._native,  # pyright: ignore[reportPrivateUsage]
-            *self._lit,
+            *self._light,
             samples,
             None if spacing_mm is None else _arrays.length_mm(spacing_mm, "spacing_mm"),
         )
@@ -334,7 +334,7 @@ class Sensor:
         """
         if not asked:
             raise invalid("press_all needs at least one press")
-        return Many(**self._live.press([_native(one) for one in asked]))
+        return Many(**self._live.press([_press_arguments(one) for one in asked]))
 
     def reconstruct(
         self,
@@ -368,17 +368,19 @@ class Sensor:
             The sensor's light shows neither thickness nor slopes, images have another size, or the
             network has other layers.
         """
-        rest = _taken(reference, "reference")
+        rest = _image_array(reference, "reference")
         # Preparation takes seconds; keep the result while reference image and network are the same.
         by = None if network is None else os.fspath(network)
         same = self._known is not None and self._known[1] == by
         if self._known is None or not same or not np.array_equal(self._known[0], rest):
             native = self.scene._native  # pyright: ignore[reportPrivateUsage]
-            self._known = (rest, by, _fabkit.Reconstructor(native, *self._lit, rest, by))
+            self._known = (rest, by, _fabkit.Reconstructor(native, *self._light, rest, by))
         known = self._known[2]
         given = np.asarray(images)
         is_one = given.ndim == np.asarray(reference).ndim
-        shown = [known.depth(_taken(one, "images")) for one in (given[None] if is_one else given)]
+        shown = [
+            known.depth(_image_array(one, "images")) for one in (given[None] if is_one else given)
+        ]
         depth_mm, contact = (np.stack([one[k] for one in shown]) for k in (0, 1))
         return (depth_mm[0], contact[0]) if is_one else (depth_mm, contact)
 
@@ -440,7 +442,7 @@ class MarkFollower:
         scene = design if isinstance(design, Scene) else None
         sensor = design.sensor if isinstance(design, Scene) else design
         sensor = load(sensor) if isinstance(sensor, str) else sensor
-        rest = _taken(reference, "reference")
+        rest = _image_array(reference, "reference")
         self._colors = np.asarray(reference).ndim
         self._known = _fabkit.MarkFollower(
             sensor._project,  # pyright: ignore[reportPrivateUsage]
@@ -468,7 +470,8 @@ class MarkFollower:
         given = np.asarray(images)
         is_one = given.ndim == self._colors
         told = [
-            self._known.follow(_taken(one, "images")) for one in (given[None] if is_one else given)
+            self._known.follow(_image_array(one, "images"))
+            for one in (given[None] if is_one else given)
         ]
         names = ("mark_px", "mark_moved_px", "mark_moved_mm", "mark_seen")
         found = [np.stack([one[name] for one in told]) for name in names]
@@ -580,7 +583,7 @@ class Skin:
         return SkinMany(**told, images=images)
 
 
-def _taken(picture: ArrayLike, name: str) -> NDArray[np.float32]:
+def _image_array(picture: ArrayLike, name: str) -> NDArray[np.float32]:
     """Convert an image to rows x columns x channels, float32 from 0 to 1."""
     given = np.asarray(picture)
     if given.dtype.kind == "u":
@@ -594,7 +597,7 @@ def _taken(picture: ArrayLike, name: str) -> NDArray[np.float32]:
     return np.ascontiguousarray(given, dtype=np.float32)
 
 
-def _native(
+def _press_arguments(
     asked: Asked,
 ) -> tuple[
     list[str],

@@ -175,7 +175,7 @@ class Plan:
 
     def line(self, variant: int, metrics: Mapping[str, Metric] | None = None) -> str:
         """Compute the row of a variant as a line of JSON, for transfer between processes."""
-        return self._native.row(variant, None, _asked(self, variant, metrics))
+        return self._native.row(variant, None, _metric_function(self, variant, metrics))
 
     def _row(self, line: str) -> Row:
         about: dict[str, Any] = json.loads(line)
@@ -236,7 +236,7 @@ class Explorer:
             raise invalid(f"no value for {', '.join(missing)}")
         number = len(self._lines)
         texts = [axis.text(values[axis.path]) for axis in self.plan.axes]
-        asked = _asked(self.plan, number, self._metrics)
+        asked = _metric_function(self.plan, number, self._metrics)
         line = self.plan._native.row(number, texts, asked)  # pyright: ignore[reportPrivateUsage]
         self._lines.append(line)
         return self.plan._row(line)  # pyright: ignore[reportPrivateUsage]
@@ -251,7 +251,7 @@ class Explorer:
     def save(self, out: str | PathLike[str]) -> Sweep:
         """Write the tables of all rows so far into a new folder."""
         native = self.plan._native  # pyright: ignore[reportPrivateUsage]
-        return _sweep(_fabkit.save_sweep(os.fspath(out), native, self._lines))
+        return _finished_sweep(_fabkit.save_sweep(os.fspath(out), native, self._lines))
 
 
 def load(
@@ -330,7 +330,9 @@ def run(
     native = plan._native  # pyright: ignore[reportPrivateUsage]
     with shown(progress, "variants") as told:
         if executor is None and not metrics:
-            return _sweep(_fabkit.run_sweep(os.fspath(out), native, resume, sys.executable, told))
+            return _finished_sweep(
+                _fabkit.run_sweep(os.fspath(out), native, resume, sys.executable, told)
+            )
         path = os.fspath(out)
         with (
             submitter(executor, retries) as submit,
@@ -347,7 +349,7 @@ def run(
                 done += len(lines)
                 if told is not None:
                     told(done, len(plan))
-            return _sweep(store.finish())
+            return _finished_sweep(store.finish())
 
 
 def _rows(
@@ -373,7 +375,7 @@ def _plan(source: str) -> Plan:
     return Plan(_fabkit.SweepPlan.of_source(source))
 
 
-def _asked(
+def _metric_function(
     plan: Plan, variant: int, metrics: Mapping[str, Metric] | None
 ) -> Callable[[_fabkit.Project], tuple[list[tuple[str, float]], list[str]]] | None:
     """Return the function that computes user-defined and bench metrics; ``None`` without any."""
@@ -384,7 +386,7 @@ def _asked(
 
     def ask(project: _fabkit.Project) -> tuple[list[tuple[str, float]], list[str]]:
         sensor = Sensor(project, plan.sensor)
-        values, notes = _benched(sensor, native) if benched else ({}, [])
+        values, notes = _bench_metrics(sensor, native) if benched else ({}, [])
         for name, metric in (metrics or {}).items():
             try:
                 value = float(metric(sensor))
@@ -398,18 +400,18 @@ def _asked(
     return ask
 
 
-def _benched(sensor: Sensor, plan: _fabkit.SweepPlan) -> tuple[dict[str, float], list[str]]:
+def _bench_metrics(sensor: Sensor, plan: _fabkit.SweepPlan) -> tuple[dict[str, float], list[str]]:
     """Compute a variant's bench metrics; return none and a note where presses are impossible."""
     # Without the package no variant has bench metrics: an error, not a note in each row.
     try:
         import fabkit_bench  # other sweeps need none of it
-        from fabkit_bench import _learn  # pyright: ignore[reportPrivateUsage]
+        from fabkit_bench import _models  # pyright: ignore[reportPrivateUsage]
     except ImportError as error:
         hint = "pip install fabkit-cad[bench]"
         raise invalid(
             "the bench's figures need fabkit-bench, which is not installed", hint
         ) from error
-    _learn.needed()
+    _models.require()
     try:
         # The bench draws from seeds below 2^31; a plan's may be larger.
         return fabkit_bench.figures(sensor, seed=plan.seed() % 2**31, names=plan.bench()), []
@@ -422,7 +424,7 @@ def _axis(space: dict[str, Any]) -> Axis:
     return Axis(choices=None if choices is None else tuple(choices), **space)
 
 
-def _sweep(document: str) -> Sweep:
+def _finished_sweep(document: str) -> Sweep:
     about: dict[str, Any] = json.loads(document)
     if about["none_left"] is not None:
         hint = f"the rows are in {about['folder']}"

@@ -86,7 +86,7 @@ def test_corners_are_found(board, detector, dtype):
     assert min(errors) < (0.1 if detector == "fabkit" else 0.2)
 
 
-def test_pictures_that_cannot_be_used_say_why(rtac0, board):
+def test_unusable_images_are_errors(rtac0, board):
     grey = np.full((480, 640), 0.5)
     with pytest.raises(fabkit.FabkitError, match="no contrast"):
         fabkit.calibrate.find_corners(grey, board, detector="fabkit")
@@ -146,7 +146,7 @@ def test_extrinsics_from_pins(rtac0, tmp_path):
         )
 
 
-def test_lens_and_pose_are_unsure_together(rtac0, board, truth, tmp_path):
+def test_joint_covariance_of_lens_and_pose(rtac0, board, truth, tmp_path):
     lens = fabkit.calibrate.intrinsics(
         rtac0, board, list(views(board, truth, 0.1)), models=["kannala-brandt"]
     )
@@ -183,7 +183,7 @@ def test_lens_and_pose_are_unsure_together(rtac0, board, truth, tmp_path):
     assert not np.allclose(apart.cast(print_sigma_mm=0.0).sigma_mm, sigmas[0], equal_nan=True)
 
 
-def test_a_plan_says_what_the_command_says(tmp_path):
+def test_plan_equals_the_commands(tmp_path):
     # For this sensor no images of pins are rendered, which takes most of the time for others.
     planned = fabkit.calibrate.plan("tactip", captures=2, pins=5)
     words = ["calibrate", "plan", "tactip", "--captures", "2", "--pins", "5", "--json"]
@@ -203,7 +203,7 @@ def test_a_plan_says_what_the_command_says(tmp_path):
     assert fabkit.calibrate.plan("tactip", done=tmp_path, captures=1, pins=5) == after
 
 
-def test_plans_refuse_what_they_cannot_mean():
+def test_invalid_plan_arguments_are_errors():
     with pytest.raises(fabkit.FabkitError, match="hole 999"):
         fabkit.calibrate.plan("shadowtac", done=[[999]], pin="short")
     with pytest.raises(fabkit.FabkitError, match="limits are 1 and 500"):

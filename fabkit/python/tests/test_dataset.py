@@ -72,7 +72,7 @@ def test_samples_are_chosen_like_items_of_a_list(folders):
             data[wrong]
 
 
-def test_halves_are_what_the_camera_sees(folders, rtac0):
+def test_halves_equal_ground_truth(folders, rtac0):
     data = fabkit.dataset.open(folders / "written")
     left, right = np.unravel_index(5, (3, 3))
     assert data.halves[5].tolist() == [left, 3 + right]
@@ -91,7 +91,7 @@ def test_halves_are_what_the_camera_sees(folders, rtac0):
         np.testing.assert_allclose(range_mm[mask], truth.range_mm[mask], rtol=0, atol=1.2e-7)
 
 
-def test_a_data_set_from_python_is_the_commands(folders, rtac0, tmp_path):
+def test_data_set_from_python_equals_the_commands(folders, rtac0, tmp_path):
     told = []
     presses = folders / "presses.txt"
     data = fabkit.dataset.write(
@@ -130,7 +130,7 @@ class Losing:
 
 
 @pytest.mark.parametrize("kind", ["stitched", "written"])
-def test_halves_cast_elsewhere_are_the_same_bytes(folders, rtac0, tmp_path, kind):
+def test_halves_from_an_executor_are_the_same_bytes(folders, rtac0, tmp_path, kind):
     options = {"presses": folders / "presses.txt", "materialise": kind == "written"}
     context = multiprocessing.get_context("spawn")
     with concurrent.futures.ProcessPoolExecutor(1, mp_context=context) as executor:
@@ -153,7 +153,7 @@ def test_lost_shards_are_tried_again_and_finished_ones_are_kept(folders, rtac0, 
     assert tree(tmp_path / "lost") == tree(folders / "stitched")
 
 
-def test_sensors_and_scenes_travel(rtac0, tmp_path):
+def test_sensors_and_scenes_can_be_pickled(rtac0, tmp_path):
     file = tmp_path / "thin.yaml"
     file.write_text("format: 1\nextends: rtac0\nname: thin\n")
     sensor = fabkit.load(file, coat__thickness="0.1 mm")
@@ -169,7 +169,7 @@ def test_sensors_and_scenes_travel(rtac0, tmp_path):
     np.testing.assert_array_equal(scene.sensor_from_camera, again.sensor_from_camera)
 
 
-def test_splits_share_nothing(folders):
+def test_splits_share_no_pattern(folders):
     sizes = {
         split: len(fabkit.dataset.open(folders / "stitched", split))
         for split in ("train", "validation", "test", "mixed")
@@ -193,7 +193,7 @@ def test_forked_processes_can_read(folders):
             assert found == expected
 
 
-def test_damage_is_noticed(folders, tmp_path):
+def test_damaged_files_are_errors(folders, tmp_path):
     (tmp_path / "halves").mkdir()
     with pytest.raises(fabkit.FabkitError) as caught:
         fabkit.dataset.open(tmp_path)
@@ -219,7 +219,7 @@ def read_all(folder):
 
 
 @pytest.mark.parametrize("kind", ["stitched", "written"])
-def test_every_flipped_bit_is_noticed(folders, tmp_path, kind):
+def test_every_flipped_bit_is_an_error(folders, tmp_path, kind):
     shutil.copytree(folders / kind, tmp_path / "set")
     random = np.random.default_rng(1)
     read_all(tmp_path / "set")
@@ -242,7 +242,7 @@ def test_every_flipped_bit_is_noticed(folders, tmp_path, kind):
     read_all(tmp_path / "set")
 
 
-def test_metadata_that_was_made_up_is_refused(folders, tmp_path):
+def test_invalid_metadata_is_an_error(folders, tmp_path):
     path = folders / "stitched/halves/label/zarr.json"
     whole = path.read_text()
     shape = '"shape": [\n    6,\n    480,\n    640\n  ]'
@@ -257,7 +257,7 @@ def test_metadata_that_was_made_up_is_refused(folders, tmp_path):
         path.write_text(whole)
 
 
-def test_what_workers_send_is_looked_at(folders, rtac0, tmp_path):
+def test_data_from_workers_is_validated(folders, rtac0, tmp_path):
     class Lying(Losing):
         """An executor that returns given data instead of a shard."""
 

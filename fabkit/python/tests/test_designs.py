@@ -37,7 +37,7 @@ def test_values_are_numbers_in_their_units(rtac0: fabkit.Sensor) -> None:
     assert dome.fixtures.pin_dome.captures.pins == 5
 
 
-def test_a_sensor_is_replaced_by_another(rtac0: fabkit.Sensor) -> None:
+def test_replace_changes_parameters(rtac0: fabkit.Sensor) -> None:
     thin = fabkit.load("rtac0", coat__thickness="0.1 mm")
     wide = thin.replace(surface__radius=1.1 * thin.surface.radius)
     assert (wide.surface.radius, wide.coat.thickness) == (16.5, 0.1)
@@ -60,7 +60,7 @@ def test_a_sensor_is_replaced_by_another(rtac0: fabkit.Sensor) -> None:
     assert problem.limit["max"] == 60.0
 
 
-def test_how_it_is_built_and_what_is_bought(rtac0: fabkit.Sensor) -> None:
+def test_build_steps_and_components(rtac0: fabkit.Sensor) -> None:
     steps = {step.name: step for step in rtac0.chain}
     pour = steps["pour-transparent-gel"]
     assert pour.batch is not None

@@ -52,14 +52,14 @@ def test_a_progress_that_raises_stops_the_work(rtac0, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_progress_is_told(rtac0, tmp_path):
+def test_progress_is_reported(rtac0, tmp_path):
     told = []
     rtac0.export(tmp_path, formats=["stl"], progress=lambda *at: told.append(at))
     assert told[-1] == (13, 13)
     assert told == sorted(told)
 
 
-def test_the_command_stops_as_it_should():
+def test_interrupted_command_exits_cleanly():
     # Runs `fabkit check uvdtact`, and prints when Python has started.
     script = "import sys; from fabkit.__main__ import main; print('ready', flush=True); main()"
     line = [sys.executable, "-c", script, "check", "uvdtact"]
@@ -71,7 +71,7 @@ def test_the_command_stops_as_it_should():
     assert (process.returncode, text) == (130, "error: interrupted\n")
 
 
-def test_the_command_is_the_command(command):
+def test_the_command_of_the_package_works(command):
     import fabkit
 
     assert command("--version") == f"fabkit {fabkit.__version__}\n"

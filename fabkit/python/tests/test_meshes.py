@@ -12,7 +12,7 @@ import trimesh
 import fabkit
 
 
-def test_arrays_are_what_they_promise(rtac0):
+def test_array_shapes_and_types(rtac0):
     mesh = rtac0.parts["base"].mesh(tolerance_mm=0.02)
     assert (mesh.vertices.dtype, mesh.triangles.dtype) == (np.float64, np.uint32)
     assert mesh.vertices.flags.c_contiguous

@@ -22,7 +22,7 @@ def rtac0():
     return sim.Sensor("rtac0", size_px=SIZE_PX, spacing_mm=0.6)
 
 
-def test_a_press_is_what_press_and_capture_say(rtac0):
+def test_prepared_press_agrees_with_press_and_capture(rtac0):
     felt = rtac0.press(PRESS, seed=None)
     single = fabkit.press("rtac0", "hemisphere@30deg,0deg", 0.8, spacing_mm=0.6, steps=1)
     # One solves a patch around the contact, the other the whole dome: nodes differ.
@@ -37,7 +37,7 @@ def test_a_press_is_what_press_and_capture_say(rtac0):
 
 
 @pytest.mark.parametrize("name", ["rtac0", "digit-like"])
-def test_fewer_pixels_see_the_same(name):
+def test_resized_sensor_has_the_same_view(name):
     """Compare each pixel with the middle of the four it replaces, with and without refraction."""
     scene = fabkit.depth.Scene(name)
     camera = scene.camera
@@ -50,7 +50,7 @@ def test_fewer_pixels_see_the_same(name):
     assert_array_equal(again.cast().range_mm, small.cast().range_mm)
 
 
-def test_presses_do_not_know_each_other(rtac0):
+def test_presses_are_independent(rtac0):
     presses = [sim.Asked(f"hemisphere@20deg,{a}deg,0.5mm", seed=a) for a in (0, 120, 240)]
     many = rtac0.press_all(presses)
     for i, asked in enumerate(presses):
@@ -67,7 +67,7 @@ def test_presses_do_not_know_each_other(rtac0):
         ("uvdtact", "uv", "hemisphere@20deg,30deg,0.5mm", 0.6),
     ],
 )
-def test_what_is_kept_looks_like_what_is_captured(name, light, press, spacing_mm):
+def test_prepared_sensor_renders_like_capture(name, light, press, spacing_mm):
     """Check images with markers and fluorescent layers, where only changed pixels are redrawn."""
     sensor = sim.Sensor(name, size_px=(80, 60), spacing_mm=spacing_mm, light=light)
     felt = sensor.press(press, seed=None)
@@ -79,7 +79,7 @@ def test_what_is_kept_looks_like_what_is_captured(name, light, press, spacing_mm
     assert changed.max() > 20
 
 
-def test_an_environment_around_it():
+def test_gymnasium_environment():
     """Check the example's environment by gymnasium's own rules."""
     path = Path(__file__).parents[1] / "examples/robots/gymnasium_touch.py"
     touch = runpy.run_path(str(path))["Touch"]()
@@ -89,7 +89,7 @@ def test_an_environment_around_it():
     assert reward == -abs(touch.depth_mm - told["wanted_mm"])
 
 
-def test_a_first_touch_is_nothing(rtac0):
+def test_first_contact_does_not_fail(rtac0):
     """Check that a control loop does not fail between no contact and the first contact."""
     depths_mm = [0.002, 0.005, 0.01, 0.02]
     tip = rtac0.sensor_from_touch[:3, 3]
@@ -99,7 +99,7 @@ def test_a_first_touch_is_nothing(rtac0):
     assert forces[-1] < 0.01
 
 
-def test_what_does_not_touch_leaves_it_at_rest(rtac0):
+def test_press_without_contact_is_the_rest_state(rtac0):
     rest, apart = rtac0.press(seed=None), rtac0.press(sim.ball(2.0).at(0, 0, 40), seed=None)
     assert_array_equal(rest.image, apart.image)
     assert not apart.contact.any()
@@ -107,7 +107,7 @@ def test_what_does_not_touch_leaves_it_at_rest(rtac0):
     assert rest.deepest_mm == 0.0
 
 
-def test_bodies_of_ones_own(rtac0):
+def test_custom_bodies(rtac0):
     """Compare a box by edges with one by triangles, and a ball with a named press."""
     at = (0.5, 0, TIP_MM + 3 - 0.4)
     mesh = fabkit.sim.convex(*_box_mesh(4, 5, 6))
@@ -123,7 +123,7 @@ def test_bodies_of_ones_own(rtac0):
     assert abs(both.force_n[0]) < 0.01 * abs(both.force_n[2])
 
 
-def test_a_way_along_the_surface_needs_friction(rtac0):
+def test_shear_needs_friction(rtac0):
     straight = rtac0.press(PRESS, seed=None)
     along = rtac0.press(PRESS, shear_mm=(0.0, "0.3 mm"), friction=0.5, seed=None)
     assert abs(along.force_n[1]) > 0.02 > abs(straight.force_n[1])
@@ -139,14 +139,14 @@ def test_a_way_along_the_surface_needs_friction(rtac0):
         (sim.ball(1.0).placed(2 * np.eye(4) - np.diag([0, 0, 0, 1])), "rigid"),
     ],
 )
-def test_what_cannot_press_is_refused(rtac0, presser, says):
+def test_impossible_presses_are_errors(rtac0, presser, says):
     with pytest.raises(fabkit.FabkitError, match=says):
         rtac0.press(presser)
     # The sensor still works after the error.
     assert rtac0.press(PRESS).contact.any()
 
 
-def test_a_hollow_is_not_convex():
+def test_concave_mesh_is_an_error():
     points, triangles = _box_mesh(2, 2, 2)
     dented = points.copy()
     dented[0] *= 0.1
@@ -156,7 +156,7 @@ def test_a_hollow_is_not_convex():
         sim.convex(points, triangles[:, ::-1])
 
 
-def test_depth_comes_back_from_pictures(rtac0):
+def test_depth_is_reconstructed_from_captures(rtac0):
     felt, rest = rtac0.press("hemisphere@20deg,90deg,1mm", seed=4), rtac0.press(seed=9)
     depth_mm, contact = rtac0.reconstruct(felt.image, rest.image)
     assert contact.sum() > 0.8 * felt.contact.sum()
@@ -165,7 +165,7 @@ def test_depth_comes_back_from_pictures(rtac0):
         rtac0.reconstruct(felt.image[:-1], rest.image)
 
 
-def test_marks_are_followed_by_their_names():
+def test_markers_are_tracked_by_name():
     skin = sim.Skin("fluidic", spacing_mm=2.0)
     presses = ["hemisphere@20mm,3mm,0.1mm", "hemisphere@20mm,3mm,4mm"]
     many = skin.press_all(presses, lights=["white", "display"], seed=3)
@@ -200,7 +200,7 @@ def test_a_skin_with_channels():
         sim.Skin("rtac0")
 
 
-def test_pictures_of_a_skin():
+def test_images_of_a_skin():
     skin = sim.Skin("fluidic", spacing_mm=2.0, size_px=(160, 120))
     presses = ["hemisphere@20mm,3mm,2mm", "hemisphere@-20mm,3mm,0.5mm"]
     lights = ["display", "white"]

@@ -65,7 +65,7 @@ def test_any_executor_gives_the_bytes_of_the_command(plan: Path, tmp_path: Path)
     assert tables(tmp_path / "d") == expected
 
 
-def test_a_metric_of_ones_own_is_a_column(plan: Path, tmp_path: Path) -> None:
+def test_user_metric_is_a_column(plan: Path, tmp_path: Path) -> None:
     metrics = {"shell_cm3": shell_mass}
     axes = {"shell.wall": ["1.5 mm", "1.52 mm"]}
     few = {"sensor": "rtac0", "axes": axes, "metrics": ["coverage"]}
@@ -165,7 +165,7 @@ def test_an_explorer_computes_what_an_optimiser_asks_for(tmp_path: Path) -> None
     assert [r["camera.depth_mm"] for r in sweep.rows()] == ["6.7", "70"]
 
 
-def test_what_workers_send_is_looked_at(plan: Path, tmp_path: Path) -> None:
+def test_data_from_workers_is_validated(plan: Path, tmp_path: Path) -> None:
     loaded = fabkit.sweep.load(plan)
     native = loaded._native  # pyright: ignore[reportPrivateUsage]
     store = _fabkit.SweepStore.open(str(tmp_path / "out"), native, False)
@@ -203,7 +203,7 @@ def test_figures_of_the_bench_are_columns(tmp_path: Path) -> None:
     assert figures == {"depth_mae_mm": float(row["depth_mae_mm"])}
 
 
-def test_what_the_bench_cannot_press_is_an_empty_cell_with_a_note() -> None:
+def test_impossible_bench_press_is_an_empty_cell_with_a_note() -> None:
     pytest.importorskip("sklearn")
     row = fabkit.sweep.load(
         {

@@ -63,7 +63,7 @@ def test_a_killed_worker_loses_nothing(client, tmp_path: Path) -> None:
         assert (tmp_path / "dask" / name).read_bytes() == (tmp_path / "local" / name).read_bytes()
 
 
-def test_functions_travel_and_their_errors_come_back(client, tmp_path: Path) -> None:
+def test_metrics_are_pickled_and_their_errors_returned(client, tmp_path: Path) -> None:
     few = {"sensor": "rtac0", "axes": {"camera.depth": ["6 mm", "6.5 mm"]}, "metrics": ["coverage"]}
     metrics = {"twice": lambda sensor: 2 * sensor.parameters["camera.depth"].value}
     sweep = fabkit.sweep.run(few, tmp_path / "out", executor=client, metrics=metrics)

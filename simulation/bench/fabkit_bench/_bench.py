@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fabkit.designs import Sensor
-    from fabkit_bench._onnx import Written
+    from fabkit_bench._onnx import OnnxNetwork
 
 __all__ = ["Bench", "Family", "first_line", "press", "reference", "row_of_failure"]
 
@@ -71,7 +71,7 @@ class Bench:
         self.design = design
         self.seed = seed
         self.size = size
-        self.said: list[str] = []
+        self.notes: list[str] = []
         """Notes for the report, such as random draws and presses that were left out."""
         self.experiment = ""
         """Name of the running experiment."""
@@ -88,7 +88,9 @@ class Bench:
         if self._tell is not None:
             self._tell(what)
 
-    def keep(self, name: str, written: Written, card: Card, design: Sensor | None = None) -> None:
+    def keep(
+        self, name: str, written: OnnxNetwork, card: Card, design: Sensor | None = None
+    ) -> None:
         """Keep a network for the report, unless there is one of the name.
 
         With cross-validation that is the network of the first fold. ``design`` is the design that
@@ -157,7 +159,7 @@ class Bench:
         many, kept, lost = press(sensor, asked)
         if lost:
             of = f"{len(asked) - len(kept)} of {len(asked)} presses left out"
-            self.said.append(f"{of}: {lost[0]}")
+            self.notes.append(f"{of}: {lost[0]}")
         return many, kept
 
 

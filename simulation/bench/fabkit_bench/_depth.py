@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fabkit_bench import _learn
+from fabkit_bench import _models
+from fabkit_bench._images import blurred, grey, neighbourhoods
 from fabkit_bench._networks import Card, HeldOut, Numbers
-from fabkit_bench._pictures import blurred, grey, neighbourhoods
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fabkit import sim
-    from fabkit_bench._onnx import Written
+    from fabkit_bench._onnx import OnnxNetwork
 
     Maps = NDArray[np.float32]
 
@@ -23,13 +23,13 @@ __all__ = [
     "DEEPEST_MM",
     "MASKS",
     "Model",
+    "PixelData",
     "Score",
-    "Seen",
     "guess",
     "held_out",
+    "prepare",
     "saturated",
     "score",
-    "seen",
 ]
 
 # Limits of the published script: smaller differences are noise, larger ones are clipped.
@@ -54,7 +54,7 @@ MASKS = {
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class PixelData:
     """Inputs and ground truth of the model for p presses of h x w pixels."""
 
     darkness: Maps
@@ -67,13 +67,13 @@ class Seen:
     def __len__(self) -> int:
         return len(self.darkness)
 
-    def some(self, chosen: NDArray[np.bool_] | slice) -> Seen:
+    def some(self, chosen: NDArray[np.bool_] | slice) -> PixelData:
         """Select some presses."""
         masks = {name: mask[chosen] for name, mask in self.masks.items()}
-        return Seen(self.darkness[chosen], self.depth_mm[chosen], masks)
+        return PixelData(self.darkness[chosen], self.depth_mm[chosen], masks)
 
 
-def seen(many: sim.Many, reference: NDArray[np.uint8]) -> Seen:
+def prepare(many: sim.Many, reference: NDArray[np.uint8]) -> PixelData:
     """Prepare images as the published script does: subtract, blur, clip and scale to 0 to 1."""
     width = many.image.shape[2]
     sigma_px = _BLUR_PX * width / _WIDTH_PX
@@ -88,7 +88,7 @@ def seen(many: sim.Many, reference: NDArray[np.uint8]) -> Seen:
         "contact": many.contact & on_surface,
         "loss": darkness > 0.0,
     }
-    return Seen(darkness, depth_mm, masks)
+    return PixelData(darkness, depth_mm, masks)
 
 
 class Model:
@@ -107,18 +107,20 @@ class Model:
 
     def __init__(self, seed: int, epochs: int, *, wide: bool = False) -> None:
         self._wide = wide
-        self._network = _learn.Network((64, 32), seed=seed, epochs=epochs, batch=500)
+        self._network = _models.Network((64, 32), seed=seed, epochs=epochs, batch=500)
 
-    def fit(self, seen: Seen, pixels: int, random: np.random.Generator) -> Model:
+    def fit(self, seen: PixelData, pixels: int, random: np.random.Generator) -> Model:
         """Train on at most ``pixels`` pixels of each press, drawn from those with an input."""
         self._network.fit(*self._drawn(seen, pixels, random))
         return self
 
-    def go_on(self, seen: Seen, pixels: int, epochs: int, random: np.random.Generator) -> None:
+    def fine_tune(
+        self, seen: PixelData, pixels: int, epochs: int, random: np.random.Generator
+    ) -> None:
         """Continue training on another unit's presses."""
-        self._network.go_on(*self._drawn(seen, pixels, random), epochs)
+        self._network.fine_tune(*self._drawn(seen, pixels, random), epochs)
 
-    def predict(self, seen: Seen) -> Maps:
+    def predict(self, seen: PixelData) -> Maps:
         """Predict the indentation, mm: p x h x w; 0 in pixels without an input."""
         depth_mm = np.zeros_like(seen.depth_mm)
         where = seen.masks["loss"]
@@ -127,11 +129,11 @@ class Model:
             depth_mm[where] = np.clip(found, 0.0, DEEPEST_MM)
         return depth_mm
 
-    def written(self) -> Written:
+    def to_onnx(self) -> OnnxNetwork:
         """Write the model as ONNX; each row of its input is a pixel."""
-        return self._network.written(within=(0.0, DEEPEST_MM))
+        return self._network.to_onnx(within=(0.0, DEEPEST_MM))
 
-    def card(self, train: Seen, pixels: int, held_out: list[HeldOut]) -> Card:
+    def card(self, train: PixelData, pixels: int, held_out: list[HeldOut]) -> Card:
         """Write the model's card; ``pixels`` is the most that were drawn of each press."""
         height, width = train.darkness.shape[1:]
         side = _side(width)
@@ -156,7 +158,7 @@ class Model:
         )
 
     def _drawn(
-        self, seen: Seen, pixels: int, random: np.random.Generator
+        self, seen: PixelData, pixels: int, random: np.random.Generator
     ) -> tuple[NDArray[Any], NDArray[Any]]:
         kept = np.zeros(seen.darkness.shape, dtype=bool)
         for mask, into in zip(seen.masks["loss"], kept, strict=True):
@@ -166,7 +168,7 @@ class Model:
                 into.ravel()[some] = True
         return self._features(seen, kept), np.minimum(seen.depth_mm[kept], DEEPEST_MM)
 
-    def _features(self, seen: Seen, where: NDArray[np.bool_]) -> NDArray[Any]:
+    def _features(self, seen: PixelData, where: NDArray[np.bool_]) -> NDArray[Any]:
         _, height, width = seen.darkness.shape
         listed = [neighbourhoods(seen.darkness, _side(width))[where]]
         if self._wide:
@@ -192,7 +194,7 @@ class Score:
     """Share of errors below 0.1 mm, percent."""
 
 
-def score(found_mm: Maps, seen: Seen, mask: str) -> Score:
+def score(found_mm: Maps, seen: PixelData, mask: str) -> Score:
     """Compare a reconstruction with ground truth over a mask."""
     where = seen.masks[mask] & np.isfinite(found_mm)
     errors = np.abs(found_mm[where] - seen.depth_mm[where]).astype(np.float64)
@@ -201,7 +203,7 @@ def score(found_mm: Maps, seen: Seen, mask: str) -> Score:
     return Score(float(errors.mean()), float(100.0 * (errors < 0.1).mean()))
 
 
-def saturated(seen: Seen, reference: NDArray[np.uint8]) -> float:
+def saturated(seen: PixelData, reference: NDArray[np.uint8]) -> float:
     """Compute the share of contact pixels whose intensity no longer changes with indentation.
 
     They are darkened beyond the limit of the published script, or saturated at rest.
@@ -211,7 +213,7 @@ def saturated(seen: Seen, reference: NDArray[np.uint8]) -> float:
     return float(is_over[where].mean()) if where.any() else float("nan")
 
 
-def held_out(found_mm: Maps, seen: Seen, of: str) -> list[HeldOut]:
+def held_out(found_mm: Maps, seen: PixelData, of: str) -> list[HeldOut]:
     """List the mean errors over each mask, for a card."""
     return [
         HeldOut(
@@ -221,7 +223,7 @@ def held_out(found_mm: Maps, seen: Seen, of: str) -> list[HeldOut]:
     ]
 
 
-def guess(train: Seen, mask: str) -> float:
+def guess(train: PixelData, mask: str) -> float:
     """Return the best guess without an image: the median indentation over a mask, mm."""
     depths = train.depth_mm[train.masks[mask]]
     return float(np.median(depths)) if len(depths) else 0.0

@@ -13,7 +13,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from fabkit_bench._onnx import Written
+    from fabkit_bench._onnx import OnnxNetwork
 
 __all__ = ["FORMAT", "Card", "HeldOut", "Network", "Numbers", "digest", "files", "remove_stale"]
 
@@ -85,7 +85,7 @@ class Card:
     held_out: list[HeldOut]
     """Errors on held-out samples."""
 
-    def document(self, written: Written) -> dict[str, Any]:
+    def document(self, written: OnnxNetwork) -> dict[str, Any]:
         """Return the whole card for an ONNX file."""
         return {
             "form": written.form,

@@ -10,7 +10,7 @@ import numpy as np
 from fabkit import sim
 from fabkit.errors import invalid
 from fabkit_bench._bench import press
-from fabkit_bench._pictures import blurred
+from fabkit_bench._images import blurred
 from fabkit_bench._places import places
 from fabkit_bench._report import Row
 

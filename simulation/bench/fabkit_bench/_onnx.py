@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     Axes = Sequence[int | str]
 
-__all__ = ["TYPES", "Convolution", "Dense", "Graph", "Relu", "Written", "chain", "perceptron"]
+__all__ = ["TYPES", "Convolution", "Dense", "Graph", "OnnxNetwork", "Relu", "chain", "perceptron"]
 
 TYPES = {"float32": 1, "uint8": 2, "uint16": 4, "int64": 7, "float64": 11}
 """ONNX data type numbers by numpy's type names."""
@@ -31,7 +31,7 @@ _FLOAT, _INT, _STRING, _INTS = 1, 2, 3, 7
 
 
 @dataclass(frozen=True, eq=False)
-class Written:
+class OnnxNetwork:
     """A network as ONNX, with its shape and description for the card."""
 
     onnx: bytes
@@ -139,7 +139,7 @@ def perceptron(
     *,
     learned: str,
     within: tuple[float, float] | None = None,
-) -> Written:
+) -> OnnxNetwork:
     """Write a perceptron as ONNX: dense layers with ReLU between them, n x f to n x t.
 
     Parameters
@@ -165,7 +165,7 @@ def perceptron(
     form = f"perceptron {'-'.join(map(str, sizes))}, ReLU between layers"
     form = form if len(layers) > 1 else f"{sizes[1]} linear sums of {sizes[0]} numbers"
     form += "" if within is None else f", cut off at {within[0]:g} and {within[1]:g}"
-    return Written(graph.model(takes, gives, type), type, takes, gives, form, learned)
+    return OnnxNetwork(graph.model(takes, gives, type), type, takes, gives, form, learned)
 
 
 def _varint(value: int) -> bytes:

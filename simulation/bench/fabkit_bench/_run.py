@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from fabkit.designs import Sensor, load
 from fabkit.errors import FabkitError, invalid, unknown
-from fabkit_bench import _learn
+from fabkit_bench import _models
 from fabkit_bench import families as _experiments
 from fabkit_bench._bench import Bench, Family, row_of_failure
 from fabkit_bench._report import Report, Row
@@ -76,10 +76,10 @@ def run(
             raise unknown("experiment", name, known)
     if not set(names) <= family.plain:
         # Fail now, not after minutes of presses.
-        _learn.needed()
+        _models.require()
     found: list[Row] = []
     failures: list[FabkitError] = []
-    with _learn.one_thread():
+    with _models.one_thread():
         for name in names:
             bench.experiment = name
             bench.tell(f"{bench.design.name}: {name}")
@@ -101,7 +101,7 @@ def run(
         seed=seed,
         quick=quick,
         rows=found,
-        choices=[*family.choices, *bench.said],
+        choices=[*family.choices, *bench.notes],
         constants=document["constants"],
         left_out=[*family.left_out, *document["left_out"]],
         seconds=time.monotonic() - started,
@@ -137,8 +137,8 @@ def figures(
         As for :func:`run`.
     """
     bench, family = _ready(design, seed, True, size, None, small=True)
-    _learn.needed()
-    with _learn.one_thread():
+    _models.require()
+    with _models.one_thread():
         wanted = [name for name in family.figures if names is None or name in names]
         return {name: family.figures[name](bench) for name in wanted}
 

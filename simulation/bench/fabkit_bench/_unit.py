@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from fabkit import sim
     from fabkit_bench._bench import Bench
 
-__all__ = ["Spread", "another"]
+__all__ = ["Spread", "draw_unit"]
 
 # Light constants in a file of `fabkit fit-light`; such a file has all of them.
 _LIGHT = ("layer_grey", "ground_grey", "scatter_per_mm", "spread_mm")
@@ -24,7 +24,7 @@ class Spread:
 
     sizes_mm: dict[str, float]
     """Standard deviation of lengths, by parameter; draws are clipped at two of them."""
-    and_then: dict[str, object] = field(default_factory=dict[str, object])
+    overrides: dict[str, object] = field(default_factory=dict[str, object])
     """Further overrides that a unit's design needs to be valid."""
     shift_mm: float = 0.2
     """Standard deviation of the camera's position along each axis."""
@@ -43,7 +43,7 @@ class Spread:
         )
 
 
-def another(
+def draw_unit(
     bench: Bench, of: sim.Sensor, number: int, spread: Spread, **options: Any
 ) -> sim.Sensor:
     """Draw another unit of the bench's design and prepare it for presses.
@@ -66,7 +66,7 @@ def another(
         path: float(bench.design.parameters[path].value + sigma * np.clip(random.normal(), -2, 2))
         for path, sigma in spread.sizes_mm.items()
     }
-    design = bench.design.replace({**spread.and_then, **sizes})
+    design = bench.design.replace({**spread.overrides, **sizes})
     camera = design.camera
     lens = camera.parameters
     longer = 1.0 + random.uniform(-1, 1) * design.values.camera.focal_tolerance

@@ -15,7 +15,7 @@ import sys
 from fabkit import _fabkit
 from fabkit.errors import FabkitError
 from fabkit.sweep import Plan
-from fabkit_bench import _learn
+from fabkit_bench import _models
 
 
 def main() -> None:
@@ -32,7 +32,7 @@ def main() -> None:
     try:
         plan = Plan(_fabkit.SweepPlan.of_source(sys.stdin.readline()))
         try:
-            _learn.needed()
+            _models.require()
         except FabkitError as error:
             return answer(missing=str(error).splitlines()[0])
         answer(version=_fabkit.__version__)

@@ -21,7 +21,7 @@ import numpy as np
 from fabkit import sim
 from fabkit.designs import load
 from fabkit.errors import FabkitError, invalid
-from fabkit_bench._learn import one_thread
+from fabkit_bench._models import one_thread
 from fabkit_bench._onnx import chain
 from fabkit_bench._small import PAPER, RATE, SMALL, Small
 

@@ -56,7 +56,7 @@ def rigid(pose: dict) -> gp_Trsf:
     return motion
 
 
-def stretched(sphere: TopoDS_Shape, factors: list[float]) -> TopoDS_Shape:
+def scaled_ball(sphere: TopoDS_Shape, factors: list[float]) -> TopoDS_Shape:
     """Creates an ellipsoid with three axes from a ball of radius 1, whose rational spline is scaled
     exactly."""
     matrix = gp_Mat(factors[0], 0, 0, 0, factors[1], 0, 0, 0, factors[2])
@@ -275,12 +275,12 @@ def rebuilt(name: str, shape: TopoDS_Shape) -> Rebuilt:
         crossings=probe.crossings,
         contains=probe.contains,
         distance_mm=probe.distance_mm,
-        complaints=_doubts(integrated, volume, corners),
+        complaints=_integration_faults(integrated, volume, corners),
         face_types=face_types(shape),
     )
 
 
-def _doubts(integrated: Moments, volume: float, corners: numpy.ndarray) -> list[str]:
+def _integration_faults(integrated: Moments, volume: float, corners: numpy.ndarray) -> list[str]:
     """Lists reasons not to trust the integrals over a shape."""
     found = []
     if not abs(integrated.volume_mm3 - volume) <= SAME_INTEGRAL * abs(volume):

@@ -27,7 +27,7 @@ class Build123d:
         a, b, c = semi_axes_mm
         if a == b:
             return self.ellipsoid_offset(a, c, 0.0)
-        return Solid(occt.stretched(self.sphere(1.0).wrapped, semi_axes_mm))
+        return Solid(occt.scaled_ball(self.sphere(1.0).wrapped, semi_axes_mm))
 
     def cylinder(self, radius_mm, height_mm):
         return Solid.make_cylinder(radius_mm, height_mm)

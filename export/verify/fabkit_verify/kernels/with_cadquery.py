@@ -22,7 +22,7 @@ class Cadquery:
         a, b, c = semi_axes_mm
         if a == b:
             return self.ellipsoid_offset(a, c, 0.0)
-        return cadquery.Shape.cast(occt.stretched(self.sphere(1.0).wrapped, semi_axes_mm))
+        return cadquery.Shape.cast(occt.scaled_ball(self.sphere(1.0).wrapped, semi_axes_mm))
 
     def cylinder(self, radius_mm, height_mm):
         return cadquery.Solid.makeCylinder(radius_mm, height_mm)

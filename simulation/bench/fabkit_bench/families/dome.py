@@ -10,9 +10,19 @@ import numpy as np
 from fabkit import sim
 from fabkit.errors import FabkitError, invalid
 from fabkit_bench._bench import Family, first_line, reference
-from fabkit_bench._depth import MASKS, Model, Score, Seen, guess, held_out, saturated, score, seen
+from fabkit_bench._depth import (
+    MASKS,
+    Model,
+    PixelData,
+    Score,
+    guess,
+    held_out,
+    prepare,
+    saturated,
+    score,
+)
 from fabkit_bench._report import Row
-from fabkit_bench._unit import Spread, another
+from fabkit_bench._unit import Spread, draw_unit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -78,8 +88,8 @@ class Trained:
     """The nominal unit with its presses, and the model that was trained on it."""
 
     unit: Unit
-    train: Seen
-    test: Seen
+    train: PixelData
+    test: PixelData
     test_images: NDArray[np.uint8]
     model: Model
 
@@ -99,13 +109,13 @@ def _unit(bench: Bench, sensor: sim.Sensor, of: str) -> Unit:
     return Unit(sensor, reference(bench, sensor, of))
 
 
-def _pressed(bench: Bench, unit: Unit, patterns: list[str], of: str) -> tuple[sim.Many, Seen]:
+def _pressed(bench: Bench, unit: Unit, patterns: list[str], of: str) -> tuple[sim.Many, PixelData]:
     """Press each pattern as it is and after half a turn."""
     names = [name + turned for name in patterns for turned in ("", "-flipped")]
     seeds = bench.noise(of, len(names))
     asked = [sim.Asked(name, seed=seed) for name, seed in zip(names, seeds, strict=True)]
     many, _ = bench.press(unit.sensor, asked)
-    return many, seen(many, unit.reference)
+    return many, prepare(many, unit.reference)
 
 
 def _options(bench: Bench) -> dict[str, Any]:
@@ -144,33 +154,33 @@ def _keep(
     bench: Bench, name: str, model: Model, trained: Trained, found_mm: NDArray[np.float32]
 ) -> None:
     errors = held_out(found_mm, trained.test, _WORDS["trained"])
-    bench.keep(name, model.written(), model.card(trained.train, bench.size.pixels, errors))
+    bench.keep(name, model.to_onnx(), model.card(trained.train, bench.size.pixels, errors))
 
 
 def _depth(bench: Bench) -> list[Row]:
     """Measure errors on the trained unit, on new units, and on these after fine-tuning."""
     size: Size = bench.size
     trained = _trained(bench)
-    found: dict[str, list[tuple[NDArray[np.float32], Seen]]] = {
+    found: dict[str, list[tuple[NDArray[np.float32], PixelData]]] = {
         "trained": [(_found(bench), trained.test)],
         "new": [],
         "tuned": [],
     }
     wide = Model(bench.seed, size.epochs, wide=True)
     wide.fit(trained.train, size.pixels, bench.random("pixels"))
-    wider: dict[str, list[tuple[NDArray[np.float32], Seen]]] = {
+    wider: dict[str, list[tuple[NDArray[np.float32], PixelData]]] = {
         "trained": [(wide.predict(trained.test), trained.test)],
         "new": [],
     }
     _keep(bench, "depth, wider view", wide, trained, wider["trained"][0][0])
-    direct: dict[str, list[tuple[NDArray[np.float32], Seen]]] = {"trained": [], "new": []}
+    direct: dict[str, list[tuple[NDArray[np.float32], PixelData]]] = {"trained": [], "new": []}
     if size.direct:
         _reconstructed(direct["trained"], trained.unit, trained.test_images, trained.test)
-    bench.said.append(SPREAD.words())
+    bench.notes.append(SPREAD.words())
     to_learn, to_try = _patterns(bench)
     for number in range(size.units):
         bench.tell(f"  new unit {number + 1} of {size.units}")
-        sensor = another(bench, trained.unit.sensor, number, SPREAD, **_options(bench))
+        sensor = draw_unit(bench, trained.unit.sensor, number, SPREAD, **_options(bench))
         unit = _unit(bench, sensor, f"unit {number}")
         many, test = _pressed(bench, unit, to_try, f"test of unit {number}")
         found["new"].append((trained.model.predict(test), test))
@@ -182,7 +192,7 @@ def _depth(bench: Bench) -> list[Row]:
         model.fit(trained.train, size.pixels, bench.random("pixels"))
         few = to_learn[: size.tuning_patterns]
         _, tuning = _pressed(bench, unit, few, f"tuning of unit {number}")
-        model.go_on(tuning, size.pixels, size.tuning_epochs, bench.random("tuning"))
+        model.fine_tune(tuning, size.pixels, size.tuning_epochs, bench.random("tuning"))
         found["tuned"].append((model.predict(test), test))
     rows: list[Row] = []
     for case, pairs in found.items():
@@ -205,10 +215,10 @@ def _depth(bench: Bench) -> list[Row]:
 
 
 def _reconstructed(
-    into: list[tuple[NDArray[np.float32], Seen]],
+    into: list[tuple[NDArray[np.float32], PixelData]],
     unit: Unit,
     images: NDArray[np.uint8],
-    test: Seen,
+    test: PixelData,
 ) -> None:
     """Reconstruct depth without a network and append it to ``into``."""
     depth_mm, _ = unit.sensor.reconstruct(images, unit.reference)
@@ -218,8 +228,8 @@ def _reconstructed(
 def _rows(
     label: str,
     mask: str,
-    pairs: list[tuple[NDArray[np.float32], Seen]],
-    train: Seen,
+    pairs: list[tuple[NDArray[np.float32], PixelData]],
+    train: PixelData,
     paper: Score | None,
     note: str,
 ) -> list[Row]:
@@ -279,7 +289,7 @@ def _largest_at(
     seeds = bench.noise(of, trials)
     asked = [sim.Asked(name, seed=seed) for name, seed in zip(names, seeds, strict=True)]
     many = trained.unit.sensor.press_all(asked)
-    pressed = seen(many, trained.unit.reference)
+    pressed = prepare(many, trained.unit.reference)
     truth = pressed.depth_mm.reshape(trials, -1).max(axis=1)
     found = trained.model.predict(pressed).reshape(trials, -1).max(axis=1)
     return truth.astype(np.float64), found.astype(np.float64)

@@ -9,7 +9,7 @@ import numpy as np
 
 from fabkit import sim
 from fabkit.errors import FabkitError
-from fabkit_bench import _learn, _occlusion
+from fabkit_bench import _models, _occlusion
 from fabkit_bench._bench import Family
 from fabkit_bench._networks import Card, HeldOut, Numbers
 from fabkit_bench._places import places
@@ -102,7 +102,7 @@ def _fit(force_n: NDArray[Any], moved_mm: NDArray[Any]) -> tuple[float, float, f
     return r2, float(np.abs(left).mean()), float(np.abs(spread).mean())
 
 
-def _to_slip(
+def _press_until_slip(
     sensor: sim.Sensor, body: sim.Body, friction: float, steps: int
 ) -> tuple[NDArray[np.float64], sim.Many]:
     """Press, then move along x until the whole contact slips.
@@ -130,14 +130,14 @@ def _linear(bench: Bench) -> list[Row]:
     down = -np.nanmean(many.mark_displacement_mm[:, :, 2], axis=1)
     normal = _fit(-many.force_n[:, 2], down)
     ball = _body(bench, "sphere", 20.0, _DEEPEST_MM)
-    ways, many = _to_slip(sensor, ball, _DRY, size.lateral_steps)
+    ways, many = _press_until_slip(sensor, ball, _DRY, size.lateral_steps)
     along = np.nanmean(many.mark_displacement_mm[:, :, 0], axis=1)
     # Leave out full slip: there force and markers stay the same.
     tangential = np.abs(many.force_n[:, 0])
     held = tangential < 0.98 * tangential.max()
     share = tangential / (_DRY * np.abs(many.force_n[:, 2]))
     lateral = _fit(np.abs(many.force_n[held, 0]), along[held])
-    bench.said.append(
+    bench.notes.append(
         f"the sphere of 20 mm, 3 mm deep, bears {100 * share.max():.0f} % of friction times the "
         f"axial force within {ways[-1]:.2f} mm along: the skin is round, so that its normal turns"
     )
@@ -187,10 +187,10 @@ def _frames(bench: Bench) -> Frames:
         bench.tell(f"  slip trial {number + 1} of {len(chosen)}: {kind} {diameter:g} mm")
         body = _body(bench, kind, diameter, depth)
         try:
-            _, many = _to_slip(sensor, body, friction, size.trial_steps)
+            _, many = _press_until_slip(sensor, body, friction, size.trial_steps)
         except FabkitError as error:
             what = f"{kind} {diameter:g} mm, {depth:g} mm deep"
-            bench.said.append(f"slip trial left out, {what}: {str(error).splitlines()[0]}")
+            bench.notes.append(f"slip trial left out, {what}: {str(error).splitlines()[0]}")
             continue
         moved = np.nan_to_num(many.mark_displacement_mm[:, seen])
         tangential = np.abs(many.force_n[:, 0])
@@ -234,8 +234,8 @@ def _margin_errors(
     blind: list[NDArray[Any]] = []
     for test in tests:
         train = among & ~test
-        components = _learn.Components(60).fit(frames.features[train])
-        network = _learn.Network((256, 128, 32), seed=bench.seed, epochs=size.epochs, batch=32)
+        components = _models.Components(60).fit(frames.features[train])
+        network = _models.Network((256, 128, 32), seed=bench.seed, epochs=size.epochs, batch=32)
         network.fit(components(frames.features[train]), frames.margin[train])
         found = np.clip(network.predict(components(frames.features[test])), 0.0, 1.0)
         errors.append(np.abs(found - frames.margin[test]))
@@ -258,7 +258,7 @@ def _margin_errors(
                 )
             ],
         )
-        written = network.written(of=components, within=(0, 1))
+        written = network.to_onnx(of=components, within=(0, 1))
         bench.keep(f"margin to slip, {split}", written, card)
     joined, guessed = np.concatenate(errors), np.concatenate(blind)
     return float(joined.mean()), float(guessed.mean()), len(joined)

@@ -9,9 +9,9 @@ import numpy as np
 
 from fabkit import sim
 from fabkit.errors import FabkitError
-from fabkit_bench import _learn
+from fabkit_bench import _models
 from fabkit_bench._bench import Family, first_line, reference
-from fabkit_bench._depth import MASKS, Model, Seen, guess, held_out, score, seen
+from fabkit_bench._depth import MASKS, Model, PixelData, guess, held_out, prepare, score
 from fabkit_bench._networks import Card, Numbers
 from fabkit_bench._places import places
 from fabkit_bench._report import Row
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from fabkit_bench._bench import Bench
     from fabkit_bench._networks import HeldOut
-    from fabkit_bench._onnx import Written
+    from fabkit_bench._onnx import OnnxNetwork
 
     Maps = NDArray[np.float32]
 
@@ -51,7 +51,7 @@ class Pressed:
     """Images of presses with inputs and ground truth."""
 
     images: NDArray[np.uint8]
-    seen: Seen
+    seen: PixelData
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ def _set(bench: Bench) -> Set:
         def pressed(of: str, count: int, *, other: bool = False) -> Pressed:
             bench.tell(f"  pressing {count} times: {of}")
             many, _ = bench.press(sensor, _bodies(bench, sensor, of, count, other=other))
-            return Pressed(many.image, seen(many, calm))
+            return Pressed(many.image, prepare(many, calm))
 
         train, test = pressed("train", size.train), pressed("test", size.test)
         return Set(sensor, calm, train, test, pressed("other", size.test, other=True))
@@ -121,7 +121,7 @@ class Slopes:
     """The usual method for coloured light: slopes from colour and position, then integration."""
 
     def __init__(self, seed: int, epochs: int, reference: NDArray[np.uint8]) -> None:
-        self._network = _learn.Network((64, 32), seed=seed, epochs=epochs, batch=500)
+        self._network = _models.Network((64, 32), seed=seed, epochs=epochs, batch=500)
         self._reference = reference.astype(np.float32)
 
     def fit(self, pressed: Pressed, pixels: int, random: np.random.Generator) -> Slopes:
@@ -151,12 +151,12 @@ class Slopes:
         for k, one in enumerate(features):
             slopes = self._network.predict(one.reshape(-1, one.shape[-1]).astype(np.float64))
             down, across = np.moveaxis(slopes.reshape(*one.shape[:2], 2), 2, 0)
-            found[k] = np.maximum(_summed(down, across), 0.0)
+            found[k] = np.maximum(_integrate_slopes(down, across), 0.0)
         return found
 
-    def written(self) -> Written:
+    def to_onnx(self) -> OnnxNetwork:
         """Write the model as ONNX; each row of its input is a pixel."""
-        return self._network.written()
+        return self._network.to_onnx()
 
     def card(self, held_out: list[HeldOut]) -> Card:
         """Write the model's card."""
@@ -189,7 +189,7 @@ class Slopes:
         return np.concatenate([differences, places_of], axis=-1).astype(np.float32)
 
 
-def _summed(down: NDArray[Any], across: NDArray[Any]) -> NDArray[np.float64]:
+def _integrate_slopes(down: NDArray[Any], across: NDArray[Any]) -> NDArray[np.float64]:
     """Integrate slopes, (h, w) each, to heights by least squares, with 0 at the edge.
 
     This solves Poisson's equation with sine transforms, in which the Laplacian is diagonal.
@@ -216,13 +216,13 @@ def _learned(bench: Bench, made: Set) -> tuple[Maps, Maps]:
         slopes = Slopes(bench.seed, size.epochs, made.reference)
         slopes.fit(made.train, size.pixels, random)
         found = slopes.predict(made.test), slopes.predict(made.other)
-        bench.keep("slopes", slopes.written(), slopes.card(_errors(found, made)))
+        bench.keep("slopes", slopes.to_onnx(), slopes.card(_errors(found, made)))
         return found
     model = Model(bench.seed, size.epochs, wide=True)
     model.fit(made.train.seen, size.pixels, random)
     found = model.predict(made.test.seen), model.predict(made.other.seen)
     card = model.card(made.train.seen, size.pixels, _errors(found, made))
-    bench.keep("depth", model.written(), card)
+    bench.keep("depth", model.to_onnx(), card)
     return found
 
 

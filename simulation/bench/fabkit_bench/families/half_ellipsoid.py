@@ -9,10 +9,10 @@ import numpy as np
 
 from fabkit import sim
 from fabkit.errors import FabkitError
-from fabkit_bench import _deep, _learn
+from fabkit_bench import _models, _torch_networks
 from fabkit_bench._bench import Family, first_line, reference
+from fabkit_bench._images import grey, shrunk
 from fabkit_bench._networks import Card, HeldOut, Numbers
-from fabkit_bench._pictures import grey, shrunk
 from fabkit_bench._places import places
 from fabkit_bench._report import Row
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from fabkit.designs import Sensor
     from fabkit_bench._bench import Bench
-    from fabkit_bench._onnx import Written
+    from fabkit_bench._onnx import OnnxNetwork
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ def _localised(
     errors = np.zeros(len(tips))
     blind = np.zeros(len(tips))
     for test in folds(groups, size.folds, bench.random("folds")):
-        network = _learn.Network(
+        network = _models.Network(
             (32, 32, 32), seed=bench.seed, epochs=size.probe_epochs, batch=64
         ).fit(probes.features[~test], polar[~test])
         answer = network.predict(probes.features[test])
@@ -169,7 +169,7 @@ def _localised(
                 )
             ],
         )
-        bench.keep(f"place, {split}", network.written(), card)
+        bench.keep(f"place, {split}", network.to_onnx(), card)
     return errors, blind
 
 
@@ -280,18 +280,18 @@ def _force_errors(
     errors = np.zeros_like(pushes.force_n)
     blind = np.zeros_like(pushes.force_n)
     for test in folds(groups, count, bench.random("force folds")):
-        ridge = _learn.Ridge((1.0, 10.0, 100.0, 1e3, 1e4))
+        ridge = _models.Ridge((1.0, 10.0, 100.0, 1e3, 1e4))
         ridge.fit(pushes.pictures[~test], pushes.force_n[~test])
         errors[test] = np.abs(ridge.predict(pushes.pictures[test]) - pushes.force_n[test])
         blind[test] = np.abs(pushes.force_n[~test].mean(axis=0) - pushes.force_n[test])
-        _keep_force(bench, f"force, {split}", ridge.written(), pushes, test, errors[test])
+        _keep_force(bench, f"force, {split}", ridge.to_onnx(), pushes, test, errors[test])
     return errors.mean(axis=0), blind.mean(axis=0)
 
 
 def _keep_force(
     bench: Bench,
     by: str,
-    written: Written,
+    written: OnnxNetwork,
     pushes: Pushes,
     test: NDArray[np.bool_],
     errors: NDArray[np.float64],
@@ -358,7 +358,7 @@ def _force(bench: Bench) -> list[Row]:
 
 
 def _force_by_network(bench: Bench) -> list[Row]:
-    _deep.needed()
+    _torch_networks.require()
     size: Size = bench.size
     width, height = (side // size.shrink for side in size.force_px)
     said = (
@@ -382,8 +382,8 @@ def _force_by_network(bench: Bench) -> list[Row]:
         dealt = folds(pushes.shape, size.network_folds, bench.random("force folds"))
         for fold, test in enumerate(dealt):
             bench.tell(f"  ResNet-18, {markers} markers, fold {fold + 1} of {size.network_folds}")
-            network = _deep.Network(
-                lambda: _deep.resnet_18(3),
+            network = _torch_networks.Network(
+                lambda: _torch_networks.resnet_18(3),
                 seed=bench.seed,
                 epochs=size.network_epochs,
                 rate=1e-4,
@@ -392,7 +392,7 @@ def _force_by_network(bench: Bench) -> list[Row]:
             ).fit(pictures[~test], pushes.force_n[~test])
             errors[test] = np.abs(network.predict(pictures[test]) - pushes.force_n[test])
             blind[test] = np.abs(pushes.force_n[~test].mean(axis=0) - pushes.force_n[test])
-            written = network.written("ResNet-18 of one channel")
+            written = network.to_onnx("ResNet-18 of one channel")
             _keep_force(bench, "force by ResNet-18", written, pushes, test, errors[test])
         figures = (float(np.mean(paper)), float(errors.mean()), float(blind.mean()))
         label = f"force by ResNet-18, {markers} markers: mean of the three"

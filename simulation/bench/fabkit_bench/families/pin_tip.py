@@ -9,10 +9,10 @@ import numpy as np
 
 from fabkit import sim
 from fabkit.errors import FabkitError
-from fabkit_bench import _learn
+from fabkit_bench import _models
 from fabkit_bench._bench import Family, first_line
 from fabkit_bench._networks import Card, HeldOut, Numbers
-from fabkit_bench._onnx import TYPES, Graph, Written
+from fabkit_bench._onnx import TYPES, Graph, OnnxNetwork
 from fabkit_bench._report import Row
 
 if TYPE_CHECKING:
@@ -164,7 +164,7 @@ def _threshold(bench: Bench) -> float:
         strengths = np.sort(_strengths(_chip(at_rest.image[None])).ravel())[::-1]
         found = float(strengths[min(dots, len(strengths) - 1)])
         said = f"a feature is a local extremum of the 3 x 3 Laplacian above {found:.0f} steps of "
-        bench.said.append(f"{said}grey: tip B at rest then has as many as dots, {dots}")
+        bench.notes.append(f"{said}grey: tip B at rest then has as many as dots, {dots}")
         return found
 
     return bench.once("threshold", make)
@@ -209,7 +209,7 @@ def _curve(bench: Bench, layout: str) -> Curve:
 
 def _depth_error(bench: Bench, layout: str, curve: Curve) -> tuple[float, float]:
     """Compute the mean error of depth by a Gaussian process, and by the mean depth, mm."""
-    process = _learn.Process(bench.seed).fit(curve.quality[:, None], curve.depth_mm)
+    process = _models.Process(bench.seed).fit(curve.quality[:, None], curve.depth_mm)
     found = process.predict(curve.seen[:, None])
     blind = np.abs(curve.depth_mm.mean() - curve.target_mm)
     error = float(np.abs(found - curve.target_mm).mean())
@@ -227,7 +227,7 @@ def _depth_error(bench: Bench, layout: str, curve: Curve) -> tuple[float, float]
         held_out=[HeldOut("single pictures: mean absolute error", error, "mm", len(found))],
     )
     name = f"depth from quality, tip {layout}"
-    bench.keep(name, process.written(), card, _tip(bench, layout).design)
+    bench.keep(name, process.to_onnx(), card, _tip(bench, layout).design)
     return error, float(blind.mean())
 
 
@@ -271,7 +271,7 @@ def _quality_rows(bench: Bench) -> list[Row]:
 
 
 @dataclass(frozen=True, eq=False)
-class Perceived:
+class EdgeClassifier:
     """A histogram classifier of edges, with its test images."""
 
     classes: NDArray[np.float64]
@@ -292,7 +292,7 @@ class Perceived:
         pixels = np.arange(len(steps))
         return int(self.log_likelihood[:, pixels, steps].sum(axis=1).argmax())
 
-    def written(self) -> Written:
+    def to_onnx(self) -> OnnxNetwork:
         """Write the classifier as ONNX, from 8-bit images, n x rows x columns, to n x 2."""
         graph = Graph("histograms")
 
@@ -316,7 +316,7 @@ class Perceived:
         takes, gives = ("n", *self.size_px), ("n", 2)
         form = f"the likeliest of {len(self.classes)} classes, by a histogram of each pixel"
         learned = f"counted; {_EPSILON:g} is added to each share"
-        return Written(graph.model(takes, gives), "float32", takes, gives, form, learned)
+        return OnnxNetwork(graph.model(takes, gives), "float32", takes, gives, form, learned)
 
     @property
     def middle(self) -> NDArray[np.float64]:
@@ -324,7 +324,7 @@ class Perceived:
         return self.classes[len(self.classes) // 2]
 
 
-def _taught(bench: Bench, layout: str, *, noisy: bool = True) -> Perceived:
+def _train_classifier(bench: Bench, layout: str, *, noisy: bool = True) -> EdgeClassifier:
     size: Size = bench.size if noisy else replace(bench.size, train=1, test=1)
     tip = _tip(bench, layout)
     classes = np.array([(a, r) for a in size.angles_deg for r in size.radii_mm], dtype=float)
@@ -344,10 +344,12 @@ def _taught(bench: Bench, layout: str, *, noisy: bool = True) -> Perceived:
     counts = (train[..., None] == np.arange(_LEVELS)).sum(axis=1)
     likelihood = np.log(counts / size.train + _EPSILON)
     counts = counts.astype(np.min_scalar_type(size.train))
-    return Perceived(classes, counts, size.train, size_px, likelihood, test)
+    return EdgeClassifier(classes, counts, size.train, size_px, likelihood, test)
 
 
-def _perceived(taught: Perceived) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+def _classification_errors(
+    taught: EdgeClassifier,
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Compute absolute errors of angle, deg, and radius, mm.
 
     Returns the errors of the classifier, those of the trivial guess, and the truth: n x 2 each.
@@ -358,17 +360,17 @@ def _perceived(taught: Perceived) -> tuple[NDArray[Any], NDArray[Any], NDArray[A
     return np.abs(found - truth), np.abs(taught.middle - truth), truth
 
 
-def _edges_of(bench: Bench, layout: str) -> Perceived:
-    def make() -> Perceived:
-        taught = _taught(bench, layout)
+def _edges_of(bench: Bench, layout: str) -> EdgeClassifier:
+    def make() -> EdgeClassifier:
+        taught = _train_classifier(bench, layout)
         _keep_edges(bench, layout, taught)
         return taught
 
     return bench.once(f"edges {layout}", make)
 
 
-def _keep_edges(bench: Bench, layout: str, taught: Perceived) -> None:
-    errors, _, _ = _perceived(taught)
+def _keep_edges(bench: Bench, layout: str, taught: EdgeClassifier) -> None:
+    errors, _, _ = _classification_errors(taught)
     angle, radius = errors.mean(axis=0)
     card = Card(
         takes=Numbers("8-bit picture, of which the 64 steps of the chip are made", "grey"),
@@ -388,7 +390,7 @@ def _keep_edges(bench: Bench, layout: str, taught: Perceived) -> None:
             HeldOut(f"{_AGAIN}: mean error of the radius", float(radius), "mm", len(errors)),
         ],
     )
-    bench.keep(f"edge, tip {layout}", taught.written(), card, _tip(bench, layout).design)
+    bench.keep(f"edge, tip {layout}", taught.to_onnx(), card, _tip(bench, layout).design)
 
 
 def _edges(bench: Bench) -> list[Row]:
@@ -397,8 +399,10 @@ def _edges(bench: Bench) -> list[Row]:
     rows: list[Row] = []
     for layout in _tips(bench):
         try:
-            errors, blind, truth = _perceived(_edges_of(bench, layout))
-            clean, _, of_clean = _perceived(_taught(bench, layout, noisy=False))
+            errors, blind, truth = _classification_errors(_edges_of(bench, layout))
+            clean, _, of_clean = _classification_errors(
+                _train_classifier(bench, layout, noisy=False)
+            )
         except FabkitError as error:
             note = f"could not be run: {first_line(error)}"
             rows.append(Row(f"edge, tip {layout}", "", None, None, None, 0, note))
@@ -467,7 +471,7 @@ def _follow(bench: Bench, layout: str) -> Followed:
         except FabkitError as error:
             if not found:
                 raise
-            bench.said.append(f"tip {layout} stops along a disc: {first_line(error)}")
+            bench.notes.append(f"tip {layout} stops along a disc: {first_line(error)}")
             break
         seen = taught.classes[taught.find(_chip(image).ravel())]
         found.append(seen)
@@ -514,7 +518,7 @@ def _own_curve(bench: Bench) -> Curve:
 
 
 def _edge_error(bench: Bench, column: int) -> float:
-    errors, _, _ = _perceived(_edges_of(bench, _own(bench)))
+    errors, _, _ = _classification_errors(_edges_of(bench, _own(bench)))
     return float(errors[:, column].mean())
 
 

@@ -13,18 +13,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fabkit.errors import invalid
-from fabkit_bench._onnx import Dense, Graph, Written, perceptron
+from fabkit_bench._onnx import Dense, Graph, OnnxNetwork, perceptron
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
     from numpy.typing import NDArray
 
-    from fabkit_bench._likeness import Code
+    from fabkit_bench._similarity import Code
 
     Array = NDArray[np.floating[Any]]
 
-__all__ = ["Components", "Network", "Process", "Ridge", "needed", "one_thread"]
+__all__ = ["Components", "Network", "Process", "Ridge", "one_thread", "require"]
 
 
 def _module(name: str) -> Any:
@@ -35,7 +35,7 @@ def _module(name: str) -> Any:
         raise invalid("benches need scikit-learn, which is not installed", hint) from error
 
 
-def needed() -> None:
+def require() -> None:
     """Raise if scikit-learn is missing."""
     _module("sklearn")
 
@@ -84,7 +84,7 @@ class Network:
             self._model.fit(self._in(features), self._out(targets))
         return self
 
-    def go_on(self, features: Array, targets: Array, epochs: int) -> None:
+    def fine_tune(self, features: Array, targets: Array, epochs: int) -> None:
         """Continue training on other samples, with the scales of the first ones."""
         with warnings.catch_warnings():
             # scikit-learn warns if a batch is larger than the number of samples.
@@ -107,9 +107,9 @@ class Network:
         layers[-1] = Dense(last.weights * spread, last.bias * spread + middle)
         return layers
 
-    def written(
+    def to_onnx(
         self, *, of: Components | None = None, within: tuple[float, float] | None = None
-    ) -> Written:
+    ) -> OnnxNetwork:
         """Write the network as ONNX with raw inputs and outputs: n x f to n x t.
 
         Parameters
@@ -156,9 +156,9 @@ class Ridge:
         layer = _standardising(layer, self._middle, self._spread)
         return [layer if into is None else into.after(layer)]
 
-    def written(
+    def to_onnx(
         self, *, into: Code | None = None, within: tuple[float, float] | None = None
-    ) -> Written:
+    ) -> OnnxNetwork:
         """Write the model as ONNX with raw inputs: n x f to n x t.
 
         Parameters
@@ -219,7 +219,7 @@ class Process:
         """Predict targets (n,)."""
         return self._model.predict((features - self._middle) / self._spread)
 
-    def written(self) -> Written:
+    def to_onnx(self) -> OnnxNetwork:
         """Write the mean as ONNX with raw inputs and outputs: n x f to n x 1.
 
         It uses float64, as the evaluation here: weights of both signs may nearly cancel.
@@ -245,7 +245,7 @@ class Process:
         form = f"Gaussian process of {len(near)} samples: its mean, with a squared exponential"
         learned = "likeliest constant, length and noise, from their defaults"
         written = graph.model(takes, gives, "float64")
-        return Written(written, "float64", takes, gives, form, learned)
+        return OnnxNetwork(written, "float64", takes, gives, form, learned)
 
 
 def _standardising(layer: Dense, middle: Array, spread: Array) -> Dense:

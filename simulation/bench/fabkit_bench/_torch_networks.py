@@ -13,7 +13,7 @@ import numpy as np
 
 from fabkit.errors import invalid
 from fabkit_bench._layers import layer
-from fabkit_bench._onnx import Graph, Written
+from fabkit_bench._onnx import Graph, OnnxNetwork
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     Array = NDArray[np.floating[Any]]
     Numbers = NDArray[np.float64]
 
-__all__ = ["Autoencoder", "Network", "needed", "recurrent", "resnet_18"]
+__all__ = ["Autoencoder", "Network", "recurrent", "require", "resnet_18"]
 
 # Samples in one forward pass of a prediction: limits memory.
 _AT_ONCE = 64
 
 
-def needed() -> Any:
+def require() -> Any:
     """Import and return PyTorch; raise if it is missing."""
     try:
         return importlib.import_module("torch")
@@ -41,7 +41,7 @@ def needed() -> Any:
 @contextlib.contextmanager
 def _repeatable(seed: int) -> Generator[Any]:
     """Make PyTorch deterministic: a seed, one thread; restore its settings afterwards."""
-    torch = needed()
+    torch = require()
     threads, strict = torch.get_num_threads(), torch.are_deterministic_algorithms_enabled()
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
@@ -98,7 +98,7 @@ class Network:
             wanted = torch.from_numpy(
                 ((targets - self._to_middle) / self._to_spread).astype(np.float32)
             )
-            _learn(
+            _train(
                 torch,
                 self._form,
                 given,
@@ -116,7 +116,7 @@ class Network:
             found = _answered(torch, self._form, self._in(samples))
         return found * self._to_spread + self._to_middle
 
-    def written(self, form: str) -> Written:
+    def to_onnx(self, form: str) -> OnnxNetwork:
         """Write the network as ONNX with raw inputs and outputs; ``form`` describes it in words."""
         graph = Graph("network")
 
@@ -135,13 +135,13 @@ class Network:
             f"of {self._batch}"
         )
         takes, gives = ("n", *self._shape), ("n", self._count)
-        return Written(graph.model(takes, gives), "float32", takes, gives, form, learned)
+        return OnnxNetwork(graph.model(takes, gives), "float32", takes, gives, form, learned)
 
     def _in(self, samples: Array) -> NDArray[np.float32]:
         return ((samples - self._middle) / self._spread).astype(np.float32)
 
 
-def _learn(
+def _train(
     torch: Any,
     form: Any,
     given: Any,
@@ -185,7 +185,7 @@ def _scale(values: Array, *, whole: bool = False) -> tuple[Any, Any]:
 
 def resnet_18(outputs: int) -> Any:
     """Create a ResNet-18 for images with one channel, (n, 1, h, w): He et al., CVPR 2016."""
-    nn = needed().nn
+    nn = require().nn
 
     class Block(nn.Module):
         """A residual block: two convolutions and a skip connection."""
@@ -225,7 +225,7 @@ def resnet_18(outputs: int) -> Any:
 
 def recurrent(inputs: int, outputs: int, *, layers: int = 3, width: int = 256) -> Any:
     """Create an LSTM for series (n, steps, inputs) that predicts from the last step."""
-    nn = needed().nn
+    nn = require().nn
 
     class Last(nn.Module):
         def __init__(self) -> None:
@@ -284,7 +284,7 @@ class Autoencoder:
             )
             both = nn.Sequential(self._encoder, self._decoder)
             given = torch.from_numpy(_one_channel(pictures))
-            _learn(torch, both, given, given, epochs, rate, batch, nn.BCELoss())
+            _train(torch, both, given, given, epochs, rate, batch, nn.BCELoss())
 
     def encode(self, pictures: Array) -> Numbers:
         """Encode images (n, 68, 68) as numbers, n x 324."""
@@ -296,19 +296,19 @@ class Autoencoder:
         with _repeatable(self._seed) as torch:
             return _answered(torch, self._decoder, numbers.astype(np.float32))[:, 0]
 
-    def written(self) -> tuple[Written, Written]:
+    def to_onnx(self) -> tuple[OnnxNetwork, OnnxNetwork]:
         """Write the encoder and the decoder as ONNX."""
         sizes, pictures = ("n", 324), ("n", 1, 68, 68)
         halves = (
             (self._encoder, pictures, sizes, "encoder: mirror image of the published decoder"),
             (self._decoder, sizes, pictures, "decoder as published"),
         )
-        found: list[Written] = []
+        found: list[OnnxNetwork] = []
         for half, takes, gives, form in halves:
             graph = Graph("code")
             graph.node("Identity", layer(graph, half, "x"), out="y")
             onnx = graph.model(takes, gives)
-            found.append(Written(onnx, "float32", takes, gives, form, self._learned))
+            found.append(OnnxNetwork(onnx, "float32", takes, gives, form, self._learned))
         return found[0], found[1]
 
 

@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
     Pictures = NDArray[np.float64]
 
-__all__ = ["Code", "drawn", "likeness"]
+__all__ = ["Code", "draw_discs", "ssim"]
 
 # Wang et al., Image quality assessment, IEEE TIP 13 (2004): for values from 0 to 1.
 _C1, _C2 = 0.01**2, 0.03**2
 _WINDOW_PX = 7
 
 
-def drawn(places_px: NDArray[np.float64], radius_px: float, side_px: int) -> Pictures:
+def draw_discs(places_px: NDArray[np.float64], radius_px: float, side_px: int) -> Pictures:
     """Draw white discs on black, centred at columns and rows (n, m, 2).
 
     Returns n x side x side, 0 to 1, with antialiased rims.
@@ -60,7 +60,7 @@ class Code:
         return Dense(layer.weights @ self._ways, layer.bias @ self._ways + self.mean)
 
 
-def likeness(one: Pictures, other: Pictures) -> NDArray[np.float64]:
+def ssim(one: Pictures, other: Pictures) -> NDArray[np.float64]:
     """Compute the structural similarity (SSIM) of n pairs of images with values from 0 to 1.
 
     Returns (n,); 1 for equal images.

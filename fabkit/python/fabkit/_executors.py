@@ -86,7 +86,7 @@ def completed(
 
 def _lost(what: str, task: list[int], tries: int, error: BaseException) -> FabkitError:
     text = f"{what} {task[0]} to {task[-1]} failed {tries + 1} times: {error!r}"
-    hint = "what is finished is kept: go on with resume=True"
+    hint = "finished results are kept; run again with resume=True"
     problem = Problem(text, hint)
     lost = FabkitError(f"{text}\n  = help: {hint}", code="io", exit_code=4, problems=(problem,))
     lost.__cause__ = error
@@ -107,7 +107,7 @@ def submitter(executor: Any, retries: int) -> Generator[Submit]:
         yield executor.submit
     else:
         hint = "give an executor of concurrent.futures, a Dask client, or a scheduler's address"
-        raise invalid(f"{executor!r} is no executor: it has no `submit`", hint)
+        raise invalid(f"{executor!r} is not an executor: it has no `submit`", hint)
 
 
 def _client(address: str) -> Any:

@@ -57,8 +57,8 @@ def _shard(
         of_plan, shard = order.shard(number)
         # Another version of fabkit or other files would mix two data sets.
         if of_plan != plan:
-            text = f"a worker makes another data set, with the plan {of_plan} instead of {plan}"
-            hint = "do all workers have this version of fabkit, and the same files?"
+            text = f"a worker makes another data set: its plan is {of_plan} instead of {plan}"
+            hint = "give all workers this version of fabkit and the same files"
             problem = Problem(text, hint)
             message = f"{text}\n  = help: {hint}"
             return [], FabkitError(message, code="io", exit_code=4, problems=(problem,))

@@ -177,7 +177,7 @@ class Body:
         ending = next((end for end in _FORMATS if path.name.lower().endswith(end)), None)
         if ending is None:
             known = ", ".join(_FORMATS)
-            raise invalid(f"{path} has no ending that fabkit knows", f"known: {known}")
+            raise invalid(f"{path} has an unknown ending", f"use one of {known}")
         exported = self._native.exported(
             {
                 "parts": [self.name],

@@ -338,7 +338,7 @@ def intrinsics(
         else:
             pictures.append((f"view {number}", _arrays.luminance(view, f"view {number}")))
     if sum(map(bool, (files, pictures, corners))) > 1:
-        raise invalid("views are of several kinds; give files, or arrays, or corners")
+        raise invalid("views mixes several kinds; give only files, only arrays or only corners")
     native = _fabkit.intrinsics(
         sensor._project,  # pyright: ignore[reportPrivateUsage]
         board._text,  # pyright: ignore[reportPrivateUsage]
@@ -467,7 +467,7 @@ def _picture(cv2: Any, view: Any, number: int) -> tuple[str, NDArray[np.float32]
     name = str(os.fspath(view))  # pyright: ignore[reportUnknownArgumentType]
     read = cv2.imread(name, cv2.IMREAD_GRAYSCALE)
     if read is None:
-        raise invalid(f"cannot read {name} as a picture")
+        raise invalid(f"cannot read {name} as an image")
     return name, _arrays.luminance(read, name)
 
 

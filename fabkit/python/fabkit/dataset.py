@@ -121,7 +121,7 @@ class Dataset:
             return np.flatnonzero(index).tolist()
         if index.ndim != 1 or (index.size and index.dtype.kind not in "iu"):
             wanted = f"whole numbers, or {len(self)} booleans"
-            raise invalid(f"samples are chosen by an array of {index.dtype}; it must be {wanted}")
+            raise invalid(f"the index array has the dtype {index.dtype}; it must hold {wanted}")
         return [self._place(int(place)) for place in index]
 
     def _place(self, index: int) -> int:

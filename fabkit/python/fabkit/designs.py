@@ -444,7 +444,7 @@ class Sensor(Design):
     def __reduce__(self) -> tuple[Any, ...]:
         # For another process, possibly in another folder: it loads the sensor again.
         if self._changes is None:
-            raise TypeError("a variant of a sweep cannot be sent; send its plan and number")
+            raise TypeError("a variant of a sweep cannot be pickled; send its plan and its number")
         is_file = self.source not in sensors()
         return (_loaded, (os.path.abspath(self.source) if is_file else self.source, *self._changes))
 

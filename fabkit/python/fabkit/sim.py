@@ -593,7 +593,8 @@ def _image_array(picture: ArrayLike, name: str) -> NDArray[np.float32]:
     if given.ndim == 2:
         given = given[:, :, None]
     if given.ndim != 3 or given.shape[2] not in (1, 3):
-        raise invalid(f"{name} has the shape {given.shape}; a picture has rows, columns, colours")
+        wanted = "(rows, columns) or (rows, columns, 3)"
+        raise invalid(f"{name} has the shape {given.shape}; an image must be {wanted}")
     return np.ascontiguousarray(given, dtype=np.float32)
 
 

@@ -63,7 +63,7 @@ class MetricError(InvalidInputError):
 
     def __init__(self, metric: str, variant: int, why: str) -> None:
         text = f"the metric `{metric}` of variant {variant} {why}"
-        hint = "finished rows are kept: correct it, and go on with resume=True"
+        hint = "finished rows are kept; correct the metric and run again with resume=True"
         super().__init__(f"{text}\n  = help: {hint}", problems=(Problem(text, hint),))
         self.metric = metric
         """Name of the metric."""

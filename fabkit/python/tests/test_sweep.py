@@ -117,7 +117,7 @@ def test_bad_input_names_the_culprit(plan: Path, tmp_path: Path) -> None:
     with pytest.raises(fabkit.InvalidInputError, match="`coverage > 2` excludes 1 of 1"):
         fabkit.sweep.run({**everything, "constraints": ["coverage > 2"]}, tmp_path / "none")
     assert len((tmp_path / "none" / "sweep.csv").read_text().splitlines()) == 2
-    with pytest.raises(fabkit.InvalidInputError, match="is no executor"):
+    with pytest.raises(fabkit.InvalidInputError, match="is not an executor"):
         fabkit.sweep.run(plan, tmp_path / "out", executor=7)
     assert not (tmp_path / "out").exists()
     with pytest.raises(fabkit.FabkitError, match="there is no variant 24"):

@@ -64,7 +64,7 @@ def _override(text: str) -> tuple[str, str]:
     path, equals, value = text.partition("=")
     if not equals or not path:
         hint = "write it like `--set translucent_gel.thickness=1.2mm`"
-        raise invalid(f"`{text}` is no parameter and value", hint)
+        raise invalid(f"`{text}` is not of the form PATH=VALUE", hint)
     return path, value
 
 

@@ -5,7 +5,7 @@
 
 Both programs exit with 0 whatever they find, so their output is parsed: admesh must repair nothing; the slicer must
 call each mesh manifold, find the volume that the manifest states, and slice it into layers that reach its height.
-EVERY checks only each so many-th part.
+With EVERY, only every EVERY-th part is checked.
 
 `settings` checks that 3MF files of filament parts carry their print settings. It slices each with contrary options,
 and the same part as STL with the settings of the 3MF as options: layers, lines of each type and filament must be

@@ -73,8 +73,7 @@ class Body:
     kind: str
     """``ball``, ``cylinder``, ``box``, ``capsule`` or ``convex``."""
     sizes_mm: tuple[float, ...]
-    """Arguments of the function that creates this kind, mm; for ``convex`` the bounding box, then
-    a point and a normal for each face."""
+    """Arguments of the function that creates this kind; for ``convex`` box, points and normals."""
     sensor_from_body: NDArray[np.float64]
     """Pose: body frame to sensor frame, (4, 4), mm."""
 
@@ -120,8 +119,7 @@ def convex(vertices_mm: ArrayLike, triangles: ArrayLike) -> Body:
     vertices_mm
         Vertices, (n, 3), mm.
     triangles
-        Vertex indices, (m, 3), counter-clockwise seen from outside, as in :class:`fabkit.Mesh` and
-        trimesh.
+        Vertex indices, (m, 3), counter-clockwise seen from outside, as in :class:`fabkit.Mesh`.
 
     Raises
     ------
@@ -138,21 +136,18 @@ def convex(vertices_mm: ArrayLike, triangles: ArrayLike) -> Body:
     normals = np.cross(second - first, third - first)
     areas = np.linalg.norm(normals, axis=1)
     size_mm = float(np.ptp(points, axis=0).max())
-    # Triangles without area have no normal.
     solid = areas > 1e-9 * size_mm**2
     normals = normals[solid] / areas[solid, None]
-    # Triangles of one face share a plane: keep one of each, in the mesh's order.
+    # Triangles of one face share a plane: keep one of them. No vertex may lie in front of a plane.
     offsets = np.einsum("ij,ij->i", normals, first[solid])
     planes = np.round(np.column_stack([normals, offsets / max(size_mm, 1e-300)]), 9)
     _, kept = np.unique(planes, axis=0, return_index=True)
     kept.sort()
     normals, offsets = normals[kept], offsets[kept]
-    # In a convex mesh no vertex lies in front of a face.
     beyond_mm = float((points @ normals.T - offsets).max()) if len(kept) else np.inf
     if beyond_mm > 1e-6 * size_mm:
         hint = "split it into convex pieces, and press all of them; or turn its triangles around"
         raise invalid(f"the mesh is not convex: a vertex lies {beyond_mm:.3g} mm outside", hint)
-    # The compiled library takes a box around the body, then a point and a normal for each face.
     margin = 0.01 * size_mm
     faces = np.column_stack([normals * offsets[:, None], normals])
     around = [*(points.min(axis=0) - margin), *(points.max(axis=0) + margin)]
@@ -248,8 +243,7 @@ class Sensor:
     design
         A sensor, or the name of one.
     size_px
-        Width and height of images, px: the camera's view in another number of pixels. Default:
-        the camera's own.
+        Width and height of images, px, with the same view. Default: the camera's own.
     light, constants
         As for :meth:`fabkit.depth.Scene.capture`.
     camera, pose, unit
@@ -352,10 +346,9 @@ class Sensor:
         reference
             The reference image, without contact.
         network
-            An ONNX file: a chain of convolutions from one channel to one. A file of the same name
-            that ends in ``.json`` describes its input and output; without that file, it counts as
-            R-Tac0's published network. Default: no network, but a model of the sensor's light,
-            which shows thickness or slopes.
+            An ONNX file: a chain of convolutions from one channel to one. A ``.json`` file of the
+            same name describes input and output; without that it counts as R-Tac0's published
+            network. Default: a model of the sensor's light, which shows thickness or slopes.
 
         Returns
         -------
@@ -368,7 +361,7 @@ class Sensor:
             The sensor's light shows neither thickness nor slopes, images have another size, or the
             network has other layers.
         """
-        rest = _image_array(reference, "reference")
+        rest = _image(reference, "reference")
         # Preparation takes seconds; keep the result while reference image and network are the same.
         by = None if network is None else os.fspath(network)
         same = self._known is not None and self._known[1] == by
@@ -378,28 +371,22 @@ class Sensor:
         known = self._known[2]
         given = np.asarray(images)
         is_one = given.ndim == np.asarray(reference).ndim
-        shown = [
-            known.depth(_image_array(one, "images")) for one in (given[None] if is_one else given)
-        ]
+        shown = [known.depth(_image(one, "images")) for one in (given[None] if is_one else given)]
         depth_mm, contact = (np.stack([one[k] for one in shown]) for k in (0, 1))
         return (depth_mm[0], contact[0]) if is_one else (depth_mm, contact)
 
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """Tracked positions of m markers in n images; without the first axis for one image.
-
-    Values are NaN where a marker is not found.
-    """
+    """Tracked positions of m markers in n images, or in one, without n; NaN if not found."""
 
     px: NDArray[np.float64]
     """Column and row of each marker, (n, m, 2), px; the first pixel's centre is (0, 0)."""
     moved_px: NDArray[np.float64]
     """Displacement from the reference image, (n, m, 2), px."""
     moved_mm: NDArray[np.float64]
-    """Displacement along the surface on which the marker lies at rest, or along its liquid column:
-    sensor frame, (n, m, 3), mm. An image does not show the normal component, which is taken as
-    zero."""
+    """Displacement along the surface at rest, or along the liquid column: sensor frame, (n, m, 3),
+    mm. An image does not show the other component, which is taken as zero."""
     seen: NDArray[np.bool_]
     """True where a marker is found: (n, m)."""
 
@@ -425,8 +412,7 @@ class MarkFollower:
         A sensor, its name, or a :class:`fabkit.depth.Scene` with the calibrated camera that took
         the images. Without a scene, the design's camera is taken as an approximation.
     reference
-        The reference image, without contact: rows x columns, or rows x columns x 3 in colour, of
-        the camera's size.
+        The reference image, of the camera's size: rows x columns, or rows x columns x 3 in colour.
     light
         Name of the light that is on. Default: the sensor's usual one.
 
@@ -442,7 +428,7 @@ class MarkFollower:
         scene = design if isinstance(design, Scene) else None
         sensor = design.sensor if isinstance(design, Scene) else design
         sensor = load(sensor) if isinstance(sensor, str) else sensor
-        rest = _image_array(reference, "reference")
+        rest = _image(reference, "reference")
         self._colors = np.asarray(reference).ndim
         self._known = _fabkit.MarkFollower(
             sensor._project,  # pyright: ignore[reportPrivateUsage]
@@ -470,8 +456,7 @@ class MarkFollower:
         given = np.asarray(images)
         is_one = given.ndim == self._colors
         told = [
-            self._known.follow(_image_array(one, "images"))
-            for one in (given[None] if is_one else given)
+            self._known.follow(_image(one, "images")) for one in (given[None] if is_one else given)
         ]
         names = ("mark_px", "mark_moved_px", "mark_moved_mm", "mark_seen")
         found = [np.stack([one[name] for one in told]) for name in names]
@@ -549,9 +534,7 @@ class Skin:
     def press_all(
         self, pressers: Sequence[str], *, lights: Sequence[str] = (), seed: int | None = 0
     ) -> SkinMany:
-        """Simulate several presses along the normal, without friction.
-
-        Several indentations at one place take hardly longer than one.
+        """Press several times along the normal, without friction; repeats at one place are fast.
 
         Parameters
         ----------
@@ -560,8 +543,7 @@ class Skin:
         lights
             Names of the sensor's lights to render images in. Default: no images.
         seed
-            Seed of the noise in the first image; each further image uses the next number. ``None``
-            for no noise.
+            Seed of the first image's noise; the next image uses the next number. ``None``: none.
 
         >>> import fabkit.sim
         >>> skin = fabkit.sim.Skin("fluidic", spacing_mm=2.0, size_px=(160, 120))
@@ -583,7 +565,7 @@ class Skin:
         return SkinMany(**told, images=images)
 
 
-def _image_array(picture: ArrayLike, name: str) -> NDArray[np.float32]:
+def _image(picture: ArrayLike, name: str) -> NDArray[np.float32]:
     """Convert an image to rows x columns x channels, float32 from 0 to 1."""
     given = np.asarray(picture)
     if given.dtype.kind == "u":
@@ -593,8 +575,7 @@ def _image_array(picture: ArrayLike, name: str) -> NDArray[np.float32]:
     if given.ndim == 2:
         given = given[:, :, None]
     if given.ndim != 3 or given.shape[2] not in (1, 3):
-        wanted = "(rows, columns) or (rows, columns, 3)"
-        raise invalid(f"{name} has the shape {given.shape}; an image must be {wanted}")
+        raise invalid(f"{name} has the shape {given.shape}; it must be (rows, columns[, 3])")
     return np.ascontiguousarray(given, dtype=np.float32)
 
 
@@ -607,7 +588,6 @@ def _press_arguments(
     float | None,
     int | None,
 ]:
-    """Convert a press for the compiled library: names, bodies, shear (mm), friction, seed."""
     given = [asked.presser] if isinstance(asked.presser, str | Body) else list(asked.presser)
     names = [one for one in given if isinstance(one, str)]
     bodies = [

@@ -34,10 +34,10 @@ class Places:
 def places(
     sensor: sim.Sensor, random: np.random.Generator, count: int, *, margin_mm: float = 3.0
 ) -> Places:
-    """Draw places evenly by area, of those that the camera sees.
+    """Draw press positions on the surface that the camera sees, uniformly by area.
 
-    They keep ``margin_mm`` away, along the axis on domes and to all sides on pads, from the lowest
-    and outermost points that are seen: a presser there meets what is rigid.
+    On domes they are ``margin_mm`` above the lowest visible point, on pads ``margin_mm`` inside the
+    outermost ones: an indenter nearer to the edge would touch rigid bodies.
     """
     truth = sensor.scene.cast()
     points = truth.point_in_sensor

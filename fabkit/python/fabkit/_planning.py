@@ -70,7 +70,7 @@ class CapturePlan:
     """Expected accuracy of the same number of captures with all kinds of pin, and with each kind
     alone."""
     done: Expected | None
-    """Accuracy that the existing captures reach; ``None`` if there are none, or too few."""
+    """Accuracy that the existing captures reach; ``None`` if they do not determine the pose."""
     next: list[NextCapture]
     """Captures to take, in order; each improves the surface most, given those before it."""
     document: dict[str, Any]

@@ -339,7 +339,7 @@ def run(
             closing(_fabkit.SweepStore.open(path, native, resume)) as store,
         ):
             missing = store.missing()
-            # About 64 tasks or more, so that progress is smooth and workers stay busy to the end.
+            # About 64 tasks or more, each of at most 16 rows.
             together = min(max(len(missing) // 64, 1), _MOST_TOGETHER)
             tasks = [missing[i : i + together] for i in range(0, len(missing), together)]
             done = len(plan) - len(missing)

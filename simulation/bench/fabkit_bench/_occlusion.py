@@ -39,7 +39,7 @@ _SHRUNK, _LEAST_GREY = 150, 1.0
 _BLUR_PX = 8.6
 # Number of images in the mean reference image.
 _AT_REST = 10
-# Half width of the window around a marker, px: no marker reaches farther.
+# Half width of the window around a marker's middle in which covered pixels are computed, px.
 _WINDOW_PX = 14
 # Addition to the row's name, and note, for each method.
 _WAYS = (

@@ -60,7 +60,7 @@ _FORCE_N = {85: (0.110, 0.116, 0.134), 43: (0.166, 0.167, 0.256), 0: (0.266, 0.2
 _LARGEST_N = 8.0
 # Published mean localisation error.
 _LOCALISATION_MM = 0.172
-# Dry silicone on a smooth solid, from the ShadowTac paper; this paper states none.
+# Dry silicone on a smooth solid, from the ShadowTac paper; the design states none.
 _FRICTION = 0.35
 
 _DARKEST = Numbers(

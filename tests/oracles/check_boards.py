@@ -1,12 +1,11 @@
-"""Lets gerbv and pygerber read what `fabkit export --format gerber` writes.
+"""Checks the circuit boards of `fabkit export --format gerber` with gerbv and pygerber.
 
     python check_boards.py PATH_TO_FABKIT [DESIGN ...]
 
-For every built-in sensor with a circuit board, or for those that are named. gerbv must read all layers and drills
-together without a word, and so must pygerber each layer. What is drawn is then read once more here, from the
-layers' own text, and compared with the board's description and with the sensor: pads, their corners and tracks,
-the outline's extent, drills, and LEDs on the landmarks of the part, all within 0.01 mm. Pads and holes of the
-drawing that pygerber makes of the copper must be where the description has them, too.
+By default it checks every built-in sensor with a circuit board. gerbv must read all layers and drills together without
+a message, and pygerber each layer. The layers are then parsed here again and compared with the board's description and
+with the sensor: pads, their corners and tracks, the outline's extent, drills, and LEDs on the part's landmarks, all
+within 0.01 mm. In pygerber's image of the copper, pads and vias must be at their described positions, too.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from pathlib import Path
 
 WITHIN_MM = 0.01
 SENSORS = ["rtac0", "uvdtact", "tactip", "9dtact"]
-# Dots for each mm in pygerber's drawings.
+# Resolution of pygerber's images, dots per mm.
 DPMM = 100
 
 
@@ -74,7 +73,7 @@ class Layer:
 
 
 def arc(at, to, offset, ccw) -> list[tuple[float, float]]:
-    """Points of an arc, a hundredth of a radian apart."""
+    """Returns points of an arc, a hundredth of a radian apart."""
     centre = (at[0] + offset[0], at[1] + offset[1])
     radius = math.hypot(*offset)
     assert abs(math.dist(to, centre) - radius) < 2e-6, "the end of an arc is on its circle"
@@ -86,7 +85,7 @@ def arc(at, to, offset, ccw) -> list[tuple[float, float]]:
 
 
 def drills(path: Path) -> list[tuple[float, float, float]]:
-    """x, y and diameter of each hit, mm."""
+    """Reads x, y and diameter of each drilled hole, mm."""
     if not path.exists():
         return []
     text = path.read_text()
@@ -102,7 +101,7 @@ def drills(path: Path) -> list[tuple[float, float, float]]:
 
 
 def same(found, wanted, what: str) -> None:
-    """Two lists of numbers, in any order."""
+    """Checks that two lists of points or numbers are equal within the tolerance, in any order."""
     found, wanted = sorted(found), sorted(wanted)
     assert len(found) == len(wanted), f"{what}: {len(found)}, not {len(wanted)}"
     left = list(wanted)
@@ -185,7 +184,7 @@ def check_job(folder: Path, board: dict) -> None:
 
 
 def check_lamps(tree: dict, board: dict) -> None:
-    """LEDs and the middle between their pads on the landmarks that the part has of them."""
+    """Checks that LEDs, and the middles between their pads, are on the part's landmarks."""
     marks = [tuple(mark["point_mm"][:2]) for mark in tree["landmarks"] if "led" in mark["name"]]
     leds = [part for part in board["parts"] if part["designator"].startswith("D")]
     same([tuple(part["at_mm"]) for part in leds], marks, "LEDs")
@@ -252,9 +251,9 @@ def check(binary: str, sensor: str) -> None:
 
 def main() -> None:
     binary, *sensors = sys.argv[1:]
-    # Whatever a reader has to say is a fault.
+    # Every warning of a reader is an error.
     warnings.simplefilter("error")
-    # Of the parser that pygerber uses, for its author.
+    # These concern the author of the parser that pygerber uses.
     warnings.simplefilter("ignore", DeprecationWarning)
     logging.basicConfig(level=logging.WARNING)
     for sensor in sensors or SENSORS:

@@ -1,9 +1,9 @@
-"""Holds every document of `--json` that needs no pictures to its JSON Schema.
+"""Validates the documents that `--json` prints against their JSON Schemas.
 
     python check_contracts.py PATH_TO_FABKIT
 
-The schemas are those that `fabkit schema --output` prints; the validator is the package jsonschema, which
-first judges the schemas themselves. Nothing here uses fabkit's own code.
+It covers all commands that need no real captures. The schemas are those that `fabkit schema --output` prints; the
+validator is the package jsonschema, which checks the schemas themselves first. Nothing here uses fabkit's own code.
 """
 
 import json
@@ -29,7 +29,7 @@ readings:
   - {load: 79.6 g, gap: 18.5 mm}
   - {load: 127.5 g, gap: 18 mm}
 """
-#: Schema, exit code, command line.
+#: In each line: schema, expected exit code, command line.
 COMMANDS = """
 list 0 list
 show 0 show rtac0
@@ -72,6 +72,7 @@ error 4 show nowhere.yaml
 
 
 def run(fabkit: str, folder: str, words: list[str]) -> tuple[int, dict]:
+    """Runs a command; returns its exit code and its JSON document."""
     done = subprocess.run([fabkit, *words], capture_output=True, text=True, cwd=folder)
     try:
         return done.returncode, json.loads(done.stdout)

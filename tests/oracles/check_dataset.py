@@ -1,5 +1,4 @@
-"""Reads what `fabkit dataset` writes with Python's zarr and compares it, to the bit, with the maps
-that `fabkit depth` writes for the same presses.
+"""Reads data sets of `fabkit dataset` with Python's zarr and compares them, to the bit, with maps of `fabkit depth`.
 
     python check_dataset.py path/to/fabkit
 """
@@ -29,6 +28,7 @@ def run(fabkit, *arguments):
 
 
 def bits(array):
+    """Reinterprets an array as unsigned integers, so that NaN compares equal and -0 differs from 0."""
     return array.view({1: np.uint8, 4: np.uint32, 8: np.uint64}[array.dtype.itemsize])
 
 
@@ -36,20 +36,20 @@ def same(a, b):
     return a.dtype == b.dtype and a.shape == b.shape and np.array_equal(bits(a), bits(b))
 
 
-# Turned about its axis and shifted, so that the seam runs through chunks.
+# A camera that is rotated about its axis and shifted, so that the seam crosses chunks.
 CROOKED = """camera_from_sensor:
 - [0.9945218953682733, -0.10452846326765347, 0, 0.6]
 - [0.10452846326765347, 0.9945218953682733, 0, 0]
 - [0, 0, 1, 7]
 - [0, 0, 0, 1]
 """
-# Small: each pixel's ray is followed again for each parameter.
+# Few pixels: for uncertainties, each pixel's ray is traced again for each parameter.
 CAMERA = """fabkit_camera: 1
 width_px: 96
 height_px: 72
 lens: {model: kannala-brandt, fx_px: 43, fy_px: 43, cx_px: 47.5, cy_px: 35.5, k1: 0, k2: 0, k3: 0, k4: 0}
 """
-# As a calibration says how sure it is.
+# The same pose with a covariance, as a calibration writes it.
 UNSURE = CROOKED + """covariance:
   - [1.0e-6, 0, 0, 0, 0, 0]
   - [0, 1.0e-6, 0, 0, 0, 0]
@@ -61,7 +61,7 @@ UNSURE = CROOKED + """covariance:
 
 
 def captures(folder, names, shape):
-    """A picture of noise for each half."""
+    """Writes an image of noise for each half."""
     random = np.random.default_rng(1)
     folder.mkdir()
     for name in names:
@@ -83,7 +83,7 @@ def write_png(path, pixels):
 
 
 def check_halves(fabkit, folder, view):
-    """Halves against single maps."""
+    """Compares halves with single maps."""
     about = json.loads((folder / "lazy/dataset.json").read_text())
     names = [pattern["name"] for pattern in about["patterns"]]
     assert len(names) == COUNT
@@ -105,7 +105,7 @@ def check_halves(fabkit, folder, view):
 
 
 def check_sigmas(fabkit, folder):
-    """How sure halves are, against single maps; without a calibration nothing is said."""
+    """Compares standard deviations of halves with single maps; without a calibration there are none."""
     presses, pose, camera = (folder / name for name in ("presses.txt", "unsure.yaml", "camera.yaml"))
     camera.write_text(CAMERA)
     presses.write_text("semi-dome-001\n")
@@ -131,7 +131,7 @@ def check_sigmas(fabkit, folder):
 
 
 def check_samples(folder):
-    """Stitched by Python and by fabkit."""
+    """Compares samples that Python stitches with those that fabkit wrote."""
     written, arrays = zarr.open(folder / "all", mode="r"), set()
     for split in ("train", "validation", "test", "mixed"):
         truth = StitchedTruth(folder / "lazy", split)
@@ -140,7 +140,7 @@ def check_samples(folder):
             for name, stitched in truth[index].items():
                 arrays.add(name)
                 assert same(stitched, written[f"samples/{name}"][sample]), (sample, name)
-    # Many at once: readers may join what lies side by side in a file.
+    # Reading all at once must give the same: readers may merge neighbouring chunks of a file.
     for name in arrays:
         array = written[f"samples/{name}"]
         assert all(same(array[:][i], array[i]) for i in range(0, COUNT**2, 7)), name

@@ -3,10 +3,10 @@
     cargo build --release -p fabkit-elastic --example press_json
     python check_elastic.py target/release/examples/press_json
 
-An axisymmetric solution of its own: Taylor-Hood elements (biquadratic displacements, pressures that are
-bilinear within each layer and break between layers), contact where nodes of the surface are held by the
-presser. Contact is a disc: the largest one whose outermost element is not pulled. Nothing of fabkit's is used
-but the numbers that the example prints. Needs scikit-fem 12 and scipy.
+The axisymmetric solution is independent: Taylor-Hood elements (biquadratic displacements, pressures that are bilinear
+within each layer and discontinuous between layers), with the surface nodes in contact fixed to the indenter. The
+contact is a disc: the largest one whose outermost element is not in tension. Of fabkit only the numbers that the
+example prints are used. Needs scikit-fem 12 and scipy.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from skfem.helpers import ddot, sym_grad
 
 Array = np.ndarray
 
-# Of the depth, and of the force: what the two solutions may differ by.
+# Largest difference of the two solutions, relative to the depth and to the force.
 AGREEMENT = 0.01
 PAD_RADIUS_MM = 12.0
 ECOFLEX_ON_PDMS = [(0.07, 1.5), (1.7, 1.5)]
@@ -44,7 +44,7 @@ ECOFLEX_ON_PDMS = [(0.07, 1.5), (1.7, 1.5)]
 
 @dataclass
 class Case:
-    """One press; layers from the touched one down as Young's modulus, MPa, and thickness, mm."""
+    """One press. Layers, from the touched one down, are Young's modulus, MPa, and thickness, mm."""
 
     name: str
     layers: list[tuple[float, float]]
@@ -52,12 +52,12 @@ class Case:
     presser: str
     radius_mm: float
     depth_mm: float
-    # Size of elements under the presser, and how far from the axis they are that small.
+    # Size of elements under the indenter, and radius of the region with that size.
     element_mm: float = 0.06
     fine_mm: float = 4.8
 
     def shape_mm(self, r: Array) -> Array:
-        """Height of the presser above its lowest point; infinite beside it."""
+        """Returns the height of the indenter above its lowest point; infinite beside it."""
         inside = np.clip(self.radius_mm**2 - r**2, 0.0, None)
         return np.where(r < self.radius_mm, self.radius_mm - np.sqrt(inside), np.inf)
 
@@ -89,14 +89,14 @@ CASES = [
 
 
 class Pad:
-    """Stiffness of a pad, bonded at z = 0, free at its rim."""
+    """Stiffness matrix of a pad that is bonded at z = 0 and free at its rim."""
 
     def __init__(self, case: Case) -> None:
         fine = np.arange(0.0, case.fine_mm + 1e-9, case.element_mm)
         coarse = np.geomspace(case.fine_mm, PAD_RADIUS_MM, 30)[1:]
         heights, z = [np.array([0.0])], 0.0
         for _, thickness in reversed(case.layers):
-            # Smallest below the touched surface, of the layer on top.
+            # Elements are smallest below the touched surface.
             size = case.element_mm * (1.0 if z + thickness > case.thickness_mm - 1e-9 else 4.0)
             count = math.ceil(thickness / (3.0 * size))
             heights.append(z + thickness * (1.0 - np.linspace(1.0, 0.0, count + 1)[1:] ** 1.5))
@@ -137,7 +137,7 @@ class Pad:
         self.top_r_mm = places[0][self.top]
 
     def press(self, case: Case, held: int) -> tuple[Array, Array]:
-        """Displacements, and forces in N per radian on the innermost `held` nodes, which the presser holds."""
+        """Solves for displacements, and forces in N per radian on the innermost `held` nodes, which are in contact."""
         nodes = self.top[:held]
         solution = np.zeros(self.matrix.shape[0])
         solution[nodes] = case.shape_mm(self.top_r_mm[:held]) - case.depth_mm
@@ -173,14 +173,14 @@ def bulk_form(lame: float) -> BilinearForm:
 
 
 def solved(pad: Pad, case: Case) -> tuple[Array, float, float]:
-    """Displacements, force, N, and radius of contact, mm."""
+    """Finds the contact; returns displacements, force, N, and contact radius, mm."""
     most = int(np.count_nonzero(pad.top_r_mm < case.radius_mm * (1.0 - 1e-9)))
-    # Elements of two nodes: held ones end at a corner, 3, 5, ...
+    # A biquadratic element adds two nodes: the contact ends at a corner node, 3, 5, ...
     low, high = 1, (most - 1) // 2
     while low < high:
         middle = (low + high + 1) // 2
         _, forces = pad.press(case, 2 * middle + 1)
-        # What pulls at its outermost element is larger than the contact.
+        # Tension at the outermost element means that the disc is larger than the contact.
         low, high = (middle, high) if forces[-2:].sum() < 0.0 else (low, middle - 1)
     held = 2 * low + 1
     solution, forces = pad.press(case, held)

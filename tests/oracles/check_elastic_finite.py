@@ -1,11 +1,11 @@
-"""Presses a pad at large strain with scikit-fem, compares force and bulge with `fabkit-elastic`: 3 minutes.
+"""Presses a pad at large strain with scikit-fem and compares force and bulge with `fabkit-elastic`: 3 minutes.
 
     cargo build --release -p fabkit-elastic --example press_json
     python check_elastic_finite.py target/release/examples/press_json
 
-The same neo-Hookean energy, `G/2 (I1 - 3 - 2 ln J) + lambda/2 (J - 1)^2`, in Taylor-Hood elements, and a
-contact of its own: a soft spring between surface and ball, `k e ln(1 + exp(-gap / e))`. Its softness goes as
-1 / k, so that two springs, the second twice as stiff, tell what a rigid ball would do.
+It uses the same neo-Hookean energy, `G/2 (I1 - 3 - 2 ln J) + lambda/2 (J - 1)^2`, in Taylor-Hood elements, and an
+independent contact: soft springs between surface and ball with the pressure `k e ln(1 + exp(-gap / e))`. The error of
+the springs is proportional to 1 / k, so two stiffnesses, the second twice the first, extrapolate to a rigid ball.
 """
 
 from __future__ import annotations
@@ -43,34 +43,36 @@ THICKNESS_MM, PAD_RADIUS_MM, BALL_MM = 3.0, 8.0, 4.0
 FINE_MM, ELEMENT_MM = 3.6, 0.15
 DEPTHS_MM = [0.05 * i for i in range(1, 31)]
 COMPARED = [10, 20, 30]
-# MPa/mm, and how sharply springs begin, mm.
+# Stiffness of the springs, MPa/mm, and length over which they set in, mm.
 SPRINGS, EDGE_MM = (20.0, 40.0), 1e-3
-# What is left of the springs' softness and of elements of this size is a few thousandths.
+# Largest relative difference. The remaining errors of springs and elements are a few thousandths.
 AGREEMENT = 0.01
 
 
 def gradient(w: Any) -> list[Array]:
-    """Parts of the deformation's gradient: in the meridian plane, row by row, and around."""
+    """Returns the deformation gradient: four components in the meridian plane, row by row, and the hoop component."""
     g = grad(w["u"])
     return [1.0 + g[0, 0], g[0, 1], g[1, 0], 1.0 + g[1, 1], 1.0 + w["u"][0] / w.x[0]]
 
 
 def varied(v: Any, w: Any) -> list[Array]:
+    """Returns the change of the deformation gradient by a variation of the displacement."""
     g = grad(v)
     return [g[0, 0], g[0, 1], g[1, 0], g[1, 1], v[0] / w.x[0]]
 
 
 def ratio(f: list[Array]) -> Array:
+    """Returns the volume ratio, the determinant of the deformation gradient."""
     return f[4] * (f[0] * f[3] - f[1] * f[2])
 
 
 def slope(f: list[Array]) -> list[Array]:
-    """Derivatives of the volume's ratio by the gradient's parts."""
+    """Returns the derivatives of the volume ratio by the components of the deformation gradient."""
     return [f[3] * f[4], -f[2] * f[4], -f[1] * f[4], f[0] * f[4], f[0] * f[3] - f[1] * f[2]]
 
 
 def bend(f: list[Array], x: list[Array], y: list[Array]) -> Array:
-    """Second derivative of the volume's ratio along two variations."""
+    """Returns the second derivative of the volume ratio along two variations."""
     plane = x[0] * y[3] + x[3] * y[0] - x[1] * y[2] - x[2] * y[1]
     around = f[3] * x[0] - f[2] * x[1] - f[1] * x[2] + f[0] * x[3]
     around_too = f[3] * y[0] - f[2] * y[1] - f[1] * y[2] + f[0] * y[3]
@@ -111,16 +113,17 @@ def bulk(p: Any, q: Any, w: Any) -> Any:
 
 
 class Contact:
-    """Springs between the moved surface and a ball."""
+    """Springs between the deformed surface and a ball."""
 
     def __init__(self, spring: float, depth_mm: float) -> None:
         self.spring, self.depth_mm = spring, depth_mm
 
     def push(self, w: Any) -> tuple[Array, Array, Array, Array]:
-        """Pressure, its stiffness, and slope and curvature of the ball above each point."""
+        """Returns pressure, its stiffness, and slope and curvature of the ball above each point."""
         x = w.x[0] + w["u"][0]
         root = np.sqrt(np.clip(BALL_MM**2 - x**2, 1e-6, None))
         gap = THICKNESS_MM - self.depth_mm + BALL_MM - root - w.x[1] - w["u"][1]
+        # No contact near the ball's equator, where its slope is infinite.
         gap = np.where(x < 0.98 * BALL_MM, gap, 1.0) / -EDGE_MM
         pressure = self.spring * EDGE_MM * np.logaddexp(0.0, gap)
         return pressure, self.spring / (1.0 + np.exp(-np.clip(gap, -50, 50))), x / root, BALL_MM**2 / root**3
@@ -144,7 +147,7 @@ class Contact:
 
 
 def solved(spring: float) -> Array:
-    """Force, N, and bulge, mm, at each depth."""
+    """Solves for force, N, and bulge, mm, at each depth: depths x 2."""
     along = np.arange(0.0, FINE_MM + 1e-9, ELEMENT_MM)
     along = np.concatenate([along, np.geomspace(FINE_MM, PAD_RADIUS_MM, 14)[1:]])
     mesh = MeshQuad.init_tensor(along, THICKNESS_MM * (1.0 - np.linspace(1.0, 0.0, 15) ** 1.4))
@@ -173,6 +176,7 @@ def solved(spring: float) -> Array:
             step = np.zeros(u.size + p.size)
             step[free] = -splu(matrix[free][:, free]).solve(residual[free])
             largest = float(np.abs(step[: u.size]).max())
+            # Newton steps of at most 0.1 mm keep elements from turning inside out.
             step *= min(1.0, 0.1 / max(largest, 1e-30))
             u, p = u + step[: u.size], p + step[u.size :]
             if largest < 1e-6:
@@ -190,6 +194,7 @@ def main() -> int:
     parser.add_argument("example", help="the example press_json, built")
     example = parser.parse_args().example
     soft, stiff = (solved(spring) for spring in SPRINGS)
+    # Richardson extrapolation to an infinite stiffness.
     rigid = 2.0 * stiff - soft
     agrees = True
     for number in COMPARED:

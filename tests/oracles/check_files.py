@@ -1,15 +1,14 @@
-"""Lets lib3mf, manifold3d, ezdxf and OpenCV read everything that `fabkit export` writes.
+"""Checks exported 3MF, STL, DXF and board files with lib3mf, manifold3d, ezdxf and OpenCV.
 
     python check_files.py PATH_TO_FABKIT [SENSOR...]
 
-For each of them, or for every built-in sensor: each 3MF file is read by lib3mf (the 3MF Consortium's own library) in
-strict mode and must give no warning, have millimetres as its unit and hold only closed, oriented
-objects; each STL file, its equal vertices merged, must be a manifold to manifold3d, with the
-volume, bounds and genus that the manifest states; each DXF file must pass ezdxf's audit without an
-error or a fix, say millimetres, and enclose the area that the manifest states and, exported without
-compensation, that of the profile in the part's tree. Each calibration board, drawn from its SVG, is
-found by OpenCV with all corners where its document has them, its markers are those of OpenCV's
-dictionary, and its DXF encloses what is dark. Nothing here uses fabkit's own code.
+By default it checks every built-in sensor. lib3mf (the 3MF Consortium's own library) reads each 3MF file in strict mode
+and must give no warning; the unit must be millimetres and all objects closed and oriented. manifold3d must accept each
+STL file, with equal vertices merged, as a manifold with the volume, bounds and genus that the manifest states. Each DXF
+file must pass ezdxf's audit without an error or a fix, be in millimetres, and enclose the area that the manifest states
+and, exported without compensation, that of the profile in the part's tree. OpenCV must find each calibration board,
+drawn from its SVG, with all corners at the positions in its document; its markers must be those of OpenCV's
+dictionary, and its DXF must enclose the dark areas. Nothing here uses fabkit's own code.
 """
 
 import json
@@ -38,7 +37,7 @@ def fabkit(binary: str, *arguments: str) -> dict:
 
 
 def parts_of(model: lib3mf.Model, resource: lib3mf.Object) -> list[str]:
-    """Names of the meshes that an object is made of; none of them may be moved."""
+    """Returns the names of the meshes that an object consists of; none of them may have a transform."""
     if not resource.IsComponentsObject():
         return [resource.GetName()]
     piece = model.GetComponentsObjectByID(resource.GetResourceID())
@@ -118,8 +117,7 @@ def check_stl(path: Path, part: dict) -> None:
 
 
 def signed_area(points: list[tuple[float, float, float]]) -> float:
-    """Area within lines and arcs, each point with the bulge of what leaves it; positive
-    counter-clockwise."""
+    """Computes the area within lines and arcs, positive if counter-clockwise; each point has its segment's bulge."""
     area = 0.0
     for (x0, y0, bulge), (x1, y1, _) in zip(points, points[1:] + points[:1]):
         area += (x0 * y1 - x1 * y0) / 2
@@ -135,7 +133,7 @@ def area_of_polyline(points: list[tuple[float, float, float]]) -> float:
 
 
 def area_of_path(path: dict) -> float:
-    """Area within a path of a tree file."""
+    """Computes the area within a path of a tree file."""
     points, start = [], path["start"]
     for segment in path["segments"]:
         ((kind, how),) = segment.items()
@@ -152,7 +150,7 @@ def area_of_path(path: dict) -> float:
 
 
 def area_of_tree(path: Path) -> float:
-    """Area of the one extrusion, cylinder or box in a tree file."""
+    """Computes the cross-section of the single extrusion, cylinder or box in a tree file, mm2."""
     node = json.loads(path.read_text())["solid"]
     while True:
         ((kind, node),) = node.items()
@@ -194,7 +192,7 @@ PIXELS_PER_MM = 8
 
 
 def dark_of_svg(path: Path) -> list[numpy.ndarray]:
-    """The polygons of the filled path, mm."""
+    """Reads the polygons of the filled path, mm."""
     (data,) = re.findall(r'evenodd" d="([^"]*)"', path.read_text())
     numbers = (re.findall(r"[-+.e0-9]+", part) for part in data.split("M")[1:])
     return [numpy.array(part, float).reshape(-1, 2)[:-1] for part in numbers]
@@ -205,7 +203,7 @@ def check_board(folder: Path, kind: str) -> None:
     columns, rows = board["squares"]
     corners = numpy.array([corner["in_board_mm"] for corner in board["corners"]])
     dark = dark_of_svg(folder / f"{kind}.svg")
-    # fillPoly counts crossings, as the file's fill rule does; fixed point for true edges.
+    # fillPoly uses the even-odd rule, as the file does; fixed point gives subpixel edges.
     size = numpy.ceil(numpy.concatenate(dark).max(axis=0) * PIXELS_PER_MM).astype(int) + 60
     image = numpy.full((size[1], size[0]), 255, numpy.uint8)
     # Pixel centres are whole numbers, so an edge at x mm lies at x * scale - 0.5.
@@ -228,18 +226,18 @@ def check_board(folder: Path, kind: str) -> None:
         is_found, found = cv2.findChessboardCornersSB(image, (columns - 1, rows - 1))
         assert is_found, f"no {kind} found"
         found = found.reshape(-1, 2)
-        # A board has no first corner for this detector: it may start at the other end.
+        # This detector cannot tell the board's ends apart: it may start at the other one.
         if found[0].sum() > found[-1].sum():
             found = found[::-1]
     off = (found + 0.5) / PIXELS_PER_MM - corners
     spread = numpy.abs(off - off.mean(axis=0)).max()
-    # Edges are drawn to whole pixels.
+    # The drawn edges are rounded to pixels.
     assert spread < 0.3 / PIXELS_PER_MM, f"{kind}: corners are off by up to {spread} mm"
 
     document = ezdxf.readfile(folder / f"{kind}.dxf")
     assert not document.audit().errors and document.units == units.MM
     outlines = [e for e in document.modelspace() if e.dxf.layer == "ENGRAVE"]
-    # Dark and light run in opposite directions.
+    # Outlines of dark and light areas have opposite directions, so light ones subtract.
     enclosed = sum(signed_area(list(e.get_points("xyb"))) for e in outlines)
     area = (columns * rows - columns * rows // 2) * board["square_mm"] ** 2
     for marker in board.get("markers", []):

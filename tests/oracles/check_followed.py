@@ -1,9 +1,9 @@
-"""Marks that `fabkit reconstruct` follows in pictures, beside where the pictures were made with them.
+"""Compares markers that `fabkit reconstruct` tracks in simulated captures with their true positions.
 
     python check_followed.py path/to/fabkit [SENSOR ...] [--unit SEED]
 
-Captures are simulated, with noise: of the sensor as drawn, or of another unit of it, whose camera sits elsewhere than drawn;
-marks are always looked for through the drawn camera. On demand: pictures of UVDtact and ShadowTac take minutes.
+Captures have noise. They show the nominal sensor, or another unit of it with another camera pose; markers are always
+searched through the nominal camera. On demand: captures of UVDtact and ShadowTac take minutes.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from typing import Any
 
 import numpy as np
 
-# Light, what is said to `capture`, and what presses, with how far it then moves along the surface.
+# Shear of a press without tangential motion.
 STILL = "0mm,0mm"
-# Of what nobody else says: the paper's, dry.
+# Friction where the design states none: the paper's value, dry.
 FRICTION = {"shadowtac": ["--friction", "0.35"]}
+# For each case: light, options of `capture`, and presses with their shear.
 PRESSES = {
     "tactip": ("white", ["--samples=8"], [
         ("disc-107@0deg,0deg,1mm", STILL),
@@ -85,9 +86,9 @@ def judge(fabkit: str, case: str, unit: list[str], folder: Path) -> None:
         rest, now, is_seen = (found[name] for name in ("mark_rest_px", "mark_px", "mark_seen"))
         known = np.isfinite(rest[:, 0])
         named &= bool((nearest(rest[known], at_rest) == np.flatnonzero(known)).all())
-        # What is seen of a mark may lie beside the drawn place, as far in all pictures.
+        # The visible part of a marker may be beside its nominal pixel, by the same offset in all images.
         in_view = known & np.isfinite(truth[:, 0])
-        # One whose end has just left the picture has no place to be compared with.
+        # A marker whose end has just left the image has no true pixel to compare with.
         is_seen &= in_view
         own = nearest(now[is_seen], truth + np.nan_to_num(rest - at_rest)) == np.flatnonzero(is_seen)
         right, seen, there = right + own.sum(), seen + is_seen.sum(), there + in_view.sum()

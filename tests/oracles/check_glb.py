@@ -1,12 +1,12 @@
-"""Lets trimesh, and gltf-validator where it is there, read what `fabkit export --format glb` writes.
+"""Checks the files of `fabkit export --format glb` with trimesh, and with gltf-validator if given.
 
     python check_glb.py PATH_TO_FABKIT [--validator NODE_MODULES] [DESIGN ...]
 
-For every built-in sensor and its fixtures, or for the designs that are named: trimesh must find, below one node
-per body, every body of the assembly under its name, as often as it has places, closed, with the volume that
-the body's own files state, and where the body's tree puts it: turned to y up and in metres. The animation must
-move such nodes alone, each from its place. Normals are unit vectors on the side of their
-triangles. Khronos' validator, from a folder with the npm package `gltf-validator`, must have nothing to say.
+By default it checks every built-in sensor and its fixtures. trimesh must find every body of the assembly by name,
+below one node per body and once for each placement: closed, with the volume that the body's own files state, and at
+the pose in the body's tree, rotated to y up and in metres. The animation must move only these nodes, each from its
+pose. Normals must be unit vectors on the side of their triangles. Khronos' validator, from a folder with the npm
+package `gltf-validator`, must report nothing.
 """
 
 import argparse
@@ -21,7 +21,7 @@ import numpy
 import trimesh
 
 METRES_PER_MM = 1e-3
-# What f32 coordinates and the pose's digits leave, mm.
+# Rounding of f32 coordinates and of the pose's digits, mm.
 SLACK_MM = 2e-5
 
 VALIDATE = """
@@ -39,7 +39,7 @@ def fabkit(binary: str, *arguments: str) -> dict:
 
 
 def validate(path: Path, node_modules: str) -> None:
-    """No errors, warnings, notes or hints."""
+    """Checks that Khronos' validator reports no errors, warnings, notes or hints."""
     done = subprocess.run(
         ["node", "-e", VALIDATE, str(path)],
         capture_output=True,
@@ -52,7 +52,7 @@ def validate(path: Path, node_modules: str) -> None:
 
 
 def parts_of(path: Path) -> tuple[dict, bytes]:
-    """The JSON and the bytes of the two chunks."""
+    """Returns the two chunks of a GLB file: the JSON and the bytes."""
     content = path.read_bytes()
     length = int.from_bytes(content[12:16], "little")
     return json.loads(content[20 : 20 + length]), content[28 + length :]
@@ -73,7 +73,7 @@ def matrix_of(pose: dict) -> numpy.ndarray:
 
 
 def moves_of(document: dict, content: bytes) -> dict[str, numpy.ndarray]:
-    """How far the animation moves each node, mm."""
+    """Returns the displacement of each node by the animation, in the root node's frame, mm."""
     (animation,) = document.get("animations", [{"channels": [], "name": "explode"}])
     assert animation["name"] == "explode", animation["name"]
     found = {}
@@ -95,7 +95,7 @@ def check_normals(name: str, mesh: trimesh.Trimesh) -> None:
     flat = numpy.cross(*(mesh.triangles[:, i] - mesh.triangles[:, 0] for i in (1, 2)))
     area = numpy.linalg.norm(flat, axis=1) / 2
     along = numpy.einsum("ijk,ik->ij", mesh.vertex_normals[mesh.faces], flat) / (2 * area[:, None])
-    # Slivers have normals of any direction; they have no area either.
+    # Slivers may have any normal; weighting by area ignores them.
     turned = area[(along < 0.5).any(axis=1)].sum() / area.sum()
     assert turned < 1e-3, f"{name}: {turned:.1e} of its area has normals of another side"
 

@@ -2,10 +2,9 @@
 
     python check_intrinsics.py PATH_TO_FABKIT
 
-Fifteen views of a board through a Kannala-Brandt lens, made here with numpy and 0.1 px of noise,
-ten times over. OpenCV gets the nominal lens as its guess, without which it does not start. Focal
-lengths and centres must agree within 0.1 % (of the focal length), and fabkit's residuals must not
-be larger. Nothing but the command and its files is used of fabkit.
+numpy simulates fifteen views of a board through a Kannala-Brandt lens with 0.1 px of noise, ten times. OpenCV gets the
+nominal lens as its first guess, without which it does not start. Focal lengths and centres must agree within 0.1 % of
+the focal length, and fabkit's residuals must not be larger. Of fabkit only the command and its files are used.
 """
 
 import json
@@ -24,13 +23,13 @@ COEFFICIENTS = numpy.array([0.021, -0.011, 0.0035, -0.0006])
 NOMINAL_PX_PER_RAD = math.hypot(*SIZE) / math.radians(160)
 COLUMNS, ROWS, SQUARE_MM = 9, 6, 3.0
 VIEWS, TRIALS, NOISE_PX = 15, 10, 0.1
-# OpenCV's fisheye model is silently wrong past 90 degrees.
+# Largest angle to the axis: OpenCV's fisheye model is silently wrong beyond 90 degrees.
 FARTHEST = math.radians(80)
 AGREEMENT = 1e-3
 
 
 def project(points: numpy.ndarray) -> tuple[numpy.ndarray, numpy.ndarray]:
-    """Pixels (n, 2) of points (n, 3) in the camera frame, and their angles to the axis."""
+    """Projects points (n, 3) in the camera frame to pixels (n, 2); also returns their angles to the axis."""
     radius = numpy.hypot(points[:, 0], points[:, 1])
     theta = numpy.arctan2(radius, points[:, 2])
     powers = theta[:, None] ** numpy.array([3, 5, 7, 9])
@@ -44,7 +43,7 @@ def rotation(vector: numpy.ndarray) -> numpy.ndarray:
 
 
 def views(random: numpy.random.Generator, board: numpy.ndarray) -> list[numpy.ndarray]:
-    """Noisy pixels of all corners in views that have all of them in the image."""
+    """Simulates noisy pixels of all corners, for views with the whole board in the image."""
     centred = board - board.mean(axis=0)
     found = []
     while len(found) < VIEWS:

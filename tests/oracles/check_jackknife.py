@@ -1,9 +1,9 @@
-"""How far truth moves when each capture in turn is left out of the calibration, beside what it says of itself.
+"""Compares the claimed uncertainty of ground truth with the jackknife: each capture is left out of the calibration.
 
     python check_jackknife.py path/to/fabkit CAPTURES
 
-CAPTURES is a folder of R-Tac0's published captures: pictures named after their holes, ref.png, holes.json. On demand: a
-minute of calibrations for each four captures.
+CAPTURES is a folder of R-Tac0's published captures: images named after their holes, ref.png, holes.json. On demand: the
+calibrations take a minute for each four captures.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 
 CAMERA = Path(__file__).parent.parent / "end_to_end" / "data" / "rtac0_opencv_camera.yaml"
 PRESSES = {"at rest": ["--reference"], "pressed 1.2 mm": ["--press", "hemisphere@30deg,120deg,1.2mm"]}
-# What is compared, and its standard deviation.
+# Compared maps, and their claimed standard deviations.
 TRUTHS = {"range_mm": "sigma_mm", "point_in_sensor": "point_sigma_mm", "indentation_mm": "indentation_sigma_mm",
           "normal_in_sensor": "normal_sigma_rad"}
 
@@ -31,7 +31,7 @@ def run(fabkit: str, *words: Any) -> dict[str, Any]:
 
 
 def truths(fabkit: str, captures: Path, pictures: list[Path], folder: Path) -> dict[str, Any]:
-    """Calibrates from some of the pictures, and casts."""
+    """Calibrates from some of the images and casts ground truth; returns the chosen model and the maps."""
     taken = folder / "captures"
     shutil.rmtree(taken, ignore_errors=True)
     taken.mkdir()
@@ -66,7 +66,7 @@ def main() -> None:
         for truth, sigma in TRUTHS.items():
             values = np.stack([part[name][truth] for part in parts]).reshape(count, *same.shape, -1)
             squares = ((values - values.mean(0)) ** 2).sum(0).sum(-1)
-            # Quenouille and Tukey: (n - 1) / n of the squares' sum.
+            # Jackknife variance of Quenouille and Tukey: (n - 1) / n times the sum of squares.
             found, claimed = np.sqrt((count - 1) / count * squares), whole[name][sigma]
             told = same & np.isfinite(found) & (claimed > 1e-9)
             if not told.any():

@@ -1,10 +1,10 @@
-"""Follows the rays of pixels through a sensor's bodies with NumPy, and compares what they see and where with
-`fabkit depth`: same body, points within 1e-7 mm.
+"""Traces the rays of pixels through a sensor's bodies with NumPy and compares with `fabkit depth`: each ray must end on
+the same body, at points within 1e-7 mm.
 
     python check_light.py path/to/fabkit [--sample N] [SENSOR ...]
 
-Without `--sample` 50,000 pixels of each sensor, which takes minutes. A pixel may differ only where its ray passes
-an edge: moved sideways by 1e-6 mm in one of 16 directions, the same ray must see what fabkit says.
+By default it traces 50,000 pixels of each sensor, which takes minutes. A pixel may differ only if its ray passes an
+edge: moved sideways by 1e-6 mm in one of 16 directions, the ray must give fabkit's result.
 """
 
 from __future__ import annotations
@@ -29,27 +29,27 @@ from light.tracing import SURFACE, Stack
 ROOT = Path(__file__).resolve().parents[2]
 SENSORS = ["rtac0", "shadowtac", "uvdtact", "tactip", "9dtact"]
 PIXELS = 50_000
-# What points may differ by, mm.
+# Largest distance of points, mm.
 APART_MM = 1e-7
-# How far rays are moved to tell whether an edge is near, mm.
+# Sideways displacement of rays to detect a near edge, mm.
 ASIDE_MM = 1e-6
-# Pixels that may differ for each 50,000: edges are lines, and a ray is near to one by chance.
+# Largest number of differing pixels in 50,000: few rays pass an edge that closely.
 MOST_AT_EDGES = 5
-# Rays that are followed at once, for memory's sake.
+# Rays in one batch, to limit memory.
 AT_ONCE = 5_000
-# Rays for each side of a pixel: TacTip's chip has 900 pixels.
+# Rays along each side of a pixel: TacTip's chip has only 900 pixels.
 SAMPLES = {"tactip": 8}
 
 
 @dataclass
 class Found:
-    """How two tracers compare."""
+    """Result of the comparison of two tracers."""
 
     pixels: int
     on_surface: int
     bent: int
     apart_mm: float
-    # Pixels as column and row that differ, and those of them that an edge explains.
+    # Column and row of differing pixels, and the number of them that an edge explains.
     differ: list[tuple[float, float]]
     at_edges: int
     seconds: float
@@ -64,7 +64,7 @@ def run(fabkit: str, *arguments: Any) -> None:
 
 
 def spread(width: int, height: int, count: int) -> Array:
-    """So many different pixels, spread over the picture: a lattice of golden steps."""
+    """Returns `count` different pixels spread over the image, in steps of the golden ratio."""
     total = width * height
     if count >= total:
         return np.arange(total)
@@ -75,7 +75,7 @@ def spread(width: int, height: int, count: int) -> Array:
 
 
 def compare(stack: Stack, truth: dict[str, Any], count: int, samples: int) -> Found:
-    """The pixels of one map."""
+    """Traces pixels of one map and compares them with `truth`."""
     seen, point = truth["seen_by"], truth["point_in_sensor"]
     height, width = seen.shape
     at = spread(width, height, count)
@@ -95,7 +95,7 @@ def compare(stack: Stack, truth: dict[str, Any], count: int, samples: int) -> Fo
     both = (name == SURFACE) & (expected == SURFACE)
     differs = (name != expected) | (both & ~(off <= APART_MM))
     wrong = np.flatnonzero(differs)
-    # More than there may be need no excuse.
+    # With too many differences the check fails anyway: do not look for edges.
     asked = wrong if len(wrong) <= MOST_AT_EDGES else wrong[:0]
     edges = sum(at_edge(stack, place[:, k], expected[k], point[row[k], column[k]]) for k in asked)
     return Found(
@@ -110,7 +110,7 @@ def compare(stack: Stack, truth: dict[str, Any], count: int, samples: int) -> Fo
 
 
 def at_edge(stack: Stack, pixel: Array, expected: int, point: Array) -> bool:
-    """Whether a ray a little aside sees what is expected: there is an edge between."""
+    """Returns whether some ray slightly aside gives the expected result and another does not: an edge is between."""
     ray = stack.pixels(pixel[:1], pixel[1:])
     across = np.linalg.svd(ray.d)[2][1:]
     turn = np.arange(16) * np.pi / 8.0
@@ -118,13 +118,13 @@ def at_edge(stack: Stack, pixel: Array, expected: int, point: Array) -> bool:
     paths = stack.follow(Rays(ray.o + aside, np.repeat(ray.d, len(turn), axis=0)))
     same = paths.seen_by == expected
     if expected == SURFACE:
-        # An edge may magnify what a ray is moved by, but not much.
+        # Refraction near an edge may magnify the ray's displacement, but not by more than that.
         same &= np.linalg.norm(paths.point - point, axis=-1) < 100.0 * ASIDE_MM
     return bool(same.any() and not same.all())
 
 
 def is_smooth(stack: Stack) -> bool:
-    """Whether rays within the planes of symmetry go where their neighbours go: no pixel's ray is there."""
+    """Returns whether rays in the planes of symmetry end where their neighbours do; no pixel's ray is in them."""
     of = stack.light["camera"]["parameters"]
     off = np.array([0.1, 0.2, 0.3]) * of["fx_px"]
     zero = np.zeros(3)
@@ -138,7 +138,7 @@ def is_smooth(stack: Stack) -> bool:
 
 
 def spoiled(light: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
-    """Documents that say something else than the sensor: each must be found."""
+    """Returns documents with small errors, which the comparison must detect, with their descriptions."""
     wrong: list[tuple[str, dict[str, Any]]] = []
 
     def changed(what: str) -> dict[str, Any]:
@@ -157,7 +157,7 @@ def spoiled(light: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
 
 
 def check(fabkit: str, sensor: str, count: int, folder: Path) -> bool:
-    """One sensor; says what is found."""
+    """Checks one sensor and prints the result."""
     samples = SAMPLES.get(sensor, 1)
     run(fabkit, "export", sensor, "--format", "light", "-o", folder / sensor)
     run(fabkit, "depth", sensor, "--reference", "--samples", samples, "-o", folder / "map.npz")
@@ -176,7 +176,7 @@ def check(fabkit: str, sensor: str, count: int, folder: Path) -> bool:
         ours = trace_one(Stack(light), column, row)
         by = light["seen_by_names"][truth["seen_by"][k]]
         print(f"  ({column:g}, {row:g}): fabkit {by} {truth['point_in_sensor'][k]}, here {ours}")
-    # Whoever finds no fault in a document with one, finds none here either.
+    # The comparison counts only if it detects each deliberate error.
     fine = found.agrees and is_smooth(Stack(light))
     for what, document in spoiled(light):
         spoilt = compare(Stack(document), truth, min(count, 50), samples)
@@ -187,7 +187,7 @@ def check(fabkit: str, sensor: str, count: int, folder: Path) -> bool:
 
 
 def trace_one(stack: Stack, column: float, row: float) -> str:
-    """Where the ray of one pixel goes, in words."""
+    """Describes where the ray of one pixel ends."""
     paths = stack.follow(stack.pixels(np.array([column]), np.array([row])))
     return f"{stack.names[paths.seen_by[0]]} {paths.point[0]} after {paths.bends[0]} bends"
 

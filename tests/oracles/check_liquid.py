@@ -2,11 +2,11 @@
 
     python check_liquid.py target/release/fabkit
 
-A solution of its own: a quarter of the skin over its window in three dimensions, triquadratic bricks, what
-changes the volume integrated at fewer points, contact by holding the nodes of the smallest disc beyond which
-none enters the ball, the shut-in air by `p V`. Lengths are those that `fabkit show` prints, moduli those of the
-press's own answer. Round channel ends are squares of the same area, tubes with their glue a block that is as much
-softer as they are hollow. Takes a minute. Needs scikit-fem 12 and scipy.
+The solution is independent: a quarter of the skin over its window in three dimensions, triquadratic bricks with
+reduced integration of the volumetric part. The contact fixes the nodes of the smallest disc outside of which no node
+enters the ball; the enclosed air obeys `p V = constant`. Lengths are those that `fabkit show` prints, moduli those of
+the press's result. Round channel ends are squares of the same area; tubes with their glue are a block that is softer by
+their hollow share. Takes a minute. Needs scikit-fem 12 and scipy.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from skfem.helpers import ddot, div, sym_grad, trace
 
 Array = np.ndarray
 
-# Of each figure. Force, sag and volumes here are 10 % below scikit-fem's; where that comes from is not known yet. By
-# force they agree to some percent.
+# Largest relative difference of each figure. fabkit's force, sag and volumes are 10 % below scikit-fem's; the cause is
+# not known yet. At equal force they agree to some percent.
 AGREEMENT = 0.12
 DEPTH_MM = 3.0
 BALL_MM = 4.0
@@ -38,7 +38,7 @@ def told(fabkit: str, *arguments: str) -> dict[str, Any]:
 
 
 def lengths(fabkit: str) -> dict[str, float]:
-    """Every length of the sensor, mm."""
+    """Returns all lengths of the sensor, mm, by path."""
     found = {}
     for setting in told(fabkit, "show", "fluidic")["parameters"]:
         if setting.get("unit") == "mm" and isinstance(setting["value"], (int, float)):
@@ -47,7 +47,7 @@ def lengths(fabkit: str) -> dict[str, float]:
 
 
 def lines(faces: list[float], near: float, far: float) -> Array:
-    """Through all faces, finer near the middle."""
+    """Returns grid lines through all faces, finer near the middle."""
     out = [0.0]
     for face in sorted(set(faces)):
         size = near if out[-1] < 5.0 else far
@@ -113,13 +113,13 @@ def main(fabkit: str) -> int:
     for m in middles:
         cells = np.flatnonzero(is_open & (abs(y - m) < width / 2))
         growth.append(asm(growth_form, Basis(mesh, element, intorder=4, elements=cells)))
-    # Liquid pushes on what is solid: on the end in the tube it pushes on nothing.
+    # Liquid pushes only on solid nodes: at its open end in the tube nothing reacts.
     solid_cells = np.flatnonzero(~is_open & ~is_air)
     is_solid = np.zeros(basis.N, dtype=bool)
     is_solid[np.unique(Basis(mesh, element, intorder=4, elements=solid_cells).element_dofs)] = True
     growth = [np.where(is_solid, g, 0.0) for g in growth]
     place = basis.doflocs
-    # Which component each unknown is of.
+    # Component (x, y, z) of each unknown.
     names = np.empty(basis.N, dtype=int)
     for component in range(3):
         names[basis.get_dofs(elements=True).all(f"u^{component + 1}")] = component
@@ -155,10 +155,10 @@ def main(fabkit: str) -> int:
         chosen = [u for u, is_in in zip(unit, inside, strict=True) if is_in]
         squeezed = np.zeros(4)
         for _ in range(30):
-            # Newton's method: the air along its tangent.
+            # Newton's method: linearise the air's pressure.
             slope = AIR_MPA * air / (air - squeezed) ** 2
             base = AIR_MPA * (air / (air - squeezed) - 1) - slope * squeezed
-            # Unknown are the forces and the pressures.
+            # Unknowns: contact forces and channel pressures.
             count = len(held_nodes)
             system = np.zeros((count + 4, count + 4))
             system[:count, :count] = compliance

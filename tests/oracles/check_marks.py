@@ -1,9 +1,9 @@
-"""Calibrates R-Tac0 from rendered captures of pins, in three lights that the solver is not told, and says how far camera and
-surface are off.
+"""Calibrates R-Tac0 from simulated captures of pins and measures the errors of camera and surface.
 
     python check_marks.py path/to/fabkit [--captures N]
 
-On demand: 30 captures in each light take some minutes. All of it is simulated.
+The captures use three sets of light constants that the solver does not know. On demand: 30 captures with each take
+some minutes.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from typing import Any
 import numpy as np
 
 PINS = 5
-# Nearer to each other pins are no two marks, mm.
+# Least distance between pins, mm: the images of nearer ones merge.
 APART_MM = 6.0
-# Two holes lie behind the shell's rim.
+# Holes behind the shell's rim.
 HIDDEN = {24, 28}
-# What an endless layer sends back and what comes from elsewhere, grey; scatter, 1/mm; spread, mm.
+# Intensity of an infinitely thick layer, intensity from elsewhere, scatter in 1/mm, spread in mm.
 LIGHTS = {"as assumed": None, "more scatter, less spread": (250, 60, 0.39, 0.25),
           "much more scatter, more spread": (180, 20, 1.0, 0.5)}
 NAMES = ("layer_grey", "ground_grey", "scatter_per_mm", "spread_mm")
@@ -38,7 +38,7 @@ def run(fabkit: str, *words: Any) -> str:
 
 
 def camera_file(fabkit: str, folder: Path) -> Path:
-    """The design's own lens, as if it had been calibrated in air."""
+    """Writes the design's lens as a camera file, as if it had been calibrated in air."""
     run(fabkit, "export", "rtac0", "--format", "light", "-o", folder / "light")
     camera = json.loads((folder / "light/light.json").read_text())["camera"]
     lines = ["fabkit_camera: 1", f"width_px: {camera['width_px']}", f"height_px: {camera['height_px']}", "lens:",
@@ -48,6 +48,7 @@ def camera_file(fabkit: str, folder: Path) -> Path:
 
 
 def captures(fabkit: str, folder: Path, light: tuple[float, ...] | None, pins: list[dict[str, Any]], count: int) -> None:
+    """Simulates captures of random pins and the reference image into a new folder, with a list of the pins."""
     folder.mkdir()
     constants = []
     if light:
@@ -74,6 +75,7 @@ def captures(fabkit: str, folder: Path, light: tuple[float, ...] | None, pins: l
 
 
 def surface(fabkit: str, folder: Path, *words: Any) -> np.ndarray:
+    """Returns the surface point that each pixel sees at rest, sensor frame, mm."""
     run(fabkit, "depth", "rtac0", "--reference", *words, "-o", folder / "depth.npz")
     with np.load(folder / "depth.npz") as found:
         return found["point_in_sensor"]

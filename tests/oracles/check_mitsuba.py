@@ -1,10 +1,10 @@
-"""Light that arrives straight, beside a path tracer's.
+"""Compares direct light with that of the path tracer Mitsuba 3.
 
     python check_mitsuba.py PATH_TO_THE_EXAMPLE_lamps_json
 
-The example says how much light arrives at 40 x 40 cells of a plane 10 mm above lamps; here the same scenes are built for
-Mitsuba 3, where the plane is looked at from just below. What a piece of a lamp counts for is compared as it is, without any
-factor between the two. On demand: `pip install mitsuba numpy`.
+The example prints the irradiance at 40 x 40 cells of a plane 10 mm above light sources; Mitsuba 3 renders the same
+scenes with a camera just below the plane. Absolute values are compared, without a fitted factor. On demand:
+`pip install mitsuba numpy`.
 """
 
 import json
@@ -18,9 +18,9 @@ mi.set_variant("scalar_rgb")
 T = mi.ScalarTransform4f
 
 HALF, SIDE, HEIGHT = 10.0, 40, 10.0
-# Of the plane: so little that what it sends back comes back as nothing.
+# Reflectance of the plane: so small that light which it reflects and receives again is negligible.
 SENDS = 0.01
-# Without shadows, and noisy: few paths find a lamp through glass.
+# Scene without shadows, averaged over blocks: it is noisy, because few paths reach a light source through glass.
 SMOOTH = "into glass"
 
 
@@ -34,7 +34,7 @@ def lamp(x: float, y: float, color: list[float]) -> dict:
 
 
 def scene(others: dict, lamps: list[dict], integrator: dict, samples: int) -> np.ndarray:
-    # Seen along +z: what is to the right in the picture is where x falls.
+    # The camera looks along +z: x decreases to the right in the image.
     look = T().look_at(origin=[0, 0, HEIGHT - 0.05], target=[0, 0, HEIGHT], up=[0, 1, 0])
     described = {
         "type": "scene",
@@ -54,7 +54,7 @@ def scene(others: dict, lamps: list[dict], integrator: dict, samples: int) -> np
         },
         "plane": {
             "type": "rectangle",
-            # It looks down.
+            # Its front faces down.
             "to_world": T().translate([0, 0, HEIGHT]).rotate([1, 0, 0], 180).scale([40, 40, 1]),
             "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": SENDS}},
         },
@@ -62,12 +62,12 @@ def scene(others: dict, lamps: list[dict], integrator: dict, samples: int) -> np
         **others,
     }
     picture = np.array(mi.render(mi.load_dict(described)))
-    # Rows from the top, y up; columns against x.
+    # Reverse rows (y is up) and columns (x decreases), and convert radiance to irradiance.
     return np.pi / SENDS * picture[::-1, ::-1]
 
 
 def blocks(light: np.ndarray) -> np.ndarray:
-    """Means over 4 x 4 cells."""
+    """Averages 4 x 4 cells."""
     return light.reshape(SIDE // 4, 4, SIDE // 4, 4, 3).mean(axis=(1, 3))
 
 

@@ -1,11 +1,11 @@
-"""What the constant stands for that pictures have for light that bounces on.
+"""Compares the constant for indirect light in captures with path-traced indirect light of Mitsuba 3.
 
     python check_mitsuba_bounce.py PATH_TO_FABKIT
 
-Pictures add the same light everywhere, as a part of what arrives straight on average. Here rooms are built for Mitsuba 3
-with a lamp of 4 x 3 mm in the middle of the floor, and what comes after bounces is printed beside the constants of
-sensors whose walls send back as much. Nothing is bounded: the constant is an approximation. On demand:
-`pip install mitsuba numpy`.
+Captures add the same indirect light everywhere, as a fraction of the mean direct light. Here Mitsuba 3 renders rooms
+with a light source of 4 x 3 mm in the middle of the floor, and the script prints their indirect light beside the
+constants of sensors with walls of the same reflectance. It tests no limit: the constant is an approximation. On
+demand: `pip install mitsuba numpy`.
 """
 
 import json
@@ -20,12 +20,13 @@ import numpy as np
 mi.set_variant("scalar_rgb")
 T = mi.ScalarTransform4f
 
-# Half the side of what is looked at, mm, and cells along it.
+# Half the side of the measured square, mm, and cells along it.
 HALF, SIDE = 8.0, 20
 SENSORS = ("rtac0", "fluidic", "uvdtact", "tactip", "9dtact", "shadowtac")
 
 
 def constants(fabkit: str) -> dict[str, tuple[float, str]]:
+    """Reads the constant and its source for each sensor that has one."""
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         for sensor in SENSORS:
@@ -40,7 +41,7 @@ def constants(fabkit: str) -> dict[str, tuple[float, str]]:
             ]
             document = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
             bounce = [c for c in document["constants"] if c["name"] == "bounce"]
-            # Where light is made by glass fibres or channels, none is used.
+            # Sensors lit by glass fibres or channels have none.
             if bounce:
                 found[sensor] = (bounce[0]["value"], bounce[0]["source"])
     return found
@@ -54,7 +55,7 @@ def diffuse(part: float) -> dict:
 
 
 def box(walls: float, top: float) -> dict:
-    """20 x 20 mm, 10 high."""
+    """Creates a room of 20 x 20 mm, 10 mm high."""
     faces = {}
     for name, axis, angle in (
         ("e", [0, 1, 0], 90),
@@ -77,7 +78,7 @@ def box(walls: float, top: float) -> dict:
 
 
 def dome(walls: float, top: float) -> dict:
-    """A ball of radius 14 mm above a floor."""
+    """Creates a hemisphere of radius 14 mm above a floor."""
     return {
         "floor": {"type": "disk", "to_world": T().scale(14), "bsdf": diffuse(walls)},
         "top": {"type": "sphere", "radius": 14.0, "bsdf": diffuse(top)},
@@ -85,14 +86,14 @@ def dome(walls: float, top: float) -> dict:
 
 
 def ball(walls: float, top: float) -> dict:
-    """A ball of radius 14 mm with the lamp in its wall: straight light is the same everywhere, as the constant has it."""
+    """Creates a sphere of radius 14 mm with the light source in its wall: direct light is uniform, as the constant
+    assumes."""
     return {"top": {"type": "sphere", "center": [0, 0, 14], "radius": 14.0, "bsdf": diffuse(top)}}
 
 
 def bounced(room: dict, top: float) -> tuple[float, float]:
-    """What comes after bounces, as a part of what comes straight, and how uneven it is: a standard deviation over its
-    own mean."""
-    # So high in the ball that all of the picture is in it.
+    """Computes indirect light as a fraction of direct light, and its unevenness: standard deviation over mean."""
+    # High enough in the sphere that the whole measured square is inside it.
     high = 1 if "floor" in room else 9
     look = T().look_at(origin=[0, 0, high], target=[0, 0, high + 1], up=[0, 1, 0])
     lamp = {
@@ -124,7 +125,7 @@ def bounced(room: dict, top: float) -> tuple[float, float]:
         }
         light[name] = np.array(mi.render(mi.load_dict(described))).mean(axis=2) / top
     more = light["all"] - light["straight"]
-    # Over 4 x 4 cells, so that noise counts for little.
+    # Averages over 4 x 4 cells reduce noise.
     even = more.reshape(SIDE // 4, 4, SIDE // 4, 4).mean(axis=(1, 3))
     return more.mean() / light["straight"].mean(), even.std() / even.mean()
 

@@ -1,11 +1,11 @@
-"""What coats, layers and what glows send back, beside a path tracer's.
+"""Compares the models of coats, scattering layers and fluorescent gels with the path tracer Mitsuba 3.
 
     python check_mitsuba_models.py PATH_TO_THE_EXAMPLE_models_json
 
-Three scenes of each. Coats: radiance of cells that are looked at from below, with lamps and shadows, without a factor
-between the two; the rough mirror's formula is given to Mitsuba, which has none like it. Layers: a slab that scatters to
-all sides alike over black, in diffuse light, beside the law of two streams, which is an approximation. What glows:
-light that makes gels glow, used up on its way and summed over depth. On demand: `pip install mitsuba numpy`.
+There are three scenes of each. Coats: absolute radiance of cells, seen from below, with light sources and shadows; the
+script adds the formula of the rough mirror to Mitsuba, which has none like it. Layers: an isotropically scattering slab
+over black in diffuse light, compared with the two-stream model, which is an approximation. Fluorescence: absorption of
+the exciting light, summed over depth. On demand: `pip install mitsuba numpy`.
 """
 
 import json
@@ -22,16 +22,16 @@ T = mi.ScalarTransform4f
 HALF, SIDE, HEIGHT = 6.0, 40, 10.0
 BOUND = 0.02
 LAMPS = ((8, 0, [1, 0.1, 0]), (-4, 7, [0, 1, 0.2]), (-4, -7, [0.1, 0, 1]))
-# Paths for each pixel and lamp.
+# Paths for each pixel and light source.
 SAMPLES = 400
-# Of the plane that the light in a gel is looked at by.
+# Reflectance of the plane that measures the light in a gel: small, so that it does not disturb it.
 SENDS = 0.01
-# Half the side of slabs, mm: so wide that their edges do not count.
+# Half the side of slabs, mm: so wide that their edges have no effect.
 WIDE = 500.0
 
 
 class Satin(mi.BSDF):
-    """Lambert's law and Blinn's half vectors, by their formula."""
+    """Reflectance of a satin coat: Lambert's law plus a Blinn lobe."""
 
     def __init__(self, props: Any) -> None:
         mi.BSDF.__init__(self, props)
@@ -71,7 +71,7 @@ def lamp(x: float, y: float) -> dict:
 
 
 def orthographic(z: float, half: float, side: int, samples: int, **more: Any) -> dict:
-    """Looks along +z: what is to the right in the picture is where x falls."""
+    """Creates an orthographic camera that looks along +z; x decreases to the right in the image."""
     look = T().look_at(origin=[0, 0, z], target=[0, 0, z + 1], up=[0, 1, 0])
     return {
         "type": "orthographic",
@@ -90,7 +90,7 @@ def orthographic(z: float, half: float, side: int, samples: int, **more: Any) ->
 
 
 def plane(z: float, half: float, bsdf: dict) -> dict:
-    """A rectangle that looks down."""
+    """Creates a rectangle that faces down."""
     place = T().translate([0, 0, z]).rotate([1, 0, 0], 180).scale([half, half, 1])
     return {"type": "rectangle", "to_world": place, "bsdf": bsdf}
 
@@ -126,7 +126,7 @@ def coats(ours: dict) -> list[str]:
     for finish, bsdf in (("matt", diffuse(spread)), ("satin", satin)):
         for name, shapes in surfaces(bsdf).items():
             theirs = np.zeros((SIDE, SIDE, 3))
-            # One at a time: which of three lamps a path asks would be most of the noise.
+            # One light source at a time: the random choice among three would be most of the noise.
             for x, y, color in LAMPS:
                 described = {
                     "type": "scene",
@@ -172,7 +172,7 @@ def layers(ours: dict) -> None:
             "rfilter": {"type": "box"},
             "pixel_format": "rgb",
         }
-        # It faces the slab, and light passes it.
+        # The meter faces the slab and is transparent.
         meter = {
             **plane(high + 0.01, 1.0, {"type": "null"}),
             "sensor": {
@@ -186,7 +186,7 @@ def layers(ours: dict) -> None:
             "integrator": {"type": "volpath", "max_depth": -1, "rr_depth": 10_000},
             "meter": meter,
             "slab": slab(gel(1.0, 1.0), 0.0, high),
-            # So far below that no ray begins behind it.
+            # Slightly below the slab, so that no ray starts behind it.
             "black": {
                 "type": "rectangle",
                 "to_world": T().translate([0, 0, -0.1]).scale(WIDE),
@@ -202,7 +202,7 @@ def layers(ours: dict) -> None:
 
 
 def arrives(media: list[tuple[Any, float, float]], depth: float, way: list[float]) -> float:
-    """How much light arrives on a level inside of gels, of 1 before them."""
+    """Computes the fraction of the light in front of the gels that arrives at a depth inside them."""
     inside = next(medium for medium, low, high in media if low < depth < high)
     described = {
         "type": "scene",
@@ -220,10 +220,10 @@ def arrives(media: list[tuple[Any, float, float]], depth: float, way: list[float
 
 
 def glows(gels: list[tuple[float, float]], way: list[float]) -> float:
-    """Light that is used up, summed over depth by Gauss's rule; gels with what each uses up and its thickness."""
+    """Computes the absorbed light, integrated over depth by Gauss's rule; gels are absorption, 1/mm, and thickness."""
     media, low = [], 0.0
     for per_mm, thickness in gels:
-        # Two faces in one place are none that a ray can tell apart.
+        # A small gap: a ray cannot distinguish two coincident faces.
         media.append((gel(per_mm, 0.0), low + 1e-4, low + thickness - 1e-4))
         low += thickness
     nodes, weights = np.polynomial.legendre.leggauss(6)

@@ -1,11 +1,12 @@
-"""R-Tac0's published network reads simulated pins as it reads real ones.
+"""Compares R-Tac0's published network on simulated and on real captures of pins.
 
     python check_network.py PATH_TO_FABKIT CAPTURES NETWORK.onnx CAMERA.yaml
 
-CAPTURES is a folder of the published captures of pins, with `ref.png` and `holes.json`. Each is taken again, simulated,
-with light fitted to all of them (`fit-light`) and pins as deep as the fit says, and a bit deeper. The network's input is its
-authors': both pictures blurred by 5 x 5, their difference less 3, cut off at 47, over 47; its output times 2 mm is a depth.
-Needs onnxruntime, numpy, scipy, pillow. On demand: nothing of the captures or the network is in this repository.
+CAPTURES is a folder of the published captures of pins, with `ref.png` and `holes.json`. Each is simulated with light
+constants that are fitted to all of them (`fit-light`), and with pins as deep as the fit says, and a bit deeper. The
+network's input is that of its authors: both images blurred by 5 x 5, their difference less 3, clipped at 47, over 47;
+its output times 2 mm is the depth. Needs onnxruntime, numpy, scipy, pillow. On demand: neither the captures nor the
+network are in this repository.
 """
 
 import json
@@ -21,7 +22,7 @@ from scipy import ndimage
 
 RINGS_DEG = [0, 18, 36, 54, 72]
 NEAR_PX = 12
-# Beyond that the authors mask their pictures, px; the middle is the tip's pixel.
+# Radius of the authors' mask around the tip's pixel, px.
 MASK_PX = 200
 
 
@@ -79,7 +80,7 @@ def main() -> None:
             pixels = np.array([pin["pixel"] for pin in image["pins"]])
             if len(pixels) != len(holes):
                 continue
-            # Marks in the order of holes: by the fit's own places of simulated pins.
+            # The order of real pins follows from the pixels of simulated pins in the same holes.
             names = [word for hole in holes for word in ("--press", f"pin-{hole}-long")]
             for depth_mm in (found_mm, 1.45):
                 length = f"fixtures.pin_dome.pins.lengths=[5mm,{4.65 + depth_mm:.3f}mm]"
@@ -98,7 +99,7 @@ def main() -> None:
                     rows, columns = np.nonzero(labels == label)
                     centres.append((columns.mean(), rows.mean()))
                 read(f"simulated, {depth_mm:.2f} mm deep", rest, pressed, holes, np.array(centres))
-            # Real marks are nearest to simulated ones.
+            # Each hole's real pin is the one nearest to its simulated pin.
             away = np.linalg.norm(pixels[None] - np.array(centres)[:, None], axis=2)
             read("real", reference, file, holes, pixels[away.argmin(axis=1)])
         print("network's reading, median mm, by ring: ", RINGS_DEG, "deg")

@@ -1,10 +1,10 @@
-"""Depth networks on the same simulated presses, none of which the bench's own network has seen.
+"""Compares depth networks on the same simulated presses, which are held out of the bench's own training.
 
     python check_networks.py NETWORK.onnx...
 
-Each network has its card beside it, or is taken for R-Tac0's published one. Errors are over pixels that something
-presses, and over all that the first network looks at. Needs fabkit and fabkit-bench from Python. On demand: networks are not in
-this repository; `python -m fabkit_bench.network rtac0 -o NETWORK.onnx` trains one.
+A network without a card beside it counts as R-Tac0's published one. Errors are over pixels in contact, and over all
+pixels that the first network evaluates. Needs the Python packages fabkit and fabkit-bench. On demand: networks are not
+in this repository; `python -m fabkit_bench.network rtac0 -o NETWORK.onnx` trains one.
 """
 
 import sys

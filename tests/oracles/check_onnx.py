@@ -1,11 +1,11 @@
-"""fabkit's own evaluation of networks beside ONNX Runtime's: to 1e-5 of what comes out, or of 1.
+"""Compares fabkit's evaluation of networks with ONNX Runtime: outputs must agree to 1e-5, relative if above 1.
 
     cargo build --release -p fabkit-network --example evaluate
     python check_onnx.py target/release/examples/evaluate [NETWORK.onnx [REFERENCE CAPTURE...]]
 
-Without more arguments, random networks of many forms on random pictures; NETWORK.onnx is judged as well, on a random
-picture, or on captures as R-Tac0's authors prepare them, with how many are evaluated in a second on one core and
-which share of their pixels is touched. Needs onnx, onnxruntime, numpy, scipy, pillow. On demand.
+It evaluates random networks of many forms on random images. NETWORK.onnx is compared as well, on a random image, or on
+captures that are prepared as R-Tac0's authors do, with the time on one core and the share of touched pixels. Needs
+onnx, onnxruntime, numpy, scipy, pillow. On demand.
 """
 
 import os
@@ -26,7 +26,7 @@ BOUND = 1e-5
 
 
 def random_network(random: np.random.Generator) -> bytes:
-    """Some convolutions with all that may stand between them."""
+    """Creates a random chain of convolutions with all supported operators between them."""
     nodes, constants, channels, name = [], [], 1, "x"
 
     def constant(values) -> str:
@@ -79,7 +79,7 @@ def random_network(random: np.random.Generator) -> bytes:
 
 
 class Compared:
-    """Both ways to evaluate a network."""
+    """A network, evaluated by fabkit and by ONNX Runtime."""
 
     def __init__(self, evaluate: str, network: Path, folder: Path) -> None:
         options = onnxruntime.SessionOptions()
@@ -96,7 +96,7 @@ class Compared:
         return np.fromfile(found, "<f4").reshape(picture.shape), float(done.stdout)
 
     def worst(self, picture: np.ndarray) -> tuple[float, str]:
-        """The largest difference, and how long each took."""
+        """Returns the largest difference, and the times in words."""
         picture = picture.astype(np.float32)
         start = time.perf_counter()
         theirs = self.session.run(None, {self.session.get_inputs()[0].name: picture[None, None]})[0][0, 0]

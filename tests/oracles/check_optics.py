@@ -1,10 +1,11 @@
-"""Reads optics packs as simulators do, and compares what they draw with what fabkit itself draws of the same surface.
+"""Renders from optics packs as simulators do, and compares the images with fabkit's own captures.
 
     python check_optics.py path/to/fabkit [SENSOR ...]
 
-Pictures of slopes: from the depth of the moved surface, pixel by pixel, through the table, as Taxim, TacEx and TacSL do
-(Si and Yuan 2022: bins of angle and way, polynomials of the pixel, the picture at rest added). Depths: the darkness of
-a pressed pixel through the table of grey to depth. All of it is simulated.
+For light that shows slopes: from the depth of the deformed surface, pixel by pixel, through the table, as Taxim, TacEx
+and TacSL do (Si and Yuan 2022: bins of slope angle and direction, polynomials of the pixel, plus the reference image).
+For light that shows thickness: from the darkening of a pressed pixel through the table of intensity to depth. All of
+it is simulated.
 """
 
 from __future__ import annotations
@@ -22,14 +23,14 @@ from numpy.typing import NDArray
 from PIL import Image
 
 Array = NDArray[Any]
-# Presses of a ball: where, and how deep.
+# A press of a ball for each sensor.
 SLOPES = {"digit-like": "ball@3mm,-2mm,0.4mm", "gelsight-like": "ball@-2mm,1mm,0.4mm"}
 DEPTHS = {"9dtact": "ball@0mm,0mm,1mm", "rtac0": "ball@0deg,0deg,0.7mm"}
-# Pixels whose surface is less steep than this are compared, rad, and those steeper than that.
+# Least and largest slope of compared pixels, rad.
 SLOPE_RAD = (0.05, 0.5)
-# Of what a slope changes, so much may be missed, as a part: the table knows no shadows, one size of pixel, and second degree.
+# Largest rms error over the rms change by slopes: the table has no shadows, one pixel size, and second degree only.
 MISSED = 0.3
-# Of a depth, as a part: light that goes sideways in the layer, 0.4 mm, brightens the middle of what is pressed.
+# Largest relative error of depth: lateral scatter in the layer, 0.4 mm, brightens the middle of an indentation.
 DEPTH = 0.15
 
 
@@ -43,7 +44,7 @@ def picture(path: Path) -> Array:
 
 
 def tables(folder: Path) -> dict[str, Any]:
-    """What TacSL reads, and Taxim's with its colours turned round: the same numbers."""
+    """Reads TacSL's tables, and checks that Taxim's are the same with reversed colours."""
     with np.load(folder / "taxim/polycalib.npz") as taxim, np.load(folder / "tacsl/polycalib.npz") as tacsl:
         assert int(taxim["bins"]) == 125 and taxim["grad_r"].shape == (125, 125, 6)
         assert all((taxim[f"grad_{a}"] == tacsl[f"grad_{b}"]).all() for a, b in ("rb", "gg", "br"))
@@ -51,12 +52,12 @@ def tables(folder: Path) -> dict[str, Any]:
     background = picture(folder / "background.png")
     with np.load(folder / "taxim/dataPack.npz", allow_pickle=True) as pack:
         assert (pack["f0"][..., ::-1] == background).all()
-    # A JPEG of the best quality.
+    # JPEG of the best quality still rounds.
     assert np.abs(picture(folder / "tacsl/bg.jpg") - background).max() <= 4
     with np.load(folder / "taxim/shadowTable.npz", allow_pickle=True) as shadows:
         ways, lists = shadows["shadowDirections"], shadows["shadowTable"]
         assert ways.shape == (63,) and lists.shape == (3, 63, 24)
-        # Higher edges throw longer shadows, if any, and shadows are dark.
+        # Higher edges cast longer shadows, if any, and shadows are negative changes.
         lengths = np.vectorize(len)(lists)
         assert (np.diff(lengths, axis=2) >= 0).all()
         assert max(max(list_, default=-1.0) for list_ in lists.ravel()) <= -1.0
@@ -69,7 +70,7 @@ def tables(folder: Path) -> dict[str, Any]:
 
 
 def drawn(table: dict[str, Any], height_mm: Array) -> tuple[Array, Array]:
-    """The picture of heights towards the camera, by the table, and how steep they are, rad."""
+    """Renders heights towards the camera by the table; returns the image and the slope angles, rad."""
     down, right = np.gradient(height_mm / table["pixmm"])
     angle, way = np.arctan(np.hypot(down, right)), np.arctan2(down, right)
     first = np.floor(angle / (np.pi / 2 / 124)).astype(int)
@@ -87,12 +88,12 @@ def slopes(fabkit: str, sensor: str, press: str, folder: Path) -> bool:
         "--truth", folder / "a.npz")
     with np.load(folder / "a.npz") as truth:
         point = truth["point_in_sensor"][..., 2]
-    # The pad is flat, across z; beside it there is nothing.
+    # The pad is flat, perpendicular to z; NaN beside it.
     rest = np.nanmedian(point)
     height_mm = np.nan_to_num(rest - point)
     by_table, angle = drawn(table, height_mm)
     own = picture(folder / "a.png")
-    # What is as dark as a mark, or was, is none of the table's business.
+    # Leave out pixels that are or were as dark as a marker: the table does not model markers.
     unmarked = np.minimum(own.max(axis=-1), table["background"].max(axis=-1)) > 30
     inside = (angle > SLOPE_RAD[0]) & (angle < SLOPE_RAD[1]) & unmarked
     change = (own - table["background"])[inside]

@@ -1,8 +1,9 @@
-"""How far off a pinhole's picture, brought back by `pinhole_px`, shows what is pressed in: that table is of the surface at rest.
+"""Measures the parallax error of a pinhole image that `pinhole_px` maps to the sensor's image, where it is pressed.
 
     python tests/oracles/check_parallax.py target/release/fabkit SENSOR PRESS...
 
-PRESS as for `fabkit depth --press`, such as `hemisphere@30deg,0deg,1mm`. Pixels of the sensor's own picture; on demand.
+The table holds for the surface at rest, so indented points are off. PRESS is as for `fabkit depth --press`, such as
+`hemisphere@30deg,0deg,1mm`. Errors are in pixels of the sensor's image. On demand.
 """
 
 import json
@@ -22,7 +23,7 @@ def main(fabkit, sensor, presses):
         pinhole = camera["camera"]["pinhole"]
         frame = next(one for one in camera["frames"] if one["name"] == camera["camera"]["frame"])
         table = np.load(folder / "robot/robot-rays.npz")["pinhole_px"].astype(float)
-        # How many of the pinhole's pixels lie between two of the sensor's.
+        # Number of pinhole pixels between neighbouring pixels of the sensor.
         step = np.hypot(*np.moveaxis(np.diff(table, axis=1, append=np.nan), -1, 0))
         all_px = []
         for i, press in enumerate(presses):

@@ -1,11 +1,12 @@
-"""Simulated pictures, read as papers read theirs.
+"""Evaluates simulated captures by the methods of the sensors' papers.
 
     python check_pictures.py PATH_TO_FABKIT [shadows] [inks] [dots] [skin]
 
-ShadowTac: the authors' way to find dimples in the picture at rest, written anew from its description (code of the paper:
-channels are shifted towards their lamps until the three shadows of a dimple lie on each other, dark places of what is
-brightest are marked). UVDtact: markers must not be seen in white light, and be found by a threshold in ultraviolet. TacTip: dots
-that 30 x 30 pixels tell apart, for the paper's four tips. Fluidic sensor: how far markers move in the picture.
+ShadowTac: the authors' detection of dimples in the reference image, written anew from its description (the paper's code
+shifts each channel towards its light until the three shadows of a dimple coincide, and marks dark places of the
+maximum over channels). UVDtact: markers must be invisible in white light, and a threshold must find them in
+ultraviolet. TacTip: number of dots that 30 x 30 pixels resolve, for the paper's four tips. Fluidic sensor:
+displacement of markers in the image.
 """
 
 import json
@@ -19,11 +20,11 @@ from PIL import Image
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-# Of the published code: half of a marker's width in the picture, px, and by how much pictures shrink.
+# Constants of the published code: half of a marker's width in the image, px, and the factor by which images shrink.
 MARKER_PX, SHRINK = 15, 5
-# Of the authors' crop, and how far from its edge a dimple lies whole within it, px.
+# Side of the authors' crop, and margin at its edge outside of which a dimple is completely inside, px.
 CROP_PX, EDGE_PX = 1200, 20
-# Of all three colours together, what is not dark.
+# Sum of the three colours' intensities above which a pixel is not dark.
 LIT_GREY = 60
 NOISE_GREY = 1.2
 
@@ -44,7 +45,7 @@ def marks(document: dict) -> np.ndarray:
 
 
 def dimples(picture: np.ndarray, lamps_deg: list[float]) -> np.ndarray:
-    """Columns and rows of dimples in a square colour picture, by the directions of its lamps."""
+    """Finds columns and rows of dimples in a square colour image, given the directions of its lights."""
     shifted = []
     for channel, angle in enumerate(np.deg2rad(lamps_deg)):
         blurred = ndimage.uniform_filter(picture[..., channel], 11)
@@ -70,14 +71,14 @@ def shadows(camera: Camera) -> bool:
     drawn = marks(document) - [left, 0]
     inside = np.hypot(*(drawn - CROP_PX / 2).T) < CROP_PX / 2 - EDGE_PX
     drawn = drawn[inside]
-    # Red, blue, green stand 120 degrees apart, the first on +y, which is up in the picture.
+    # Red, blue and green are 120 degrees apart, red on +y, which is up in the image.
     found = dimples(picture[:, left : left + CROP_PX], [90, 330, 210])
     away, _ = cKDTree(found).query(drawn)
     is_found = away < MARKER_PX
     share, error = is_found.mean(), np.median(away[is_found])
     print(f"ShadowTac: {len(drawn)} dimples in view, {100 * share:.1f} % found (at least 95), ", end="")
     print(f"median error {error:.2f} px (below 2), {len(found)} found in all; ", end="")
-    # Where a ray grazes a dimple's rim it is the coat that is seen: no pixel there is black by itself.
+    # A ray that grazes a dimple's rim must see the coat: single black pixels there would be an error.
     grey = picture.sum(axis=-1).astype(float)
     around = ndimage.minimum_filter(grey, footprint=[[1, 1, 1], [1, 0, 1], [1, 1, 1]])
     middle = slice(EDGE_PX, -EDGE_PX), slice(left + EDGE_PX, left + CROP_PX - EDGE_PX)
@@ -100,7 +101,7 @@ def inks(camera: Camera) -> bool:
     labels, count = ndimage.label(ndimage.binary_opening(mask, np.ones((2, 2))))
     centres = np.array(ndimage.center_of_mass(mask, labels, range(1, count + 1)))[:, ::-1]
     drawn = marks(document)
-    # The end of a slot is drawn, all of it is seen: up to its own length nearer to the camera.
+    # The drawn position is a slot's end, but the image shows the whole slot, up to its length nearer to the camera.
     away, which = cKDTree(centres).query(drawn)
     is_found = away < 8
     print(f"UVDtact: markers change white pictures by {seen.mean():.3f} grey on average ", end="")
@@ -116,7 +117,7 @@ def dots(camera: Camera) -> bool:
         )
         drawn = marks(document)
         peaks = (picture == ndimage.maximum_filter(picture, 3)) & (picture > 0)
-        # Two of 64 steps above the darkest around.
+        # Peaks at least two of the chip's 64 steps above the darkest neighbour.
         peaks &= picture > ndimage.minimum_filter(picture, 5) + 2 * 255 / 63
         labels, count = ndimage.label(peaks, np.ones((3, 3)))
         centres = np.array(ndimage.center_of_mass(peaks, labels, range(1, count + 1)))[:, ::-1]
@@ -128,12 +129,12 @@ def dots(camera: Camera) -> bool:
 
 
 def ends_px(picture: np.ndarray, drawn: np.ndarray) -> np.ndarray:
-    """Where columns end: the first pixel from the left of their rows that is half as red as what they are."""
+    """Finds where liquid columns end: the first pixel of the row, from the left, that is half as red as the column."""
     found = []
     for column, row in drawn:
         line = picture[round(row), :, 0] - picture[round(row), :, 1]
         half = line[round(column) + 20 : round(column) + 60].mean() / 2
-        # Before it, so that bits of dirt elsewhere do not count.
+        # Start the search shortly before the end, to ignore spots elsewhere in the row.
         first = round(column) - 40
         after = first + int(np.argmax(line[first:] > half))
         found.append(after - 1 + (half - line[after - 1]) / (line[after] - line[after - 1]))
@@ -153,7 +154,7 @@ def skin(camera: Camera) -> bool:
             pixels = [np.array([mark["pixel"] for mark in document["marks"]]) for document, _ in taken]
             moves.append(np.hypot(*(pixels[1] - pixels[0]).T))
             if light:
-                # Read from the pictures as well: there is nothing else to read them from in a lab.
+                # Read the columns from the images as well, as a laboratory would.
                 seen = [ends_px(picture, where) for (_, picture), where in zip(taken, pixels, strict=True)]
                 off = np.abs(np.abs(seen[1] - seen[0]) - moves[-1]).max()
                 is_right &= off < 0.25

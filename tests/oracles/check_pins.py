@@ -1,13 +1,13 @@
-"""How well a pin goes as a beam that gel holds: pins of the TacTip in three dimensions.
+"""Tests the model of a pin as a beam in elastic gel: pins of the TacTip, solved in three dimensions.
 
     python check_pins.py [fabkit]
 
-A flat piece of skin on gel, pressed by a patch beside the pin, solved by scikit-fem with the pin and without it. From
-the second follows where the law of `fabkit press` puts the dot (physics/elastic/src/soft/rod.rs, written again here from the
-beam's equation): displacement and turn of the skin at the pin's foot, and where the gel at the dot goes by itself. The
-difference to where the dot is in the first is what the law leaves out: the gel's motion along the pin is not even, and
-the pin holds its skin back. A stiff lever is printed beside it. Lengths are those that `fabkit show` prints, moduli
-those of a press's own answer. Takes some minutes. Needs scikit-fem 12.
+scikit-fem solves a flat piece of skin on gel, pressed by a patch beside the pin, with the pin and without it. From the
+solution without it follows the dot's position by the model of `fabkit press` (physics/elastic/src/soft/rod.rs, written
+again here from the beam equation): from displacement and rotation of the skin at the pin's foot, and from the gel's
+displacement at the dot. The difference to the dot in the solution with the pin is what the model leaves out: the gel's
+motion along the pin is not uniform, and the pin restrains its skin. A rigid lever is printed for comparison. Lengths
+are those that `fabkit show` prints, moduli those of a press's result. Takes some minutes. Needs scikit-fem 12.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from skfem.helpers import ddot, div, sym_grad
 
 Array = np.ndarray
 
-# Of the farthest that any dot goes: what the law may be off by, across the pin and along it. The camera looks along it.
+# Largest error of the model over the largest dot displacement, across the pin and along it. The camera looks along it.
 ACROSS, ALONG = 0.3, 0.35
-# The law was made with the first in view; the others came later.
+# The model was developed with the first case; the others were added later.
 CASES = [[], ["--set", "pins.layout=D"], ["--set", "pins.length=2.5 mm"]]
-# A patch as wide as the contact of a small ball, and how far from the pin's axis its middle is, mm.
+# Radius of the patch, that of a small ball's contact, and distances of its middle from the pin's axis, mm.
 PATCH_MM = 1.5
 BESIDE_MM = [0.0, 0.75, 1.5, 2.5, 4.0]
 HALF_SIDE_MM = 10.0
@@ -42,19 +42,19 @@ def told(fabkit: str, *arguments: str) -> dict[str, Any]:
 
 
 def lengths(fabkit: str, case: list[str]) -> dict[str, float]:
-    """Every length of the sensor, mm."""
+    """Returns all lengths of the sensor, mm, by path."""
     found = {}
     shown = told(fabkit, "show", "tactip", *case)
     for setting in shown["parameters"]:
         if setting.get("unit") == "mm" and isinstance(setting["value"], (int, float)):
             found[setting["path"]] = float(setting["value"])
-    # Layouts bring their own.
+    # The diameter depends on the layout.
     (found["pins.diameter"],) = [figure["value"] for figure in shown["derived"] if figure["name"] == "pin diameter"]
     return found
 
 
 def graded(inner: list[float], near_mm: float, end_mm: float) -> Array:
-    """Through all of `inner`, then coarser and coarser to the end."""
+    """Returns grid lines through all of `inner`, then with growing steps to the end."""
     out = [inner[0]]
     for a, b in zip(inner, inner[1:]):
         out.extend(np.linspace(a, b, max(1, round((b - a) / near_mm)) + 1)[1:])
@@ -66,10 +66,10 @@ def graded(inner: list[float], near_mm: float, end_mm: float) -> Array:
 
 
 class Piece:
-    """Half of a square of skin on gel, cut where y is 0; the pin's axis is z. Bonded below and at the other sides."""
+    """Half of a square of skin on gel, cut at y = 0; the pin's axis is z. It is fixed below and at the other sides."""
 
     def __init__(self, mm: dict[str, float], young: dict[str, tuple[float, float]], near_mm: float) -> None:
-        # A square as large as the pin's circle.
+        # The pin is a square of the same area as its circle.
         self.half_mm = np.sqrt(np.pi) / 2.0 * mm["pins.diameter"] / 2.0
         skin_mm = mm["skin.thickness"]
         pin_mm = mm["pins.length"]
@@ -86,7 +86,7 @@ class Piece:
         x, y, z = self.basis.doflocs
         far = (np.abs(np.abs(x) - HALF_SIDE_MM) < 1e-9) | (np.abs(y - HALF_SIDE_MM) < 1e-9)
         held = far | (z < -depth_mm + 1e-9)
-        # The cut is a mirror: nothing moves across it.
+        # The cut is a plane of symmetry: no displacement across it.
         across = np.zeros(self.basis.N, bool)
         for dofs in (self.basis.nodal_dofs, self.basis.edge_dofs, self.basis.facet_dofs, self.basis.interior_dofs):
             across[dofs[1]] = True
@@ -95,14 +95,14 @@ class Piece:
         self.top = FacetBasis(mesh, ElementVector(ElementHex2()), intorder=6, facets=top)
 
     def solved(self, has_pin: bool) -> list[Array]:
-        """Displacements for a patch at each distance."""
+        """Solves for the displacements with the patch at each distance."""
         x, y, z = self.middles
         is_pin = (np.abs(x) < self.half_mm) & (y < self.half_mm) & (z < 0.0) & (z > self.end_mm)
         is_pin &= has_pin
         is_dot = is_pin & (z < -self.pin_mm)
         shear, lame = np.empty(x.shape), np.empty(x.shape)
         for where, name in (((z < 0.0) & ~is_pin, "gel"), ((z > 0.0) | is_pin, "skin"), (is_dot, "dot")):
-            # Vero White, printed: stiff beside all else.
+            # The dot is printed Vero White, which is rigid compared with the others.
             young, poisson = self.young.get(name, (2000.0, 0.3))
             shear[where] = young / 2.0 / (1.0 + poisson)
             lame[where] = young * poisson / (1.0 + poisson) / (1.0 - 2.0 * poisson)
@@ -122,14 +122,14 @@ class Piece:
         return out
 
     def at(self, solution: Array, places: list[list[float]]) -> Array:
-        """Displacements at places, mm."""
-        # A place on a face belongs to the element beside it: a hair inside.
+        """Returns displacements at points, mm."""
+        # Move points on faces slightly inside, so that each belongs to one element.
         points = np.array(places, float).T + np.array([[1e-7], [1e-7], [-1e-7]])
         return (self.basis.probes(points) @ solution).reshape(3, -1).T
 
 
 def pushed(x: Array, beside_mm: float) -> Array:
-    """Pressure of a patch as that under a ball: half an ellipse."""
+    """Returns the pressure of a patch, with the elliptic profile of a Hertz contact."""
     share = ((x[0] - beside_mm) ** 2 + x[1] ** 2) / PATCH_MM**2
     return 0.05 * np.sqrt(np.clip(1.0 - share, 0.0, None))
 
@@ -145,23 +145,23 @@ def swelling(u: Any, v: Any, w: Any) -> Any:
 
 
 def lever(piece: Piece, solution: Array, radius_mm: float, end_mm: float) -> Array:
-    """Where the skin alone would take the dot's end."""
+    """Computes the displacement of the dot's end by a rigid lever: translation and rotation of the skin alone."""
     middle, right, left, aside = piece.at(
         solution, [[0.0, 0.0, 0.0], [radius_mm, 0.0, 0.0], [-radius_mm, 0.0, 0.0], [0.0, radius_mm, 0.0]]
     )
-    # By the mirror, what is aside on one hand is on the other.
+    # The other side follows by symmetry.
     mirrored = aside * np.array([1.0, -1.0, 1.0])
     ways = [np.array([2.0 * radius_mm, 0.0, 0.0]) + right - left, np.array([0.0, 2.0 * radius_mm, 0.0]) + aside - mirrored]
     normal = np.cross(*ways)
     normal /= np.linalg.norm(normal)
-    # The pin points along the turned normal.
+    # The pin points along the rotated normal.
     return middle + end_mm * (normal - np.array([0.0, 0.0, 1.0]))
 
 
 def beam(pin_mpa: float, gel: tuple[float, float], radius_mm: float, length_mm: float) -> tuple[float, float]:
-    """What is left at the end of a lever's way, and of the root's way along the pin.
+    """Computes the fractions of a rigid lever's displacement, and of the root's along the pin, that reach the end.
 
-    By the four roots of the beam's equation: the fourth derivative of its way is -4 times that.
+    The deflection is a sum over the four roots of the beam equation, w'''' = -4 w in scaled length.
     """
     hold = 4.0 * np.pi * gel[0] / 2.0 / (1.0 + gel[1])
     bending = pin_mpa * np.pi * radius_mm**4 / 4.0

@@ -1,9 +1,9 @@
-"""Depth that `fabkit reconstruct` finds in pictures, beside what they were made of; and in real captures of pins.
+"""Compares depth that `fabkit reconstruct` computes from captures with ground truth, and reads real captures of pins.
 
     python check_reconstruct.py path/to/fabkit [--captures DIR --pose POSE.yaml --constants LIGHT.json]
 
-Simulated presses first. CAPTURES is a folder of R-Tac0's published captures, ref.png in it, with the pose and the light that
-`calibrate extrinsics` and `fit-light` find in them. On demand.
+Simulated presses come first. DIR is a folder of R-Tac0's published captures with ref.png; the pose and the light
+constants are those that `calibrate extrinsics` and `fit-light` compute from them. On demand.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ PRESSES = {
     "gelsight-like": ["ball@0mm,0mm,0.8mm", "ball@3mm,2mm,0.5mm"],
     "shadowtac": ["ball@10deg,0deg,1mm", "ball@24deg,120deg,0.8mm", "ball@40deg,200deg,0.7mm"],
 }
-# Around a pin's mark, px, the deepest place is looked for.
+# Half side of the window around a pin in which its largest depth is read, px.
 AROUND_PX = 6
 
 
@@ -34,6 +34,7 @@ def run(fabkit: str, *words: Any) -> dict[str, Any]:
 
 
 def simulated(fabkit: str, sensor: str, folder: Path) -> None:
+    """Prints the errors for simulated presses on a sensor."""
     folder.mkdir()
     run(fabkit, "capture", sensor, "--reference", "--seed", 99, "-o", folder / "ref.png")
     for seed, press in enumerate(PRESSES[sensor]):
@@ -49,6 +50,7 @@ def simulated(fabkit: str, sensor: str, folder: Path) -> None:
 
 
 def real(fabkit: str, args: argparse.Namespace, folder: Path) -> None:
+    """Prints the depth of real pins by their polar angle."""
     pictures = sorted(path for path in args.captures.glob("*.png") if path.name != "ref.png")
     reference = args.captures / "ref.png"
     run(fabkit, "reconstruct", "rtac0", "--pose", args.pose, "--constants", args.constants, "--reference", reference,

@@ -1,9 +1,9 @@
-"""Reads what ``fabkit export --robot`` writes with MuJoCo, yourdfpy, PyBullet, trimesh, OpenUSD and Drake.
+"""Checks the files of ``fabkit export --robot`` with MuJoCo, yourdfpy, PyBullet, trimesh, OpenUSD and Drake.
 
     python tests/oracles/check_robot.py target/release/fabkit [--mounts] [SENSOR...]
 
-Masses, frames, touch, tetrahedra, pieces, and where a hundred points are seen in each target's own projection; six families, and
-one mount of one, or with `--mounts` three of all that allow them.
+It checks masses, frames, touch, tetrahedra, collision pieces, and the pixels of a hundred points in each target's own
+projection, for six families and one mount of one sensor, or with `--mounts` for three mounts of all that allow them.
 """
 
 import json
@@ -23,20 +23,20 @@ from scipy.spatial import ConvexHull, cKDTree
 
 SENSORS = ["rtac0", "shadowtac", "uvdtact", "tactip", "9dtact", "fluidic"]
 MOUNTS = ["iso-9409-1-50-4-m6", "robotiq-2f-85", "franka-hand"]
-# A command's exit code for what a description does not allow.
+# Exit code for a design that is not allowed.
 REFUSED = 2
 FORMATS = "urdf,mjcf,sdf,usd,drake,tacto"
-# Of the meshes that are seen.
+# Chord tolerance of the visual meshes.
 CHORD_MM = 0.05
 PRESS_MM = 1.0
 TACTILE_WITHIN = 0.02
 BALL_MM = 4.0
 POINTS = 100
 POINTS_WITHIN_PX = 0.5
-# Steps from pixel to pixel change no more than this on one surface.
+# Largest change between steps from pixel to pixel on one surface; larger ones are edges.
 EDGE_PX = 2.0
 COVERED_WITHIN_MM = 0.3
-# Samples of exact surfaces, so that what is nearest is known to about this, mm.
+# Accuracy of distances to the exact surfaces, which are sampled, mm.
 APART_MM = 0.15
 SAMPLES_PER_MM2 = 20
 OUTER_PER_MM2 = 1
@@ -60,7 +60,7 @@ def main(fabkit, words):
 
 
 def checked(folder, sensor, measures):
-    """With how far pieces stand off, if that is to be measured: half of the time."""
+    """Checks one export; `measures` adds the distance of pieces from bodies, which takes half of the time."""
     document = json.loads((folder / "robot.json").read_text())
     worst = masses(folder, document)
     model = mujoco_reads(folder / f"{sensor}.mjcf.xml", document)
@@ -87,16 +87,16 @@ def checked(folder, sensor, measures):
 
 
 def camera_sees(folder, sensor, document):
-    """Points of the touched surface: our pixel, by `pinhole_px` to the pinhole's, beside each target's own projection."""
+    """Compares points of the touched surface: their pixel via `pinhole_px` with each target's own projection, px."""
     taxels = np.load(folder / "robot-taxels.npz")
     rays = np.load(folder / "robot-rays.npz")["pinhole_px"]
     known = np.flatnonzero((taxels["seen"] > 0) & (taxels["area_mm2"] > 0))
     columns, rows = taxels["pixel"][known].T
-    # Linear between the four pixels around; beyond the pinhole, or at the edge of what the lens reaches, there are none.
+    # Linear between the four nearest pixels; NaN outside the pinhole's image or the lens's field of view.
     ours = np.stack(
         [ndimage.map_coordinates(rays[..., k], [rows, columns], order=1, cval=np.nan) for k in (0, 1)], axis=-1
     )
-    # Where a body hides the surface, one pixel sees one and the next the other: nothing lies between.
+    # Leave out pixels at an edge of an occluding body: interpolation across it has no meaning.
     row, column = (np.clip(at.astype(int), 1, size - 3) for at, size in zip((rows, columns), rays.shape))
     steps = [rays[row + i, column + j] - rays[row + i, column + j - 1] for i in (0, 1) for j in (0, 1, 2)]
     steps += [rays[row + i, column + j] - rays[row + i - 1, column + j] for i in (0, 1, 2) for j in (0, 1)]
@@ -114,7 +114,7 @@ def camera_sees(folder, sensor, document):
 
 
 def stands_off(folder, document):
-    """How far the outside of all pieces is from anything that is drawn: what is hollow is filled."""
+    """Measures the distance of the pieces' outside from the bodies, in words; convex pieces fill hollows."""
     rng = np.random.default_rng(0)
     drawn = {body["name"] for body in document["bodies"] if not body["bends_aside"]}
     meshes = [trimesh.load(folder / f"robot-{name}.obj", process=False) for name in sorted(drawn)]
@@ -137,7 +137,7 @@ def stands_off(folder, document):
 
 
 def samples(mesh, per_mm2, rng):
-    """Evenly over a mesh in metres; mm."""
+    """Samples points uniformly on a mesh in metres; returns mm."""
     areas = 1e6 * mesh.area_faces
     count = int(per_mm2 * areas.sum()) + 10
     corners = 1000 * mesh.triangles[rng.choice(len(areas), count, p=areas / areas.sum())]
@@ -147,7 +147,7 @@ def samples(mesh, per_mm2, rng):
 
 
 def masses(folder, document):
-    """Volumes and inertias of the exact solids beside those of the meshes that are seen."""
+    """Compares volumes and inertias of the exact solids with those of the visual meshes."""
     worst = 0.0
     for link in document["links"]:
         sums, cut_kg = np.zeros(10), 0.0
@@ -163,15 +163,15 @@ def masses(folder, document):
             inertia = about_origin(mesh, density)
             sums += inertia
             cut_kg += density * 1e-3 * CHORD_MM * mesh.area
-            # A mesh may cut off its chord tolerance, no more.
+            # A mesh may be smaller by its chord tolerance over its area, not more.
             off_mm3 = abs(1e9 * mesh.volume - sum(other["volume_mm3"] for other in same))
             assert off_mm3 < CHORD_MM * 1e6 * mesh.area, (body["name"], off_mm3)
         expected = origin_of(link)
-        # No more than what meshes may cut off.
+        # Relative mass that the chord tolerance may remove.
         within = cut_kg / link["mass_kg"]
         worst = max(worst, abs(sums[0] / expected[0] - 1))
         np.testing.assert_allclose(sums[0], expected[0], rtol=within)
-        # Moments and products about the origin, as a part of the largest.
+        # Moments and products of inertia about the origin, relative to the largest.
         np.testing.assert_allclose(sums[4:], expected[4:], atol=within * expected[4:].max())
     return worst
 
@@ -188,6 +188,7 @@ def origin_of(link):
 
 
 def ten(mass, centre, tensor):
+    """Returns the ten inertial parameters about the origin: mass, first moments, inertia."""
     shifted = tensor + mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     return np.array([mass, *(mass * centre), *shifted[np.triu_indices(3)]])
 
@@ -204,16 +205,16 @@ def mujoco_reads(path, document):
         np.testing.assert_allclose(body.ipos, link["centre_m"], atol=1e-9)
         principal = np.sort(np.linalg.eigvalsh(link["inertia_kg_m2"]))
         np.testing.assert_allclose(np.sort(body.inertia), principal, rtol=1e-6)
-        # No body is heavier about two axes than about the third.
+        # The principal moments of a real body obey the triangle inequality.
         assert principal[0] > 0 and principal[2] <= principal[0] + principal[1] + 1e-15
     return model
 
 
 def cover(folder, document):
-    """Every corner of what is stiff lies in a piece, but for what meshes cut off."""
+    """Checks that every vertex of the rigid bodies lies in a convex piece; returns the number of pieces."""
     pieces = [trimesh.load(path) for path in sorted(folder.glob("robot-base-[0-9]*.obj"))]
     assert 0 < len(pieces) <= 40 and all(piece.is_convex for piece in pieces)
-    # Planes of whole faces: those of slivers among their triangles lean.
+    # The convex hull merges triangles of a face: planes of slivers would be inaccurate.
     planes = [ConvexHull(piece.vertices).equations for piece in pieces]
     soft = {link["name"] for link in document["links"][1:]}
     for body in document["bodies"]:
@@ -234,7 +235,7 @@ def urdf_reads(path, document):
         np.testing.assert_allclose(inertial.mass, link["mass_kg"], rtol=1e-6)
         np.testing.assert_allclose(inertial.origin[:3, 3], link["centre_m"], atol=1e-9)
         np.testing.assert_allclose(inertial.inertia, link["inertia_kg_m2"], rtol=1e-6, atol=1e-18)
-    # The camera looks at what is touched.
+    # The camera looks at the touched surface.
     if "touch_frame" in robot.link_map:
         camera = robot.get_transform("camera_optical")
         touch = robot.get_transform("touch_frame")
@@ -245,7 +246,7 @@ def urdf_reads(path, document):
 
 
 def sdf_reads(path, document):
-    """Drake reads SDF with its own elements; what Gazebo would read is compared here."""
+    """Checks the elements of SDF that Gazebo reads; Drake's reader uses others."""
     model = ET.parse(path).getroot().find("model")
     links = {link.get("name"): link for link in model.findall("link")}
     for link in document["links"]:
@@ -260,13 +261,13 @@ def sdf_reads(path, document):
 
 
 def touched(folder, sensor):
-    """A ball comes down on the middle, and the vertex there says how far."""
+    """Presses a ball into the middle in MuJoCo and checks the indentation at the vertex there; returns it, mm."""
     taxels = np.load(folder / "robot-taxels.npz")
     touch = trimesh.load(folder / "robot-touch.obj", process=False)
     np.testing.assert_allclose(1000 * touch.vertices, taxels["place_mm"], atol=1e-5)
     felt = taxels["area_mm2"] > 0
     assert touch.is_watertight and touch.volume > 0
-    # What feels stands for the face alone, without what closes the mesh.
+    # Only the touched face has areas and tangents, not the triangles that close the mesh.
     tangents = np.einsum("vij,vkj->vik", taxels["tangents"], taxels["tangents"])
     np.testing.assert_allclose(tangents, np.broadcast_to(np.eye(2), tangents.shape), atol=1e-9)
     places, normals = taxels["place_mm"][felt], taxels["normal"][felt]
@@ -280,7 +281,7 @@ def touched(folder, sensor):
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    # One number for each vertex along the normal, then two along the surface.
+    # The sensor gives one number for each vertex along the normal, then two along the surface.
     said = data.sensordata.reshape(3, -1)[0]
     assert len(said) == len(felt)
     reached = 1000 * float(said.max())

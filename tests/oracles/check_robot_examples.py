@@ -1,4 +1,4 @@
-"""Runs the example scripts for simulators that install without a GPU, and compares what they print.
+"""Runs the example scripts for simulators that install without a GPU, and checks their output.
 
     python tests/oracles/check_robot_examples.py target/release/fabkit
 """
@@ -15,9 +15,9 @@ import numpy as np
 
 EXAMPLES = Path(__file__).parents[2] / "fabkit/python/examples/robots"
 SENSOR = "rtac0"
-# An endless bed of springs, or Drake's pressures, beside an elastic solution: no more than that apart, either way.
+# Largest ratio, either way, of forces by springs or by Drake's pressures to those of an elastic solution.
 FORCES_WITHIN = 3.0
-# A dot that a pinhole sees is found in the sensor's own picture.
+# Tolerance, and width, of a dot that is drawn in the pinhole's image and found in the sensor's image.
 DOT_WITHIN_PX = 0.5
 DOT_SIGMA_PX = 6.0
 
@@ -56,20 +56,20 @@ def example(name, *words):
 
 
 def forces(said, felt):
-    # PyBullet also tells when it was built.
+    # PyBullet prints its build date before the table.
     table = said[said.index("depth mm") :]
     rows = np.array([line.split() for line in table.splitlines()[1:]], dtype=float)
     if felt is not None:
         np.testing.assert_allclose(rows[:, felt], rows[:, 0], rtol=0.02)
     theirs, ours = rows[:, -2], rows[:, -1]
     assert (np.diff(theirs) > 0).all()
-    # The first touches are smaller than a taxel and a tetrahedron.
+    # The first contacts are smaller than a taxel and a tetrahedron: leave them out.
     ratio = (theirs / ours)[rows[:, 0] > 0.2]
     assert (1 / FORCES_WITHIN < ratio).all() and (ratio < FORCES_WITHIN).all(), ratio
 
 
 def dots(folder, robot, document):
-    """White dots where a pinhole sees some taxels: where are they in the true picture?"""
+    """Draws dots in the pinhole's image at some taxels and checks their positions in the converted image."""
     taxels = np.load(robot / "robot-taxels.npz")
     pinhole = document["camera"]["pinhole"]
     frame = next(f for f in document["frames"] if f["name"] == document["camera"]["frame"])

@@ -1,10 +1,10 @@
-"""Lets Taxim itself draw a ball on flat sensors from their optics packs, and compares that with fabkit's own pictures.
+"""Renders a ball on flat sensors with Taxim from their optics packs, and compares with fabkit's own captures.
 
     pip install numpy pillow jax; pip install --no-deps taxim==1.4.1
     python check_taxim.py path/to/fabkit
 
-On demand: JAX is large. Taxim's gel follows the ball by its own smoothing, so pictures differ beside the ball. All of it is
-simulated.
+On demand: JAX is large. Taxim smooths the gel around the ball in its own way, so the images differ beside the ball. All
+of it is simulated.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ import numpy as np
 from PIL import Image
 from taxim.taxim_jax import TaximJax
 
-# Radius of the built-in ball and how deep it goes, mm, and what is compared around its middle.
+# Radius of the built-in ball, its indentation, and radius of the compared region, mm.
 BALL_MM, DEEP_MM, AROUND_MM = 2.5, 0.4, 1.3
-# What is darker was, or is, a printed mark.
+# Intensity below which a pixel is, or was, a printed marker.
 DARK = 30
-# Changes of colour are to go together with fabkit's; colours turned round or mirrored pictures give 0.5 and less.
+# Least correlation with fabkit's changes of colour; reversed colours or mirrored images give 0.5 and less.
 ALIKE = 0.85
 
 
@@ -41,7 +41,7 @@ def compare(fabkit: str, sensor: str, folder: Path) -> bool:
     taxim = TaximJax(calib_folder=folder / "taxim")
     y, x = np.mgrid[: taxim.height, : taxim.width]
     far_mm = np.hypot(x + 0.5 - taxim.width / 2, y + 0.5 - taxim.height / 2) * taxim.sensor_params.pixmm
-    # How far the ball is above the gel's face, mm; negative where it is in it.
+    # Height of the ball above the gel's face, mm; negative where it indents.
     ball = np.where(far_mm < BALL_MM, BALL_MM - DEEP_MM - np.sqrt(np.clip(BALL_MM**2 - far_mm**2, 0, None)), 10.0)
     fine = True
     for with_shadow in (False, True):

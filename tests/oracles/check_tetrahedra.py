@@ -1,10 +1,10 @@
-"""Tetrahedra of soft layers, read by Gmsh and meshio, and solved on by scikit-fem.
+"""Checks exported tetrahedra of soft layers with Gmsh, meshio and scikit-fem.
 
     python check_tetrahedra.py PATH_TO_FABKIT [SENSOR...]
 
-Both readers must find the same nodes, tetrahedra, materials and sets in `.msh`, and meshio in `.vtk`. Volumes and angles
-between faces are computed here once more. A linear displacement of the whole surface must be linear inside: that is so
-only if neighbours share their faces.
+Both readers must find the same nodes, tetrahedra, materials and sets in `.msh`, and meshio in `.vtk`. Volumes and
+angles between faces are computed independently. In a patch test with scikit-fem, a linear displacement of the whole
+surface must be linear inside, which it is only if neighbours share their faces.
 """
 
 import json
@@ -28,7 +28,7 @@ def volumes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 
 def least_dihedral_deg(points: np.ndarray, cells: np.ndarray) -> float:
-    """From the outward normals of faces: the angle between two is what they lack to half a turn."""
+    """Computes the least angle between faces: half a turn less the angle between their outward normals."""
     corners = points[cells]
     normals = []
     for i in range(4):
@@ -77,7 +77,7 @@ def by_meshio(path: Path) -> dict:
 
 
 def patch_test(points: np.ndarray, cells: np.ndarray) -> float:
-    """How far a linear displacement of the surface is from linear inside, as a part of the largest one."""
+    """Computes the error inside for a linear displacement of the surface, relative to the largest displacement."""
     mesh = MeshTet(np.ascontiguousarray(points.T), np.ascontiguousarray(cells.T))
     basis = Basis(mesh, ElementVector(ElementTetP1()))
 

@@ -1,14 +1,13 @@
-"""Compares a pressed and sheared dome of gel with surface nodes that a commercial program moved.
+"""Compares a pressed and sheared dome of gel with published node displacements of a commercial program.
 
     cargo build --release -p fabkit-elastic --example press_json
     python compare_cap.py target/release/examples/press_json DIR [--poisson 0.44]
 
-DIR holds the six files that Taxim published (`0705_dome_node_dz_0.3_x.txt` and so on): a cap of a ball, 33.6 mm
-wide and 5.5 mm high, pressed and pressed and sheared at its tip by what is too small for its mesh; nodes moved
-0.117 mm at most, in `dz` sideways, too. Neither the material nor the pin's shape is published, so that
-Poisson's ratio is an argument, and three numbers are fitted: how much of a unit press, and of a unit shear
-along x and y. Everything else must follow: outside of 0.8 mm from the tip, displacements agree within 5 % of
-the largest.
+DIR contains the six files that Taxim published (`0705_dome_node_dz_0.3_x.txt` and so on): a spherical cap, 33.6 mm
+wide and 5.5 mm high, pressed (`dz`), and pressed and sheared, at its tip by an indenter that is too small for its
+mesh; nodes move by 0.117 mm at most, in `dz` sideways too. Neither the material nor the pin's shape is published, so
+Poisson's ratio is an argument, and three numbers are fitted: the amounts of a unit press and of unit shears along x
+and y. Everything else must follow: beyond 0.8 mm from the tip, displacements agree within 5 % of the largest.
 """
 
 from __future__ import annotations
@@ -25,14 +24,14 @@ Array = np.ndarray
 
 RADIUS_MM, HEIGHT_MM = 16.8, 5.5
 TIP_MM = np.array([30.544, 35.09])
-# What is nearer to the tip belongs to the pin.
+# Nodes nearer to the tip touch the pin, whose shape is not known.
 OUTSIDE_MM = 0.8
 AGREEMENT = 0.05
 PRESS_MM, SHEAR_MM = 0.02, 0.002
 
 
 def published(folder: Path, name: str) -> tuple[Array, Array]:
-    """Places, mm from the tip across, and displacements, mm, height upwards."""
+    """Reads node positions, mm across from the tip, and displacements, mm, with z upwards."""
     tables = [np.loadtxt(folder / f"0705_dome_node_{name}_0.3_{axis}.txt", skiprows=1) for axis in "xyz"]
     tables = [table[np.argsort(table[:, 0])] for table in tables]
     moved = 1e3 * np.array([table[:, 4] for table in tables]).T
@@ -40,7 +39,7 @@ def published(folder: Path, name: str) -> tuple[Array, Array]:
 
 
 def units(example: str, poisson: float, places: Array) -> Array:
-    """Displacements of a unit press, and of unit shears along x and y, three columns."""
+    """Computes displacements of a unit press, and of unit shears along x and y, in three columns."""
     asked = {
         "radius_mm": RADIUS_MM,
         "cap_mm": HEIGHT_MM,

@@ -1,15 +1,15 @@
-"""Lets the programs that people print with read what `fabkit export` writes.
+"""Checks exported STL and 3MF files with admesh and PrusaSlicer.
 
     python consumers.py admesh|prusa-slicer PATH_TO_FABKIT [EVERY]
     python consumers.py settings PATH_TO_FABKIT [SENSOR[/PART]...]
 
-Both exit with 0 whatever they find, so that their text is read: admesh must repair nothing, the
-slicer must call each mesh manifold, see the volume that the manifest states, and slice it into
-layers that reach its height. Of all parts, every so many-th if that is said.
+Both programs exit with 0 whatever they find, so their output is parsed: admesh must repair nothing; the slicer must
+call each mesh manifold, find the volume that the manifest states, and slice it into layers that reach its height.
+With EVERY, only every EVERY-th part is checked.
 
-`settings` slices 3MF files of filament with everything else set against them, and the same parts as STL
-with the settings of the 3MF on the command line: layers, lines of each type and filament must be the same.
-All parts of all sensors without naming any, which takes an hour.
+`settings` checks that 3MF files of filament parts carry their print settings. It slices each with contrary options,
+and the same part as STL with the settings of the 3MF as options: layers, lines of each type and filament must be
+equal. By default it checks all parts of all sensors, which takes an hour.
 """
 
 import json
@@ -22,7 +22,7 @@ from collections import Counter
 from pathlib import Path
 from xml.etree import ElementTree
 
-# What admesh would have repaired; every counter must be 0.
+# Counters of admesh's repairs; each must be 0.
 REPAIRS = (
     "Total disconnected facets",
     "Degenerate facets",
@@ -33,12 +33,12 @@ REPAIRS = (
     "Backwards edges",
     "Normals fixed",
 )
-# What an ordinary slicer is for; jetted parts have their own.
+# Processes that use an ordinary slicer; jetted parts have their own.
 PRINTED = ("fdm", "sla")
 
 
 def output(*command: str) -> str:
-    # admesh 0.98 prints a few bytes of memory behind a file's header of 80.
+    # admesh 0.98 prints some bytes of memory after a file's header of 80 bytes: replace invalid characters.
     done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
     assert done.returncode == 0, f"{command}: exit {done.returncode}\n{done.stdout}{done.stderr}"
     return done.stdout + done.stderr
@@ -62,7 +62,7 @@ def check_with_slicer(path: Path, part: dict) -> None:
     assert not any(v not in ("0", "no") for v in repairs.values()), f"{path.name}: {repairs}"
     assert int(found["number_of_facets"]) == part["mesh"]["triangles"], f"{path.name}: {found}"
     volume = part["mesh"]["volume_mm3"]
-    # It sums in single precision.
+    # The slicer sums in single precision.
     assert abs(float(found["volume"]) - volume) < 1e-4 * volume, f"{path.name}: {found['volume']}"
 
     height = part["bounds_in_file_mm"][1][2]
@@ -77,17 +77,17 @@ def check_with_slicer(path: Path, part: dict) -> None:
     assert abs(max(layers) - height) < 0.2, f"{path.name}: sliced to {max(layers)} of {height} mm"
 
 
-# What a user's own profile may say; an object's settings go before it.
+# Options of a user's own profile; the object's settings in the file must override them.
 AGAINST = ("--layer-height=0.3", "--perimeters=7", "--fill-density=3%", "--support-material",
            "--brim-width=3", "--top-solid-layers=1", "--bottom-solid-layers=1")
-# As OrcaSlicer calls what PrusaSlicer calls otherwise.
+# OrcaSlicer's names for settings that PrusaSlicer names differently.
 ORCA = {"perimeters": "wall_loops", "top_solid_layers": "top_shell_layers",
         "bottom_solid_layers": "bottom_shell_layers", "fill_density": "sparse_infill_density",
         "support_material": "enable_support"}
 
 
 def settings_of(path: Path) -> dict:
-    """What a file of one part carries, as PrusaSlicer calls it; OrcaSlicer is told the same."""
+    """Reads the settings of a 3MF file with one part, by PrusaSlicer's names; checks that OrcaSlicer's are the same."""
     with zipfile.ZipFile(path) as archive:
         model = ElementTree.fromstring(archive.read("3D/3dmodel.model"))
         prusa = ElementTree.fromstring(archive.read("Metadata/Slic3r_PE_model.config"))
@@ -111,7 +111,7 @@ def settings_of(path: Path) -> dict:
 
 
 def sliced(path: Path, *options: str) -> tuple:
-    """Layers, how often each type of line begins, filament in mm, and what the file says it was sliced with."""
+    """Slices a file; returns layers, number of lines by type, filament in mm, and the settings that were used."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "sliced.gcode"
         said = output("prusa-slicer", "--datadir", folder, "--export-gcode", *options, "-o", str(file),
@@ -145,7 +145,7 @@ def check_settings(binary: str, design: str) -> int:
             used = {key: wanted[3][key] for key in said}
             assert used == said, f"{path.name}: {used} in place of {said}"
             assert layers == wanted[0], f"{path.name}: layers {layers[:3]}, not {wanted[0][:3]}"
-            # Places on the bed differ by micrometres, and with them where a short gap is filled.
+            # Positions on the bed differ by micrometres, so short gap fills may differ.
             differ = sum((types - wanted[1]).values()) + sum((wanted[1] - types).values())
             assert differ <= max(6, 0.01 * sum(types.values())), f"{path.name}: {types} in place of {wanted[1]}"
             assert abs(filament / wanted[2] - 1.0) < 0.002, f"{path.name}: {filament} of {wanted[2]} mm"
@@ -171,7 +171,7 @@ def main(consumer: str, binary: str, every: int = 1) -> None:
             output(binary, "export", sensor["name"], "--quiet", "--format=stl", "-o", folder)
             manifest = json.loads((Path(folder) / "manifest.json").read_text())
             for part in manifest["parts"]:
-                # admesh reads everything.
+                # admesh reads parts of all processes.
                 if consumer == "admesh" or part["process"] in PRINTED:
                     seen += 1
                     if seen % every == 0:

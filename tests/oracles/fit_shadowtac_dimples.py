@@ -1,12 +1,12 @@
-"""Fits a camera to the dimples that a real ShadowTac's camera sees, through the drawn plate and gel.
+"""Fits a camera to the dimples in an image of a real ShadowTac, through the design's plate and gel.
 
     python fit_shadowtac_dimples.py DIR [--fabkit path/to/fabkit]
 
-DIR holds `dimples_px.csv` (`x_px,y_px`: centroids of 185 dimples of the published unit at rest). The places are
-those of the drawn dimples; each is looked for by Newton's method on rays that `light/` follows. Free are the
-camera's rotation, the picture's centre and the focal length. The drawn lens has the law that `light.json` says;
-its maker publishes none, so that the classical projections are printed beside. Fails if the drawn one has no median
-error below 3 px, or needs a focal length further from the drawn one than its tolerance.
+DIR contains `dimples_px.csv` (`x_px,y_px`: centroids of 185 dimples of the published unit at rest). Positions are
+those of the design's dimples; Newton's method finds the ray to each with the tracer in `light/`. The fit changes the
+camera's rotation, the image centre and the focal length. The design's lens has the model of `light.json`; its maker
+publishes none, so classical projections are fitted for comparison. The script fails if the design's lens has a median
+error of 3 px or more, or needs a focal length outside its tolerance.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ from light.solids import Rays
 from light.tracing import Stack
 
 BOUND_PX = 3.0
-# What the radius in the picture is to the angle, over the focal length; `main` adds the drawn one.
+# Radius in the image over focal length, by the angle to the axis; `main` adds the design's lens.
 LENSES: dict[str, Callable[[Array], Array]] = {
     "equidistant": lambda angle: angle,
     "equisolid": lambda angle: 2.0 * np.sin(0.5 * angle),
     "stereographic": lambda angle: 2.0 * np.tan(0.5 * angle),
     "rectilinear": np.tan,
 }
-# Where in a dimple its picture's centroid lies: half way between its mouth and its tip.
+# Point of a dimple that its centroid in the image shows, as a share of its height: half way from mouth to tip.
 DEEP_SHARE = 0.5
-# How near to its place a ray must pass.
+# Largest distance of a solved ray from its point.
 NEAR_MM = 1e-8
 DIMPLE = re.compile(r"dimple \d+")
 
 
 def dimples(tree: dict[str, Any], rotation: Array, shift: Array) -> Iterator[tuple[Array, Array]]:
-    """Where dimples have their mouths, and unit axes out of the gel, in the frame of the root."""
+    """Yields the mouth of each dimple and its unit axis out of the gel, in the frame of the root."""
     ((kind, of),) = tree.items()
     if kind == "feature" and DIMPLE.fullmatch(of["name"]):
         pose = of["of"]["placed"]["pose"]
@@ -62,7 +62,7 @@ def dimples(tree: dict[str, Any], rotation: Array, shift: Array) -> Iterator[tup
 
 
 def places(light: dict[str, Any], height_mm: float) -> Array:
-    """Middles of all dimples, sensor frame, mm."""
+    """Returns the middles of all dimples, sensor frame, mm."""
     skin = next(body for body in light["bodies"] if body["name"] == "skin")
     pose = skin["placements"][0]["sensor_from_body"]
     found = dimples(skin["solid"], np.array(pose["rotation"]), np.array(pose["translation_mm"]))
@@ -70,13 +70,13 @@ def places(light: dict[str, Any], height_mm: float) -> Array:
 
 
 def looked_at(stack: Stack, pupil: Array, place: Array) -> Array:
-    """Unit directions at the pupil of rays through places, sensor frame."""
+    """Finds the unit directions at the pupil of the refracted rays through points, sensor frame."""
     straight = place - pupil
     straight /= np.linalg.norm(straight, axis=-1, keepdims=True)
     aim = straight[:, :2] / straight[:, 2:]
 
     def miss(aim: Array) -> Array:
-        """How far beside a place its ray passes, at its height: mm along x and y."""
+        """Computes the distance of each ray from its point, at the point's height: mm along x and y."""
         d = np.concatenate([aim, np.ones((len(aim), 1))], axis=-1)
         d /= np.linalg.norm(d, axis=-1, keepdims=True)
         paths = stack.follow(Rays(np.broadcast_to(pupil, d.shape).copy(), d), clear_only=True)
@@ -87,7 +87,7 @@ def looked_at(stack: Stack, pupil: Array, place: Array) -> Array:
         at = last + way * ((place[:, 2] - last[:, 2]) / way[:, 2])[:, None]
         return (at - place)[:, :2]
 
-    # The slopes hardly change within the first step.
+    # One Jacobian serves all steps: it hardly changes within the first one.
     off = miss(aim)
     slopes = np.stack([(miss(aim + 1e-6 * unit) - off) / 1e-6 for unit in np.eye(2)], axis=-1)
     for _ in range(30):
@@ -101,7 +101,8 @@ def looked_at(stack: Stack, pupil: Array, place: Array) -> Array:
 
 
 def pixels(d: Array, values: Array, lens: str) -> Array:
-    """Through a lens: `values` are centre, focal length (px), rotation about z, then x and y (rad)."""
+    """Projects directions through a lens: `values` are centre, focal length (px), rotation about z, then x and y (rad).
+    """
     cx, cy, f, turn = values[:4]
     x, y = values[4:6] if len(values) > 4 else (0.0, 0.0)
     d = d @ np.array([[1, 0, 0], [0, np.cos(x), np.sin(x)], [0, -np.sin(x), np.cos(x)]])
@@ -113,13 +114,16 @@ def pixels(d: Array, values: Array, lens: str) -> Array:
 
 
 def matched(seen: Array, drawn: Array) -> Array:
-    """For each centroid the nearest drawn dimple's number."""
+    """Returns the index of the nearest projected dimple for each centroid."""
     return np.linalg.norm(seen[:, None] - drawn[None], axis=-1).argmin(1)
 
 
 def first_guess(seen: Array, d: Array, lens: str) -> Array:
-    """Centre, focal length and turn: the best of those around every centroid near the middle, at the pitch that
-    neighbours have there."""
+    """Searches a first guess of centre, focal length and rotation about z.
+
+    The focal length follows from the pitch of dimples near the axis; every centroid near the middle is tried as
+    the centre, with rotations in steps of 1 degree.
+    """
     gaps = np.linalg.norm(seen[:, None] - seen[None], axis=-1) + 1e9 * np.eye(len(seen))
     angles = np.sort(np.arctan2(np.hypot(d[:, 0], d[:, 1]), d[:, 2]))
     f = np.median(gaps.min(1)) / np.median(angles[1:7])
@@ -136,7 +140,10 @@ def first_guess(seen: Array, d: Array, lens: str) -> Array:
 
 
 def fitted(seen: Array, d: Array, values: Array, lens: str) -> tuple[Array, Array, Array]:
-    """Gauss and Newton's method; each centroid belongs to the nearest dimple. Values, errors in px, numbers."""
+    """Fits `values` by the Gauss-Newton method; each centroid belongs to the nearest dimple.
+
+    Returns the values, the errors in px, and the index of each centroid's dimple.
+    """
     for _ in range(30):
         number = matched(seen, pixels(d, values, lens))
         off = (pixels(d, values, lens)[number] - seen).ravel()

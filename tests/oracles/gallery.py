@@ -1,4 +1,4 @@
-"""Simulated pictures of all sensors, at rest and pressed, without noise, on one sheet.
+"""Draws simulated captures of all sensors, at rest and pressed, without noise, on one sheet.
 
     python gallery.py PATH_TO_FABKIT SHEET.png
 """
@@ -54,7 +54,7 @@ def main() -> None:
                 if not pressed:
                     font = ImageFont.load_default(15)
                     draw.text((left, top + 2), f"{title}, at rest and pressed", "black", font)
-    # In all its colours: a palette would draw steps that no picture has.
+    # Full colour: a palette would add steps that the captures do not have.
     sheet.save(sheet_file, optimize=True)
 
 

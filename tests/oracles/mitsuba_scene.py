@@ -1,7 +1,7 @@
-"""A sensor as a scene of Mitsuba 3: triangles of fabkit's STL files, put where `light.json` says.
+"""Conversion of a sensor to a scene of Mitsuba 3: triangles of fabkit's STL files at the poses of `light.json`.
 
-Where two media meet each has its own face; a scene must have one, which knows both. A medium's triangle that lies
-on something solid is left out, and of two media that touch, the one that comes first keeps it.
+Where two media touch, each has its own face; Mitsuba needs a single face with both indices. A medium's triangle on an
+opaque body is left out, and of two touching media the first one keeps the face.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from light.roots import Array
 from light.solids import FACES, Node, Rays
 from light.tracing import FIRST_BODY, Item, Stack
 
-# The finest that fabkit makes, mm.
+# Chord tolerance of the meshes, mm: the finest that fabkit makes.
 CHORD_MM = 5e-4
-# How far outside of a triangle one looks for what it touches, mm.
+# Distance from a triangle at which the body that it touches is searched, mm.
 ASIDE_MM = 4.0 * CHORD_MM
 
 STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("unused", "<u2")])
@@ -28,7 +28,10 @@ STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("unused", "<u
 
 @dataclass
 class Part:
-    """Triangles (n, 3, 3) with the exact normals of their corners; media have two indices, others a name."""
+    """Triangles (n, 3, 3) of one face with the exact normals at their corners.
+
+    Faces between media have two refractive indices, other bodies have none.
+    """
 
     corners: Array
     normals: Array
@@ -38,7 +41,7 @@ class Part:
 
 
 def export(fabkit: str, sensor: str, folder: Path) -> tuple[Stack, dict[str, Array]]:
-    """What the sensor is to light, and triangles of all bodies in their own frames."""
+    """Exports a sensor; returns its optical model, and the triangles of all bodies in their own frames."""
     command = [fabkit, "export", sensor, "--quiet", "--nominal", "-o", str(folder)]
     subprocess.run([*command, "--format=light"], check=True)
     light = json.loads((folder / "light.json").read_text())
@@ -57,9 +60,9 @@ def export(fabkit: str, sensor: str, folder: Path) -> tuple[Stack, dict[str, Arr
 
 
 def holds(node: Node, points: Array) -> Array:
-    """Whether points are inside."""
+    """Returns for each point whether it is inside a solid."""
     result = np.zeros(len(points), bool)
-    # Askew, so that it runs along no face.
+    # An oblique unit direction that is parallel to no face.
     d = np.array([0.48, 0.36, 0.8])
     spans = node.spans(Rays(points, np.broadcast_to(d, points.shape)))
     result[spans.ray[(spans.low < 0.0) & (spans.high > 0.0)]] = True
@@ -67,9 +70,9 @@ def holds(node: Node, points: Array) -> Array:
 
 
 def exact_normals(stack: Stack, node: Node, corners: Array, flat: Array) -> Array:
-    """Normals of the drawn faces at corners; the triangle's own where none is near."""
+    """Computes the normals of the exact faces at the corners; the triangle's own where no face is near."""
     middle = corners.mean(1, keepdims=True)
-    # Pulled in a little, so that edges do not matter.
+    # Move the corners slightly inwards, away from edges.
     points = (corners + 1e-3 * (middle - corners)).reshape(-1, 3)
     result = np.repeat(flat, 3, axis=0)
     d = result.copy()
@@ -86,7 +89,7 @@ def exact_normals(stack: Stack, node: Node, corners: Array, flat: Array) -> Arra
 
 
 def parts(stack: Stack, triangles: dict[str, Array]) -> tuple[list[Part], list[Part]]:
-    """Everything that ends or bends rays; and the sensing surface alone."""
+    """Returns all faces that stop or refract rays, and those of the sensing surface alone."""
     found: list[Part] = []
     surface: list[Part] = []
     placed = [(body, place) for body in stack.light["bodies"] for place in body["placements"]
@@ -129,14 +132,14 @@ def _faces(stack: Stack, number: int, corners: Array, flat: Array) -> list[Part]
 
 
 def _on_surface(surface: Node, corners: Array, flat: Array) -> Array:
-    """Triangles of which the sensing surface's solid ends where they are."""
+    """Returns the indices of the triangles that lie on the boundary of the sensing surface's solid."""
     middle = corners.mean(1)
     ends = holds(surface, middle - ASIDE_MM * flat) & ~holds(surface, middle + ASIDE_MM * flat)
     return np.flatnonzero(ends)
 
 
 def dictionary(mi: Any, found: list[Part]) -> dict[str, Any]:
-    """What `mi.load_dict` takes; shapes are numbered in the order of the parts."""
+    """Creates the dictionary for `mi.load_dict`; shapes are numbered in the order of the parts."""
     scene: dict[str, Any] = {"type": "scene"}
     for number, part in enumerate(found):
         properties = mi.Properties()
@@ -159,7 +162,7 @@ def dictionary(mi: Any, found: list[Part]) -> dict[str, Any]:
 
 
 def word(stack: Stack, name: int) -> str:
-    """A body's name."""
+    """Returns the name of a body by its number."""
     return stack.names[name]
 
 

@@ -1,6 +1,6 @@
-"""What reads a robot's files by other rules than ours: OpenUSD, PyBullet, Drake, MuJoCo, TACTO's arithmetic, schemas of Isaac Lab's classes.
+"""Independent readers of robot files: OpenUSD, PyBullet, Drake, MuJoCo, TACTO's formulas, Isaac Lab's schemas.
 
-Each ``*_reads`` fails by itself; ``projections`` gives each target's own projection of points.
+Each ``*_reads`` function raises if its check fails; ``projections`` yields each target's own projection of points.
 """
 
 import math
@@ -30,6 +30,7 @@ DIMENSIONS = {
 
 
 def fields(required=(), **properties):
+    """Returns the JSON Schema of an object with these properties and no others."""
     return {
         "type": "object",
         "properties": properties,
@@ -38,7 +39,7 @@ def fields(required=(), **properties):
     }
 
 
-# The fields of the classes that these files are for, as their sources document them.
+# Fields of the classes that read these files, as their sources document them.
 TACSL = fields(
     ["prim_path", "tactile_array_size", "tactile_margin"],
     prim_path={"type": "string"},
@@ -101,7 +102,7 @@ TACEX = fields(
 
 
 def usd_reads(path, document):
-    """OpenUSD opens it, none of its validators complains, and masses are what they are."""
+    """Opens a file with OpenUSD, runs all its validators, and checks masses, collision shapes and tetrahedra."""
     stage = Usd.Stage.Open(str(path))
     validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
     assert any(v.GetMetadata().name.startswith("usdPhysics") for v in validators)
@@ -139,6 +140,7 @@ def usd_reads(path, document):
 
 
 def volumes_positive(points, cells):
+    """Checks that all tetrahedra have a positive volume; returns the sum."""
     a, b, c, d = (np.asarray(points, dtype=float)[cells[:, k]] for k in range(4))
     volumes = np.einsum("ij,ij->i", b - a, np.cross(c - a, d - a)) / 6
     assert volumes.min() > 0
@@ -146,7 +148,7 @@ def volumes_positive(points, cells):
 
 
 def tetrahedra_read(folder, document):
-    """Both files hold the same metres, materials and sets."""
+    """Checks that both tetrahedra files contain the same nodes, in metres, and the same sets."""
     vtk = meshio.read(folder / "robot-tetrahedra.vtk")
     msh = meshio.read(folder / "robot-tetrahedra.msh")
     np.testing.assert_array_equal(vtk.points, msh.points)
@@ -160,7 +162,7 @@ def tetrahedra_read(folder, document):
 
 
 def bullet_reads(path, document):
-    """Links and masses as PyBullet has them, with the base free: nothing weighs more than was written."""
+    """Checks total mass and number of collision shapes in PyBullet, with a free base."""
     client = pybullet.connect(pybullet.DIRECT)
     try:
         robot = pybullet.loadURDF(str(path), flags=pybullet.URDF_USE_INERTIA_FROM_FILE)
@@ -175,7 +177,7 @@ def bullet_reads(path, document):
 
 
 def drake_reads(path, document):
-    """Drake's parser takes it without a warning, which strict parsing makes an error."""
+    """Checks that Drake's strict parser accepts a file, with mass and frames; returns the number of geometries."""
     builder = DiagramBuilder()
     config = MultibodyPlantConfig(time_step=1e-3, contact_model="hydroelastic")
     plant, scene = AddMultibodyPlant(config, builder)
@@ -195,7 +197,7 @@ def drake_reads(path, document):
 
 
 def schemas_hold(folder, sensor, document):
-    """Fields of Isaac Lab's classes; what they name is in the USD file."""
+    """Validates the files for Isaac Lab's classes, and checks that the USD file has the prims that they name."""
     stage = Usd.Stage.Open(str(folder / f"{sensor}.usda"))
     for name, schema in [("tacsl", TACSL), ("tacex", TACEX)]:
         path = folder / f"{sensor}.{name}.yaml"
@@ -212,7 +214,8 @@ def schemas_hold(folder, sensor, document):
 
 
 def projections(folder, sensor, document):
-    """How each target sees points of the sensor frame, m: pixels with 0 in the middle of the first."""
+    """Yields each target's name and projection of points in the sensor frame, m, to pixels; (0, 0) is the first
+    pixel's centre."""
     pinhole = document["camera"]["pinhole"]
     size = np.array([pinhole["width_px"], pinhole["height_px"]])
     yield "mujoco", mujoco_camera(folder / f"{sensor}.mjcf.xml", size)
@@ -226,7 +229,7 @@ def projections(folder, sensor, document):
 
 
 def seen(points, place, axes, focal, size):
-    """`axes`: right, down, forward, as rows; focal length in px."""
+    """Projects points by a pinhole; `axes` are right, down, forward as rows, the focal length is in px."""
     local = (points - place) @ np.transpose(axes)
     return focal * local[:, :2] / local[:, 2:] + (size - 1) / 2
 
@@ -249,14 +252,14 @@ def usd_camera(path, size):
 
     def project(points):
         clip = np.array([matrix.Transform(Gf.Vec3d(*point)) for point in points])
-        # From -1 to 1 over the whole picture, up.
+        # Clip coordinates run from -1 to 1 over the whole image, with y upwards.
         return (clip[:, :2] * [1, -1] + 1) / 2 * size - 0.5
 
     return project
 
 
 def sdf_camera(path, size):
-    """Gazebo looks along x with z up, and its angle is across."""
+    """Returns Gazebo's projection: it looks along x with z up, and its field of view is horizontal."""
     root = ET.parse(path).getroot()
     sensor = root.find(".//sensor")
     image = sensor.find("camera/image")
@@ -278,7 +281,7 @@ def drake_camera(frame, pinhole):
         height=pinhole["height_px"],
         focal_x=pinhole["focal_px"],
         focal_y=pinhole["focal_px"],
-        # Drake's pixels begin at their corners.
+        # In Drake, (0, 0) is the first pixel's corner.
         center_x=middle[0] + 0.5,
         center_y=middle[1] + 0.5,
     )
@@ -292,7 +295,7 @@ def drake_camera(frame, pinhole):
 
 
 def tacto_camera(path, size):
-    """As TACTO hands it to pyrender: turned about fixed axes, looking along -z, y up."""
+    """Returns TACTO's projection, as it passes it to pyrender: rotations about fixed axes, looking along -z, y up."""
     said = yaml.safe_load(path.read_text())["sensor"]["camera"][0]
     focal = size[1] / 2 / math.tan(math.radians(said["yfov"]) / 2)
     right, up, back = Rotation.from_euler("xyz", said["orientation"], degrees=True).as_matrix().T

@@ -1,8 +1,8 @@
-"""Rebuilds what fabkit exports in kernels that fabkit did not write, and compares.
+"""Verification of fabkit's exports: rebuilds each solid in independent CAD kernels and compares.
 
-Lengths are in millimetres, angles in radians, frames right-handed. Nothing here imports fabkit: the
-only things known about a body are its tree document (the exact primitives) and its samples document
-(what fabkit believes about the solid that they make).
+Lengths are in millimetres, angles in radians, frames right-handed. Nothing here imports fabkit: a
+body is known only by its tree document (exact primitives and booleans) and its samples document
+(the properties that fabkit computed for the resulting solid).
 """
 
 __version__ = "0.1.0"

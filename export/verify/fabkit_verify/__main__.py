@@ -1,4 +1,4 @@
-"""`python -m fabkit_verify check FOLDER`: one JSON document on standard output.
+"""Command `python -m fabkit_verify check FOLDER`: prints one JSON document on standard output.
 
 Exit codes: 0 everything agrees, 1 something does not, 2 the folder or the arguments cannot be used.
 """
@@ -19,7 +19,7 @@ BAD_INPUT = 2
 
 
 def main() -> int:
-    """Reads the command line."""
+    """Runs the command that the command line names, and returns its exit code."""
     parser = argparse.ArgumentParser(prog="fabkit_verify", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True)
     check = commands.add_parser("check", help="rebuild and compare what was exported")
@@ -47,6 +47,7 @@ def main() -> int:
 
 
 def _parts(folder: Path) -> list[str]:
+    """Lists the bodies whose tree documents a folder contains."""
     suffix = ".tree.json"
     return sorted(path.name.removesuffix(suffix) for path in folder.glob(f"*{suffix}"))
 
@@ -57,7 +58,8 @@ def _complain(message: str) -> int:
 
 
 def _progress(count: int, name: Callable[[dict], str]) -> Callable[[dict], None]:
-    """Says how far the work is, for the program that started this one."""
+    """Returns a function that reports progress on standard error, for the program that started this
+    one."""
     done = 0
 
     def finished(answer: dict) -> None:
@@ -74,7 +76,7 @@ def _check(arguments: argparse.Namespace) -> int:
         return _complain(f"{arguments.folder} holds no tree documents")
     kernels = [k for k in KERNELS if not arguments.kernel or k in arguments.kernel]
     todo = jobs(arguments.folder, parts, kernels)
-    # The largest first, so that no process is left with a long one at the end.
+    # Largest first: otherwise one process may still work on a long job when the others are done.
     largest = {part: -(arguments.folder / f"{part}.tree.json").stat().st_size for part in parts}
     order = sorted(todo, key=lambda job: largest[job.part])
     finished = _progress(len(order), lambda answer: f"{answer['part']} in {answer['kernel']}")
@@ -96,7 +98,7 @@ def _check(arguments: argparse.Namespace) -> int:
         try:
             write(arguments.report, document, arguments.folder)
         except OSError as error:
-            # What was found out is not lost with the report.
+            # The results are printed even if the report cannot be written.
             document["passed"] = False
             document["report_error"] = f"{arguments.report}: {error.strerror}"
     print(json.dumps(document))

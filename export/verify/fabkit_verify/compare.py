@@ -1,10 +1,11 @@
-"""A rebuilt solid beside what fabkit says about the exact one.
+"""Comparison of a rebuilt solid with the properties that fabkit computed for the exact one.
 
-Each comparison gives a Check with its value and its limit. Limits are derived where they are used:
+Each comparison returns a Check with its value and its limit. Limits are derived where they are used:
 
-- A kernel of exact faces (`chord_mm` 0) differs by rounding and by its own integration.
-- A kernel of triangles is nowhere farther than its chord tolerance from the exact surface. That
-  bounds the volume between the two by area times chord, and all else by where that volume can lie.
+- A kernel with exact faces (`chord_mm` 0) differs by rounding and by its own integration.
+- A kernel with triangles is nowhere farther than its chord tolerance from the exact surface. That
+  bounds the volume between the two by area times chord, and the other properties by the places
+  where that volume can be.
 """
 
 from __future__ import annotations
@@ -16,37 +17,38 @@ import numpy
 
 from .measured import Rebuilt
 
-# Of kernels with exact faces: relative volume, relative area, distance. OpenCascade intersects faces
-# to 1e-7 mm and integrates volumes and areas adaptively.
+# Limits for kernels with exact faces: relative volume, relative area, distance. OpenCascade intersects
+# faces to 1e-7 mm and integrates volumes and areas adaptively.
 EXACT_VOLUME = 1e-6
 EXACT_AREA = 1e-6
 EXACT_DISTANCE_MM = 1e-3
-# OpenCascade's smallest box has its own tolerance, mm.
+# Limit for bounding boxes, mm: OpenCascade's smallest box has its own tolerance.
 EXACT_BOUNDS_MM = 1e-5
-# Numbers of a mesh file are rounded to 24 bits: half a step at 128 mm.
+# Rounding of coordinates in a mesh file to 24 bits: half a step at 128 mm.
 FLOAT32_MM = 8e-6
-# Where a kernel cuts facets by facets, their edge is off by the facets' distance over the sine of the
-# angle between the faces: this covers 30 degrees and more. fabkit's own meshes get no such allowance.
+# Kernels that intersect facets with facets. The resulting edge is off by the facets' distance over the
+# sine of the angle between the faces: the factor covers 30 degrees and more. fabkit's own meshes get no
+# such allowance.
 CUTS_FACETS = ("manifold3d",)
 SEAM_FACTOR = 2.0
 
 
 @dataclass(frozen=True)
 class Check:
-    """One comparison; `value` must not exceed `limit`."""
+    """One comparison; it passes if `value` does not exceed `limit`."""
 
     what: str
     value: float
     limit: float
     unit: str
-    # What is affected and where, for people.
+    # Explanation in words: the affected features and places.
     note: str = ""
-    # Places of the disagreement, mm, for pictures.
+    # Points of disagreement, mm, for the report's images.
     places_mm: tuple[tuple[float, float, float], ...] = ()
 
     @property
     def passed(self) -> bool:
-        # Written so that NaN fails.
+        # NaN compares as false, so it fails.
         return bool(self.value <= self.limit)
 
     def as_json(self) -> dict[str, Any]:
@@ -61,7 +63,7 @@ class Check:
 
 
 def compare(tree: dict, samples: dict, rebuilt: Rebuilt) -> list[Check]:
-    """Everything that can be compared."""
+    """Compares all properties of a rebuilt solid with the samples document."""
     checks = [Check("complaints", 1.0, 0.0, "", text) for text in rebuilt.complaints]
     checks += _figures(tree, samples["figures"], rebuilt)
     checks += _lines(samples, rebuilt)
@@ -71,19 +73,20 @@ def compare(tree: dict, samples: dict, rebuilt: Rebuilt) -> list[Check]:
 
 
 def _figures(tree: dict, exact: dict, rebuilt: Rebuilt) -> list[Check]:
+    """Compares volume, area, centroid, inertia, bounds, genus and number of shells."""
     mass, chord = rebuilt.mass, rebuilt.chord_mm
     volume, area = exact["volume_mm3"], exact["area_mm2"]
     low, high = numpy.array(exact["bounds_mm"])
     size = float(numpy.linalg.norm(high - low))
     inertia = numpy.array(exact["inertia_mm5"])
     largest = float(numpy.abs(inertia).max())
-    # What lies between triangles and surface: at most this much, at most that far from the centroid.
+    # Upper bound of the volume between triangles and surface, mm3; it is at most `size` from the centroid.
     between = area * (chord + (FLOAT32_MM if chord else 0.0))
     if chord:
         limits = {
             "volume": between / volume,
-            # A surface moved by a chord where it bends with the smallest radius of the tree, on both
-            # of its sides (Steiner).
+            # Relative area change of a surface that is moved by a chord along its normal, if both of its
+            # radii of curvature are the smallest of the tree (Steiner's formula).
             "area": 2.0 * chord / smallest_radius_mm(tree["solid"], chord),
             "centroid": between * size / volume,
             "inertia": between * size**2 / largest,
@@ -93,7 +96,7 @@ def _figures(tree: dict, exact: dict, rebuilt: Rebuilt) -> list[Check]:
         limits = {
             "volume": EXACT_VOLUME,
             "area": EXACT_AREA,
-            # What a volume that small does to them wherever it is in the box.
+            # Effect of a volume that small, wherever it is in the box.
             "centroid": EXACT_VOLUME * size,
             "inertia": EXACT_VOLUME * volume * size**2 / largest,
             "bounds": EXACT_BOUNDS_MM,
@@ -105,7 +108,7 @@ def _figures(tree: dict, exact: dict, rebuilt: Rebuilt) -> list[Check]:
         "inertia": float(numpy.abs(mass.inertia_mm5 - inertia).max()) / largest,
         "bounds": float(numpy.abs(rebuilt.bounds_mm - [low, high]).max()),
     }
-    # fabkit's own figures have errors too, and say which.
+    # Error bounds of fabkit's own figures add to the limits.
     own = {
         "volume": exact["volume_error_mm3"] / volume,
         "area": exact["area_error_mm2"] / area,
@@ -126,7 +129,7 @@ def _figures(tree: dict, exact: dict, rebuilt: Rebuilt) -> list[Check]:
 
 
 def smallest_radius_mm(node: Any, least: float) -> float:
-    """The smallest radius of curvature of any curved face in a tree, and at least `least`."""
+    """Returns the smallest radius of curvature of the curved faces in a tree, mm, and at least `least`."""
     radii: list[float] = []
 
     def visit(value: Any) -> None:
@@ -163,12 +166,12 @@ def _radii_of_corners(profile: dict) -> list[float]:
 
 
 def _lines(samples: dict, rebuilt: Rebuilt) -> list[Check]:
-    """Distance of surfaces along lines that cross both, and the volume between them."""
+    """Compares the crossings of lines: distance between the surfaces, and volume between the solids."""
     lines = samples["lines"]
     origins = numpy.array([line["origin_mm"] for line in lines])
     directions = numpy.array([line["direction"] for line in lines])
     limit = rebuilt.chord_mm + FLOAT32_MM if rebuilt.chord_mm else EXACT_DISTANCE_MM
-    off: list[_Off] = []
+    off: list[_Deviation] = []
     bundles = [0.0 for _ in samples["bundle_mm2"]]
     for line, hits, origin, direction in zip(
         lines, rebuilt.crossings(origins, directions), origins, directions
@@ -179,11 +182,11 @@ def _lines(samples: dict, rebuilt: Rebuilt) -> list[Check]:
         off += found
         if line["of"].startswith("bundle "):
             number = int(line["of"].removeprefix("bundle "))
-            bundles[number] += samples["bundle_mm2"][number] * _between(line["t_mm"], hits)
+            bundles[number] += samples["bundle_mm2"][number] * _length_in_one(line["t_mm"], hits)
     off.sort(key=lambda o: -o.distance_mm)
     worst = off[0].distance_mm if off else 0.0
     beyond = [o for o in off if o.distance_mm > limit]
-    # What has a name says more than a line through everything or along a seam.
+    # Named features first: they say more than lines of a bundle or along a seam.
     names = list(dict.fromkeys(o.of for o in beyond))
     names.sort(key=lambda name: name.startswith(("bundle ", "seam ")))
     note = f"at {', '.join(names[:4])}" + (f" and {len(names) - 4} more" if len(names) > 4 else "")
@@ -192,16 +195,16 @@ def _lines(samples: dict, rebuilt: Rebuilt) -> list[Check]:
     volume = samples["figures"]["volume_mm3"]
     return [
         Check("distance", worst, limit, "mm", note if beyond else "", places),
-        # Each line weighs one cell of its bundle; the volume between two surfaces is at most the
-        # area times their distance.
+        # Each line stands for one cell of its bundle. The volume between two surfaces is at most the area
+        # times their distance.
         Check("symmetric difference", max(bundles) / volume, limit * area / volume, "relative"),
     ]
 
 
-def _between(exact: list[float], hits: numpy.ndarray) -> float:
-    """Length of the line that is inside one solid and outside the other."""
+def _length_in_one(exact: list[float], hits: numpy.ndarray) -> float:
+    """Computes the length of the line that is inside one solid and outside the other."""
     if len(hits) % 2:
-        return 0.0  # Through an edge: a kernel with tolerances has met one face of two.
+        return 0.0  # Through an edge: a kernel with tolerances met only one of its two faces.
     ends = sorted([(t, 0) for t in exact] + [(t, 1) for t in hits])
     inside, length = [False, False], 0.0
     for (t, which), (following, _) in zip(ends, ends[1:]):
@@ -211,24 +214,24 @@ def _between(exact: list[float], hits: numpy.ndarray) -> float:
 
 
 @dataclass(frozen=True)
-class _Off:
+class _Deviation:
     distance_mm: float
     of: str
     at_mm: numpy.ndarray
 
 
-def _compare_line(line, hits, origin, direction, limit, rebuilt) -> list[_Off]:
-    """Each crossing with the nearest one of the other solid, across the surface.
+def _compare_line(line, hits, origin, direction, limit, rebuilt) -> list[_Deviation]:
+    """Measures the distance of each crossing to the nearest one of the other solid, along the normal.
 
-    Where a line passes an edge closely, one solid may be met twice and the other not at all, or
-    beside the edge and at its other face: there, the distance to the kernel's surface decides. Half
-    way between two surfaces it is half of their distance.
+    Close to an edge, a line may cross one solid twice and the other not at all, or the two solids on
+    different faces of the edge. There the distance to the kernel's surface counts instead. Half way
+    between two surfaces it is half of their distance.
     """
     exact, cosine = numpy.array(line["t_mm"]), numpy.abs(line["cosine"])
     found = []
 
     def add(distance: float, t: float) -> None:
-        found.append(_Off(float(distance), line["of"], origin + t * direction))
+        found.append(_Deviation(float(distance), line["of"], origin + t * direction))
 
     for t, c in zip(exact, cosine):
         distance = numpy.abs(hits - t).min(initial=numpy.inf) * c
@@ -239,7 +242,7 @@ def _compare_line(line, hits, origin, direction, limit, rebuilt) -> list[_Off]:
         nearest = int(numpy.abs(exact - t).argmin()) if len(exact) else -1
         distance = abs(exact[nearest] - t) * cosine[nearest] if len(exact) else numpy.inf
         if distance > limit:
-            # Between here and the nearest other crossing, one solid is there and the other is not.
+            # From here to the nearest other crossing, the line is inside one solid and outside the other.
             others = numpy.concatenate([exact, hits[hits != t]])
             middle = 0.5 * (t + others[numpy.abs(others - t).argmin()]) if len(others) else t
             depth = 2.0 * rebuilt.distance_mm(origin + middle * direction)
@@ -249,6 +252,7 @@ def _compare_line(line, hits, origin, direction, limit, rebuilt) -> list[_Off]:
 
 
 def _points(points: list[dict], rebuilt: Rebuilt) -> Check:
+    """Compares on which side of the surface points are, except those nearer than the tolerance."""
     places = numpy.array([point["point_mm"] for point in points]).reshape(-1, 3)
     inside = rebuilt.contains(places)
     wrong = [
@@ -262,9 +266,9 @@ def _points(points: list[dict], rebuilt: Rebuilt) -> Check:
 
 
 def _landmarks(landmarks: list[dict], rebuilt: Rebuilt) -> list[Check]:
-    """A point that should touch, touches; one in a hole is in the open; one in a wall is not.
+    """Checks that each landmark is on the surface, in the open or in the solid, as its document says.
 
-    Lines along and across each landmark's axis are compared with all others.
+    Lines along and across each landmark's axis are compared together with all other lines.
     """
     if not landmarks:
         return []

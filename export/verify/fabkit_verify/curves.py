@@ -1,4 +1,4 @@
-"""Arcs of profiles as angles, and as points."""
+"""Segments of profiles: lines, arcs and elliptic arcs, by angles and as polylines."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Piece:
-    """One segment of a path. An arc runs from `first` by `turn` (rad, counter-clockwise above 0)."""
+    """One segment of a path. An arc runs from the angle `first` by `turn`, rad, counter-clockwise if
+    positive."""
 
     kind: str
     start: Point
@@ -23,7 +24,7 @@ class Piece:
     turn: float = 0.0
 
     def at(self, fraction: float) -> Point:
-        """A point of the piece; 0 is its start and 1 its end, exactly."""
+        """Returns a point of the piece; 0 is its start and 1 its end, exactly."""
         if fraction <= 0.0 or fraction >= 1.0:
             return self.start if fraction <= 0.0 else self.to
         if self.kind == "line":
@@ -36,7 +37,7 @@ class Piece:
 
 
 def pieces(path: dict[str, Any]) -> Iterator[Piece]:
-    """The segments of a path in order."""
+    """Yields the segments of a path in order."""
     here = tuple(path["start"])
     for segment in path["segments"]:
         ((kind, how),) = segment.items()
@@ -52,25 +53,25 @@ def pieces(path: dict[str, Any]) -> Iterator[Piece]:
                 for p in (here, to)
             )
             turn = (last - first if how["ccw"] else first - last) % math.tau
-            # A whole turn starts and ends in one point.
+            # Equal ends mean a whole turn, not none.
             turn = turn if turn > 1e-12 else math.tau
             yield Piece(kind, here, to, centre, axes, first, turn if how["ccw"] else -turn)
         here = to
 
 
 def steps_of_turn(turn: float, radius_mm: float, chord_mm: float) -> int:
-    """Into how many chords a circular arc must be cut so that none is farther than `chord_mm`."""
+    """Computes the number of chords for a circular arc so that none is farther than `chord_mm` from it."""
     if radius_mm <= chord_mm:
         return max(1, math.ceil(abs(turn) / (math.pi / 2.0)))
     return max(1, math.ceil(abs(turn) / (2.0 * math.acos(1.0 - chord_mm / radius_mm))))
 
 
 def polyline(path: dict[str, Any], chord_mm: float) -> list[Point]:
-    """Points of a path, the first not repeated, no chord farther than `chord_mm` from its arc."""
+    """Approximates a path by points, the first not repeated; no chord is farther than `chord_mm` from it."""
     points: list[Point] = []
     for piece in pieces(path):
-        # An ellipse is nowhere more curved than at the end of its longer half axis; equal steps of
-        # the eccentric angle are chords of the circle that it is the image of.
+        # Equal steps of the eccentric angle are chords of a circle with the longer half axis, which a
+        # contraction maps to the ellipse: chord errors do not grow.
         steps = 1
         if piece.kind != "line":
             steps = steps_of_turn(piece.turn, max(piece.semi_axes_mm), chord_mm)

@@ -1,4 +1,4 @@
-"""Reading tree documents (`fabkit-tree` version 1), and refusing what is not one.
+"""Reader and validator of tree documents (`fabkit-tree` version 1) and samples documents.
 
 docs/tree.md describes the format for people and docs/tree.schema.json for machines. The check here
 is stricter than a schema can be: rotations must be rotations, paths must close, arcs must end on
@@ -16,20 +16,21 @@ from typing import Any
 TREE_FORMAT, TREE_VERSION = "fabkit-tree", 1
 SAMPLES_FORMAT, SAMPLES_VERSION = "fabkit-samples", 1
 
-# Rotations are written with all digits of a double; this leaves room for products of many.
+# Tolerance of orthonormal rows. Rotations are written with all digits of a double; this leaves room for
+# products of many.
 RIGID = 1e-9
-# Ends of paths and of arcs, mm, relative to the size of the numbers involved.
+# Tolerance of the ends of paths and arcs, mm, relative to the size of the numbers involved.
 CLOSED = 1e-9
-# Deeper trees than any design has are refused before Python's own limit ends the process.
+# Deepest accepted tree: deeper than any design's, but below Python's own recursion limit.
 MAX_DEPTH = 200
-# Said at most; the rest is counted.
+# Number of problems in an error message; the rest is counted.
 MAX_PROBLEMS = 10
 
 Node = dict[str, Any]
 
 
 class DocumentError(Exception):
-    """A document that cannot be used, with everything that is wrong with it."""
+    """A document is unusable; the message lists its problems."""
 
     def __init__(self, name: str, problems: list[str]):
         shown = problems[:MAX_PROBLEMS]
@@ -39,9 +40,9 @@ class DocumentError(Exception):
 
 
 def read(path: Path) -> dict[str, Any]:
-    """A tree document.
+    """Reads and checks a tree document.
 
-    Raises DocumentError for what is not one, with the place of each problem as a JSON path.
+    Raises DocumentError if it is invalid, with the place of each problem as a JSON path.
     """
     document = _load(path, TREE_FORMAT, TREE_VERSION)
     problems: list[str] = []
@@ -63,7 +64,7 @@ def read(path: Path) -> dict[str, Any]:
 
 
 def read_samples(path: Path) -> dict[str, Any]:
-    """What fabkit says about the exact solid: see docs/tree.md."""
+    """Reads a samples document: fabkit's properties of the exact solid (see docs/tree.md)."""
     document = _load(path, SAMPLES_FORMAT, SAMPLES_VERSION)
     missing = {"name", "figures", "lines", "points"} - document.keys()
     if missing:
@@ -72,6 +73,7 @@ def read_samples(path: Path) -> dict[str, Any]:
 
 
 def _load(path: Path, wanted: str, version: int) -> dict[str, Any]:
+    """Reads a JSON document and checks its format and version."""
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -112,7 +114,7 @@ def _vector(holder: dict, key: str, length: int, at: str, problems: list[str]) -
 
 
 def _number(holder: dict, key: str, at: str, problems: list[str], least: float = 0.0) -> None:
-    """Above 0 unless another limit is given, which it may reach."""
+    """Checks that a number is above 0, or at least `least` if that is given."""
     value = holder.get(key)
     allowed = _is_number(value) and (value > 0.0 if least == 0.0 else value >= least)
     if not allowed:
@@ -198,7 +200,7 @@ def _ellipsoid_offset(of: dict, at: str, problems: list[str]) -> None:
     _number(of, "offset_mm", at, problems, least=-math.inf)
 
 
-# Each primitive with its fields and what they must fulfil.
+# Fields of each primitive, and the function that checks them.
 PRIMITIVES: dict[str, tuple[set[str], Callable[[dict, str, list[str]], None]]] = {
     "sphere": ({"radius_mm"}, _sphere),
     "ellipsoid": ({"semi_axes_mm"}, _ellipsoid),
@@ -260,6 +262,7 @@ def _on_curve(how: dict, start: list[float], at: str, problems: list[str]) -> bo
 
 
 def _node(node: Any, at: str, depth: int, problems: list[str]) -> None:
+    # A damaged document may have thousands of problems.
     if len(problems) > 10 * MAX_PROBLEMS:
         return
     if depth > MAX_DEPTH:

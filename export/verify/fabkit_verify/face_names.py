@@ -1,8 +1,8 @@
-"""Which feature each face of a rebuilt solid belongs to.
+"""Names for the faces of a rebuilt solid: the feature that each belongs to.
 
-A rebuilt solid has lost its features' names: booleans split and merge faces. But the samples say where
-lines cross the exact surface, and at which primitive of the tree; so whichever face is there is that
-primitive's.
+Booleans split and merge faces, so a rebuilt solid has lost the names of its features. But the samples
+list where lines cross the exact surface, and on which primitive of the tree; the face at that point
+belongs to that primitive.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ import numpy
 
 from .kernels.occt import Probe
 
-# How close a face must be to where the samples have one, mm; OpenCascade's faces are within 1e-7.
+# Largest distance of a face from a sampled crossing, mm; OpenCascade's faces are within 1e-7.
 THERE_MM = 1e-6
 
 
 def face_names(tree: dict, samples: dict, probe: Probe) -> list[str]:
-    """For each of the probe's faces the feature's name; empty where none or more than one is found.
+    """Finds the feature's name for each of the probe's faces; empty if none or several are found.
 
-    A face that no line meets stays without: lines are aimed at each face of the tree, and a boolean
-    may have left more than one piece of it.
+    A face that no line crosses gets no name: lines are aimed at each face of the tree, and a boolean may
+    have split it into several.
     """
     features = [leaf["feature"] for leaf in tree["leaves"]]
     found: list[set[str]] = [set() for _ in probe.faces]

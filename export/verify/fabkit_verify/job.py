@@ -1,4 +1,4 @@
-"""One body in one kernel."""
+"""A verification job: one body, rebuilt in one kernel and compared."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ KERNELS = ("cadquery", "build123d", "manifold3d", "trimesh")
 
 @dataclass(frozen=True)
 class Job:
-    """What one process does at a time. `folder` holds what fabkit exported."""
+    """Rebuilding and comparison of one body in one kernel. `folder` contains fabkit's export."""
 
     folder: Path
     part: str
     kernel: str
-    # A module with `rebuild`.
+    # Name of the module with the function `rebuild`.
     module: str
 
     def run(self) -> dict[str, Any]:
-        """Rebuilds and compares. Whatever a kernel throws is an answer, not an error."""
+        """Rebuilds and compares. An exception of the kernel becomes the result `failed`."""
         start = time.monotonic()
         try:
             rebuilt, checks = self._compare()
@@ -57,7 +57,7 @@ class Job:
         return rebuilt, compare(tree, samples, rebuilt)
 
     def failed(self, reason: str, seconds: float) -> dict[str, Any]:
-        """The answer of a job that has none."""
+        """Returns the result of a job that could not be finished."""
         return {
             "part": self.part,
             "kernel": self.kernel,
@@ -72,7 +72,7 @@ class Job:
 
 
 def jobs(folder: Path, parts: list[str], kernels: list[str]) -> list[Job]:
-    """Every part in every kernel."""
+    """Creates a job for each part in each kernel."""
     return [
         Job(folder, part, kernel, f"fabkit_verify.kernels.with_{kernel}")
         for part in parts

@@ -1,4 +1,4 @@
-"""What a kernel says about the solid that it built."""
+"""Measured properties of a solid that a kernel built."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy
 
 
 class RebuildError(Exception):
-    """A kernel could not build the solid, or built something that it calls invalid itself."""
+    """A kernel could not build the solid, or built one that its own check rejects."""
 
 
 @dataclass(frozen=True)
 class Mass:
-    """Integrals over a solid, for density 1; inertia about the centroid."""
+    """Volume, area, centroid and inertia of a solid, for density 1; inertia about the centroid."""
 
     volume_mm3: float
     area_mm2: float
@@ -28,21 +28,21 @@ class Rebuilt:
 
     kernel: str
     mass: Mass
-    # Lower and upper corner.
+    # Lower and upper corner of the bounding box, 2 x 3.
     bounds_mm: numpy.ndarray
-    # Through holes and handles, summed over shells; None where the kernel cannot say.
+    # Number of through holes and handles, summed over shells; None if the kernel cannot determine it.
     genus: int | None
-    # How far its faces may be from the exact ones by construction: 0 for exact faces.
+    # Largest distance of its faces from the exact ones by construction: 0 for exact faces.
     chord_mm: float
-    # Connected boundaries; a closed cavity counts as one.
+    # Number of connected boundaries; a closed cavity counts as one.
     shells: int
-    # n x 3 origins and n x 3 unit directions to n sorted arrays of positions along the lines.
+    # Maps n x 3 origins and n x 3 unit directions to n sorted arrays of positions along the lines.
     crossings: Callable[[numpy.ndarray, numpy.ndarray], list[numpy.ndarray]]
-    # n x 3 points to n truth values.
+    # Maps n x 3 points to n truth values: inside or not.
     contains: Callable[[numpy.ndarray], list[bool]]
-    # From a point to the nearest point of the surface.
+    # Distance from a point to the surface.
     distance_mm: Callable[[numpy.ndarray], float]
-    # What the kernel finds wrong with what it read or made, in words.
+    # Faults that the kernel finds in the solid that it read or built, in words.
     complaints: list[str] = field(default_factory=list)
-    # How many faces of which kind, for kernels that have kinds.
+    # Number of faces by type of surface, for kernels with such types.
     face_types: dict[str, int] = field(default_factory=dict)

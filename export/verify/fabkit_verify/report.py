@@ -1,7 +1,7 @@
-"""The verification as one HTML file that needs nothing else.
+"""Report of a verification as one HTML file without dependencies.
 
-Every disagreement with places gets a picture: three views of points on the exact surface, as lines
-have met it, with the places in red.
+Each disagreement with known points gets an image: three views of points on the exact surface, where the
+sampled lines cross it, with the points of disagreement in red.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import numpy
 
 from . import document
 
-# Of a view without its title, px.
+# Side of a view, px.
 VIEW_PX = 260
-# Axis to the right, axis upwards.
+# Title, index of the axis to the right, index of the axis upwards.
 VIEWS = (("from the front", 0, 2), ("from the right", 1, 2), ("from above", 0, 1))
-# Points of the exact surface that one picture shows.
+# Largest number of points of the exact surface in an image.
 MOST_POINTS = 1500
 
 STYLE = """
@@ -31,7 +31,7 @@ svg { border: 1px solid #ccc; margin: .3em; } .exact { fill: #999; } .off { fill
 
 
 def write(path: Path, verification: dict[str, Any], folder: Path) -> None:
-    """Writes the report; raises OSError where that cannot be done."""
+    """Writes the report. Raises OSError if the file cannot be written."""
     results = verification["results"]
     wrong = [result for result in results if result["verdict"] != "agrees"]
     parts = list(dict.fromkeys(result["part"] for result in results))

@@ -1,8 +1,7 @@
-"""STEP files (AP242) with true faces, named parts and features, and colours, through the OpenCascade
-rebuild.
+"""Writer of STEP files (AP242) with exact faces, names of parts and features, and colours.
 
-Each file is read back before it counts: valid, named, with the faces that were written, and with the
-exact volume.
+Solids are rebuilt in OpenCascade. Each file is read back and checked: it must be valid, named, and have
+the faces that were written and the exact volume.
 """
 
 from __future__ import annotations
@@ -37,17 +36,17 @@ from .kernels.with_cadquery import StorableCadquery
 from .measured import RebuildError
 from .walk import build
 
-# Relative difference of volumes, written and exact; STEP has 15 digits.
+# Largest relative difference of written and exact volume; STEP has 15 digits.
 VOLUME = 1e-6
-# Files depend on the design alone: no clock.
+# Fixed, so that files depend only on the design.
 TIME_STAMP = "1970-01-01T00:00:00"
-# The assembly that is the sensor in use.
+# Name of the assembly that is the sensor in use.
 SENSOR = "sensor"
 
 
 @dataclass(frozen=True)
 class StepJob:
-    """One file: a part, or (`assembly`) everything that has a place in the sensor."""
+    """Writing of one file: a part, or (`assembly`) all bodies in their poses in the sensor."""
 
     folder: Path
     output: Path
@@ -55,7 +54,7 @@ class StepJob:
     assembly: bool = False
 
     def run(self) -> dict[str, Any]:
-        """Writes and reads back."""
+        """Writes the file, reads it back and checks it."""
         start = time.monotonic()
         try:
             parts, faces = self._assembly() if self.assembly else self._part()
@@ -72,7 +71,7 @@ class StepJob:
         }
 
     def failed(self, reason: str, seconds: float) -> dict[str, Any]:
-        """The answer of a file that was not written."""
+        """Returns the result of a file that was not written."""
         return {
             "name": f"{self.name}.step",
             "parts": [self.name],
@@ -91,7 +90,7 @@ class StepJob:
         read, names = _read(path)
         if names != [self.name]:
             raise RebuildError(f"the file names {names}, not {self.name}")
-        _same(body.shape, read, body.volume_mm3)
+        _check_same(body.shape, read, body.volume_mm3)
         return [self.name], occt.face_types(read)
 
     def _assembly(self) -> tuple[list[str], dict[str, int]]:
@@ -122,13 +121,13 @@ class StepJob:
         read, names = _read(path)
         if names != [self.name]:
             raise RebuildError(f"the file names {names}, not {self.name}")
-        _same_volume(occt.volume_mm3(read), volume)
+        _check_volume(occt.volume_mm3(read), volume)
         return parts, occt.face_types(read)
 
 
 @dataclass(frozen=True)
 class _Body:
-    """A body's tree, its solid with faces and their features' names, and its exact volume, mm^3."""
+    """A body's tree, its solid, its faces with the names of their features, and its exact volume."""
 
     tree: dict
     shape: TopoDS_Shape
@@ -137,21 +136,22 @@ class _Body:
 
 
 def _load(folder: Path, name: str) -> _Body:
+    """Reads a body's documents, rebuilds its solid and names its faces."""
     tree = document.read(folder / f"{name}.tree.json")
     samples = document.read_samples(folder / f"{name}.samples.json")
-    shape = _plain(build(tree["solid"], StorableCadquery()).wrapped)
+    shape = _unwrapped(build(tree["solid"], StorableCadquery()).wrapped)
     if not BRepCheck_Analyzer(shape).IsValid():
         raise RebuildError(f"{name}: OpenCascade calls its own shape invalid")
     volume = samples["figures"]["volume_mm3"]
-    _same_volume(occt.volume_mm3(shape), volume)
+    _check_volume(occt.volume_mm3(shape), volume)
     probe = occt.Probe(shape)
     names = face_names(tree, samples, probe)
     return _Body(tree, shape, list(zip(probe.faces, names)), volume)
 
 
-def _plain(shape: TopoDS_Shape) -> TopoDS_Shape:
-    """Without a placement of its own, and without a compound around one solid: either would make an
-    assembly of a part."""
+def _unwrapped(shape: TopoDS_Shape) -> TopoDS_Shape:
+    """Removes a placement, and a compound around a single solid: with either, STEP would store a part as
+    an assembly."""
     solids = occt.subshapes(shape, TopAbs_SOLID)
     if solids.Extent() == 1:
         shape = solids.FindKey(1)
@@ -162,22 +162,23 @@ def _plain(shape: TopoDS_Shape) -> TopoDS_Shape:
     return BRepBuilderAPI_Transform(origin, place.Transformation(), True).Shape()
 
 
-def _same_volume(found: float, exact: float) -> None:
+def _check_volume(found: float, exact: float) -> None:
     if not abs(found - exact) <= VOLUME * exact:
         raise RebuildError(f"{found} mm3, but the exact volume is {exact} mm3")
 
 
-def _same(written: TopoDS_Shape, read: TopoDS_Shape, exact_mm3: float) -> None:
+def _check_same(written: TopoDS_Shape, read: TopoDS_Shape, exact_mm3: float) -> None:
+    """Checks that a shape that was read back is valid and equals the written one."""
     if not BRepCheck_Analyzer(read).IsValid():
         raise RebuildError("what was read back is not valid")
-    _same_volume(occt.volume_mm3(read), exact_mm3)
+    _check_volume(occt.volume_mm3(read), exact_mm3)
     before, after = occt.face_types(written), occt.face_types(read)
     if before != after:
         raise RebuildError(f"{after} faces were read back, {before} were written")
 
 
 class _File:
-    """A document of named and coloured shapes."""
+    """An OpenCascade document of named and coloured shapes."""
 
     def __init__(self) -> None:
         self.document = TDocStd_Document(TCollection_ExtendedString("fabkit"))
@@ -185,7 +186,7 @@ class _File:
         self.colors = XCAFDoc_DocumentTool.ColorTool_s(self.document.Main())
 
     def add(self, body: _Body) -> TDF_Label:
-        """A body; placements refer to the label."""
+        """Adds a body and returns its label, to which placements refer."""
         tree = body.tree
         label = self.shapes.AddShape(body.shape, False)
         for face, name in body.faces:
@@ -199,7 +200,7 @@ class _File:
         return label
 
     def write(self, path: Path, name: str) -> None:
-        """All shapes, in millimetres."""
+        """Writes all shapes to a STEP file, in millimetres."""
         writer = STEPCAFControl_Writer()
         # 5 is AP242 in its first edition.
         Interface_Static.SetIVal_s("write.step.schema", 5)
@@ -218,7 +219,10 @@ class _File:
 
 
 def _number_occurrences(path: Path) -> None:
-    """OpenCascade numbers what stands in assemblies from the start of the process, not of the file."""
+    """Renumbers the occurrences in assemblies from 1.
+
+    OpenCascade counts them from the start of the process, so that files would depend on earlier ones.
+    """
     numbers = itertools.count(1)
     text = path.read_text(encoding="utf-8")
     occurrence = r"(NEXT_ASSEMBLY_USAGE_OCCURRENCE\s*\()\s*'\d+'"
@@ -227,7 +231,7 @@ def _number_occurrences(path: Path) -> None:
 
 
 def _read(path: Path) -> tuple[TopoDS_Shape, list[str]]:
-    """The shape in a file, and the names of its roots."""
+    """Reads a STEP file: its shape, and the names of its roots."""
     reader = STEPCAFControl_Reader()
     reader.SetNameMode(True)
     if reader.ReadFile(str(path)) != IFSelect_RetDone:

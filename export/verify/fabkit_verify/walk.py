@@ -1,4 +1,4 @@
-"""Walking a tree: every kernel builds the same solid with its own primitives and booleans."""
+"""Construction of a tree's solid in any kernel, from the kernel's own primitives and booleans."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Pose = dict[str, Any]
 
 
 class Kernel(Protocol, Generic[Shape]):
-    """What a kernel must be able to make. Primitives lie as docs/tree.md says; lengths in mm."""
+    """Operations of a kernel. docs/tree.md defines the frames of primitives; lengths are in mm."""
 
     def sphere(self, radius_mm: float) -> Shape: ...
     def ellipsoid(self, semi_axes_mm: list[float]) -> Shape: ...
@@ -27,7 +27,7 @@ class Kernel(Protocol, Generic[Shape]):
     ) -> Shape: ...
 
     def half_space(self, reach_mm: float) -> Shape:
-        """Everything with z <= 0 that is at most `reach_mm` from the origin, and maybe more."""
+        """Creates a solid below z = 0 that contains all its points within `reach_mm` of the origin."""
         ...
 
     def union(self, shapes: list[Shape]) -> Shape: ...
@@ -37,7 +37,7 @@ class Kernel(Protocol, Generic[Shape]):
 
 
 def build(node: dict[str, Any], kernel: Kernel[Shape]) -> Shape:
-    """The solid of a tree, in the frame of its root."""
+    """Builds the solid of a tree, in the frame of its root."""
     return _Walk(kernel, 2.0 * reach_mm(node)).build(node, (0.0, 0.0, 0.0))
 
 
@@ -46,7 +46,7 @@ class _Walk(Generic[Shape]):
         self.kernel, self.reach = kernel, reach
 
     def build(self, node: dict[str, Any], root: tuple[float, ...]) -> Shape:
-        """`root` is where the root's origin lies in this node's frame, mm."""
+        """Builds a node. `root` is the root's origin in this node's frame, mm."""
         ((kind, of),) = node.items()
         kernel = self.kernel
         match kind:
@@ -63,21 +63,21 @@ class _Walk(Generic[Shape]):
             case "feature":
                 return self.build(of["of"], root)
             case "half-space":
-                # Kernels have no infinite solids: large enough for all that it can meet.
+                # Kernels have no infinite solids: this one is larger than anything that it can intersect.
                 return kernel.half_space(self.reach + math.hypot(*root))
             case primitive:
                 return getattr(kernel, primitive.replace("-", "_"))(**of)
 
 
 def _into(pose: Pose, point: tuple[float, ...]) -> tuple[float, ...]:
-    """A point of the outer frame in the inner one."""
+    """Transforms a point from the outer frame to the inner one."""
     shifted = [p - t for p, t in zip(point, pose["translation_mm"])]
     rotation = pose["rotation"]
     return tuple(sum(rotation[row][axis] * shifted[row] for row in range(3)) for axis in range(3))
 
 
 def reach_mm(node: dict[str, Any]) -> float:
-    """No finite primitive of the tree is farther than this from the origin of its root."""
+    """Bounds the distance of all finite primitives of a tree from the origin of its root, mm."""
     ((kind, of),) = node.items()
     match kind:
         case "union" | "intersection":
@@ -103,7 +103,7 @@ def reach_mm(node: dict[str, Any]) -> float:
 
 
 def profile_reach_mm(profile: Profile) -> float:
-    """No point of the region is farther than this from the origin of its plane."""
+    """Bounds the distance of a profile's points from the origin of its plane, mm."""
     path = profile["outer"]
     reach, here = math.hypot(*path["start"]), path["start"]
     for segment in path["segments"]:

@@ -1,7 +1,7 @@
-"""Processes that may crash or hang without taking the others with them.
+"""Worker processes that may crash or hang without affecting other jobs.
 
-A process is used for many jobs, because OpenCascade takes seconds to load, and replaced when it dies
-or is killed: what it was doing is then known, and everything else goes on.
+A process runs many jobs, because OpenCascade takes seconds to load. When it dies or is killed, its
+current job counts as failed, and a new process runs the remaining ones.
 """
 
 from __future__ import annotations
@@ -18,22 +18,24 @@ from typing import Any, Protocol
 
 
 class Job(Protocol):
-    """Something that can be sent to another process and done there; hashable."""
+    """A job that can be pickled, sent to another process and run there; hashable."""
 
     def run(self) -> dict[str, Any]:
-        """The answer."""
+        """Runs the job and returns its result."""
         ...
 
     def failed(self, reason: str, seconds: float) -> dict[str, Any]:
-        """The answer in its place, if the process dies or takes too long."""
+        """Returns the result if the process dies or takes too long."""
         ...
 
 
+# Spawn, not fork: each process starts with a fresh interpreter.
 _CONTEXT = multiprocessing.get_context("spawn")
 
 
 def _serve(pipe: connection.Connection) -> None:
-    # Standard output carries one JSON document; kernels print to it as they like.
+    """Runs jobs from the pipe until it is closed."""
+    # Standard output carries one JSON document; what kernels print goes to standard error.
     os.dup2(2, 1)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     while True:
@@ -65,7 +67,7 @@ class _Worker:
 
 @dataclass(frozen=True)
 class Limits:
-    """How long one job may take, and how many run at once."""
+    """Time limit of one job, and number of jobs that run at once."""
 
     seconds: float
     processes: int
@@ -74,7 +76,7 @@ class Limits:
 def run_all(
     jobs: list[Job], limits: Limits, finished: Callable[[dict[str, Any]], None]
 ) -> list[dict[str, Any]]:
-    """All answers in the order of `jobs`; `finished` is told each as it comes."""
+    """Runs all jobs and returns their results in order; calls `finished` with each as it comes."""
     answers: dict[Job, dict[str, Any]] = {}
     waiting = list(reversed(jobs))
     workers: list[_Worker] = []

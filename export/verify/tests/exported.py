@@ -1,4 +1,4 @@
-"""What `fabkit export` writes, once for all tests, and ways to change it."""
+"""Exports of `fabkit export`, made once for all tests, and helpers to change them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _exported(sensor: str, part: str, changes: tuple[str, ...]) -> tempfile.Temp
 
 
 class Export:
-    """A copy of one exported part that a test may spoil."""
+    """A copy of one exported part that a test may modify."""
 
     def __init__(self, folder: Path, sensor: str, part: str, *changes: str):
         self.folder, self.part = folder, part
@@ -67,7 +67,7 @@ class Export:
 
 
 class CopiedExports(unittest.TestCase):
-    """Tests that spoil what was exported."""
+    """Base class of tests that modify exports."""
 
     def export(self, sensor: str, part: str, *changes: str) -> Export:
         folder = tempfile.TemporaryDirectory(prefix="fabkit-test-")
@@ -76,7 +76,7 @@ class CopiedExports(unittest.TestCase):
 
 
 def nodes(node: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """A node and all below it."""
+    """Yields a node and all nodes below it."""
     yield node
     ((kind, of),) = node.items()
     if kind in ("union", "intersection"):
@@ -90,7 +90,7 @@ def nodes(node: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def feature(tree: dict[str, Any], name: str) -> dict[str, Any]:
-    """What is below the feature of that name."""
+    """Returns the node below the feature of a name."""
     for node in nodes(tree["solid"]):
         if node.get("feature", {}).get("name") == name:
             return node["feature"]
@@ -98,7 +98,7 @@ def feature(tree: dict[str, Any], name: str) -> dict[str, Any]:
 
 
 def mirrored(node: dict[str, Any]) -> dict[str, Any]:
-    """The same solid seen in a mirror across x; all primitives but extrusions are their own image."""
+    """Mirrors a solid across x; all primitives except extrusions are symmetric."""
     ((kind, of),) = node.items()
     match kind:
         case "union" | "intersection":

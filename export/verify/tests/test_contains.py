@@ -1,4 +1,4 @@
-"""Whether a point lies inside is told even where a line from it passes through an edge of the mesh."""
+"""Containment of points is correct even if a line from a point passes through an edge of the mesh."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from manifold3d import Manifold
 
 from fabkit_verify.kernels import triangles, with_manifold3d, with_trimesh
 
-# One of the directions in which kernels count crossings.
+# One of the directions along which kernels count crossings.
 ASKEW = triangles.ASKEW[0]
 
 
 def at(cuboid: list[float], corner: list[float]) -> dict:
-    """A cuboid from a corner on; in trees, it stands on z = 0 around the axis."""
+    """Returns a cuboid from its lower corner; in trees, cuboids stand on z = 0 around the axis."""
     shift = [c + s / 2 for c, s in zip(corner, cuboid)][:2] + [corner[2]]
     pose = {"rotation": numpy.eye(3).tolist(), "translation_mm": shift}
     return {"placed": {"of": {"cuboid": {"size_mm": cuboid}}, "pose": pose}}
@@ -27,7 +27,7 @@ STEP = {"union": [at([4.0, 4.0, 2.0], [-2.0, -2.0, -2.0]), at([2.0, 4.0, 3.0], [
 
 
 def places() -> tuple[numpy.ndarray, list[bool]]:
-    """From each, the askew line meets the inner edge, an outer edge, or touches none."""
+    """Returns points whose oblique line meets the inner edge, an outer edge or none, and whether each is inside."""
     inner = numpy.array([[0.0, y, 0.0] for y in (-1.1, -0.3, 0.4)])
     outer = numpy.array([[2.0, 2.0, z] for z in (-1.2, 0.3, 1.1)])
     points = [inner - 0.9 * ASKEW, outer - 0.9 * ASKEW, outer + 0.9 * ASKEW]

@@ -1,4 +1,4 @@
-"""Every tree of every built-in sensor is what docs/tree.schema.json says, and STEP files are read."""
+"""Trees of all built-in sensors fit docs/tree.schema.json, and gmsh reads the STEP files."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class Documents(CopiedExports):
         solids = gmsh.model.occ.importShapes(str(export.folder / "base.step"))
         gmsh.model.occ.synchronize()
         self.assertEqual([dimension for dimension, _ in solids], [3])
-        # gmsh integrates by OpenCascade's rule of fixed order.
+        # gmsh uses OpenCascade's integration of fixed order, which is less accurate.
         volume, exact = gmsh.model.occ.getMass(*solids[0]), samples["figures"]["volume_mm3"]
         self.assertLess(abs(volume - exact), 1e-4 * exact)
 

@@ -1,4 +1,4 @@
-"""Documents that are none, kernels that crash or hang: each is named, and the rest goes on."""
+"""Invalid documents and kernels that crash or hang are reported by name, and other jobs continue."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fabkit_verify.workers import Limits, run_all
 
 class Failures(CopiedExports):
     def reason(self, change) -> str:
-        """What one kernel says about a tree after a change to its text."""
+        """Returns the reason that one kernel gives after a change to a tree's text."""
         export = self.export("rtac0", "dowel", "molds.route=printed")
         export.tree_path.write_text(change(export.tree_path.read_text()))
         result = export.verify("manifold3d")
@@ -81,7 +81,7 @@ class Failures(CopiedExports):
         jobs = [export.job(name, f"broken_kernels.{name}") for name in names]
         jobs.insert(2, export.job("manifold3d"))
         told = []
-        # Long enough for a process to start on a busy machine.
+        # A process must have time to start on a busy machine.
         answers = run_all(jobs, Limits(seconds=30.0, processes=2), told.append)
         self.assertEqual(len(told), len(jobs))
         found = {answer["kernel"]: (answer["verdict"], answer["reason"]) for answer in answers}

@@ -1,4 +1,4 @@
-"""Centroid and inertia of OpenCascade's shapes against closed forms, with the errors that are stated."""
+"""Centroid and inertia of OpenCascade's shapes agree with closed forms within the stated errors."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from fabkit_verify.kernels import occt
 from fabkit_verify.kernels.occt_moments import moments
 from fabkit_verify.kernels.with_cadquery import Cadquery
 
-# OpenCascade intersects faces to 1e-7 mm; its tests here are some millimetres large.
+# Relative tolerance: OpenCascade intersects faces to 1e-7 mm, and the solids here measure some millimetres.
 OPEN_CASCADE = 1e-8
-# Askew to all axes.
+# A rotation oblique to all axes.
 ROTATION = [[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]]
 SHIFT = [7.0, -3.0, 2.0]
 
 
 def ball(radius: float) -> tuple[float, list[float]]:
-    """Volume and principal moments."""
+    """Returns volume and principal moments of a ball."""
     volume = 4.0 / 3.0 * math.pi * radius**3
     return volume, [0.4 * volume * radius**2] * 3
 
 
 class ClosedForms(unittest.TestCase):
     def assert_moments(self, shape, volume, centroid, inertia):
-        """In the shape's own frame, and where it is turned and moved."""
+        """Checks the moments in the shape's own frame, and after a rotation and translation."""
         pose = {"rotation": ROTATION, "translation_mm": SHIFT}
         turn = numpy.array(ROTATION)
         cases = [
@@ -45,7 +45,7 @@ class ClosedForms(unittest.TestCase):
             self.assertLessEqual(numpy.linalg.norm(found.centroid_mm - centre), allowed)
             allowed = found.inertia_error_mm5 + OPEN_CASCADE * max(inertia)
             self.assertLessEqual(numpy.abs(found.inertia_mm5 - matrix).max(), allowed)
-            # An error that is stated must be worth stating.
+            # Stated errors must be small, or the comparison would prove nothing.
             self.assertLess(found.centroid_error_mm, 1e-8 * size)
             self.assertLess(found.inertia_error_mm5, 1e-7 * max(inertia))
 
@@ -76,14 +76,14 @@ class ClosedForms(unittest.TestCase):
         self.assert_moments(Cadquery().ellipsoid([a, a, c]), volume, [0, 0, 0], inertia)
 
     def test_an_ellipsoid_with_three_axes(self):
-        # A rational spline: not turned about any axis, and with breaks.
+        # A rational spline: not a surface of revolution, and with breaks.
         a, b, c = 5.0, 4.0, 3.0
         volume = 4 / 3 * math.pi * a * b * c
         inertia = [volume / 5 * s for s in (b**2 + c**2, a**2 + c**2, a**2 + b**2)]
         self.assert_moments(Cadquery().ellipsoid([a, b, c]), volume, [0, 0, 0], inertia)
 
     def test_a_ball_with_a_hole_through_its_poles_and_one_across(self):
-        # What is left of a ball around a bore of half height h is h^3 and no radius: the napkin ring.
+        # The napkin ring: the volume of a ball around a bore depends only on the bore's half height.
         radius, bore = 5.0, 3.0
         half = math.sqrt(radius**2 - bore**2)
         volume = 4 / 3 * math.pi * half**3
@@ -118,7 +118,7 @@ class ClosedForms(unittest.TestCase):
         down = -3 / 8 * radius * numpy.array([cos, 0, sin])
         self.assertAlmostEqual(found.volume_mm3 / (volume / 2), 1.0, delta=OPEN_CASCADE)
         self.assertLess(numpy.linalg.norm(found.centroid_mm - down), 1e-7)
-        # About the ball's centre it is half of the ball's; about its own, less what Steiner moves.
+        # About the ball's centre the inertia is half of the ball's; Steiner's theorem shifts it to the centroid.
         moved = volume / 2 * (down @ down * numpy.eye(3) - numpy.outer(down, down))
         expected = numpy.diag(inertia) / 2 - moved
         self.assertLess(numpy.abs(found.inertia_mm5 - expected).max(), 1e-7 * inertia[0])

@@ -1,4 +1,4 @@
-"""A verifier that cannot fail proves nothing: each fault here must be caught, by name."""
+"""Negative controls: the verifier must detect each deliberate fault and name it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""One exact description of a vision-based tactile sensor: parts, molds, calibration, ground truth.
+"""Parts, molds, calibration and ground truth of vision-based tactile sensors.
+
+:func:`load` reads a sensor; its attributes and methods give everything else. Computations run in
+the compiled library, so results are the same bytes as those of the ``fabkit`` command.
 
 Lengths are in mm and angles in rad, unless a name says otherwise; values with a unit of their own
 are written as on the command line, ``"12.5 mm"`` or ``"160 deg"``. Frames are right-handed. The

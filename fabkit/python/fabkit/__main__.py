@@ -1,4 +1,4 @@
-"""The ``fabkit`` command, as ``python -m fabkit`` too."""
+"""The ``fabkit`` command; ``python -m fabkit`` runs it too."""
 
 import os
 import sys
@@ -7,9 +7,9 @@ from fabkit import _fabkit
 
 
 def main() -> None:
-    """Run the command with this process's arguments, and end the process with its exit code."""
+    """Run the command with this process's arguments and exit with its exit code."""
     if {"bench", "sweep"} & set(sys.argv[1:]):
-        # What learns is Python, and this one has it.
+        # The command starts a Python that trains networks; this interpreter has the packages.
         os.environ.setdefault("FABKIT_PYTHON", sys.executable)
     sys.exit(_fabkit.command(["fabkit", *sys.argv[1:]]))
 

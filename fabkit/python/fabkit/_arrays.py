@@ -1,4 +1,4 @@
-"""Arrays as the compiled half wants them, or an error that names the culprit."""
+"""Conversion of arguments to what the compiled library takes; errors name the wrong argument."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def numbers(values: ArrayLike, name: str) -> NDArray[np.float64]:
-    """Any shape, float64, in C order."""
+    """Convert to float64 in C order, of any shape; raise unless all values are real numbers."""
     given = np.asarray(values)
     if given.dtype.kind not in "fiu":
         raise invalid(f"{name} has the dtype {given.dtype}; it must hold real numbers")
@@ -22,7 +22,7 @@ def numbers(values: ArrayLike, name: str) -> NDArray[np.float64]:
 
 
 def rows(values: ArrayLike, columns: int, name: str) -> tuple[NDArray[np.float64], tuple[int, ...]]:
-    """(..., columns) as (n, columns), and what the shape was without the last axis."""
+    """Flatten (..., columns) to (n, columns); return it with the leading shape."""
     given = numbers(values, name)
     if given.ndim == 0 or given.shape[-1] != columns:
         raise _shape(name, given, f"(..., {columns})")
@@ -30,7 +30,7 @@ def rows(values: ArrayLike, columns: int, name: str) -> tuple[NDArray[np.float64
 
 
 def matrix(values: ArrayLike, size: int, name: str) -> list[list[float]]:
-    """(size, size) as lists."""
+    """Convert a (size, size) matrix to a list of rows."""
     given = numbers(values, name)
     if given.shape != (size, size):
         raise _shape(name, given, f"({size}, {size})")
@@ -38,7 +38,7 @@ def matrix(values: ArrayLike, size: int, name: str) -> list[list[float]]:
 
 
 def vector(values: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
-    """(count,), or one number for all."""
+    """Convert to shape (count,); a single number is repeated."""
     given = numbers(values, name)
     if given.ndim == 0:
         return np.full(count, given)
@@ -47,10 +47,12 @@ def vector(values: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
     return given
 
 
-def picture(values: ArrayLike, name: str) -> NDArray[np.float32]:
-    """(rows, columns), or (rows, columns, 3 or 4) in the order RGB, as brightness from 0 to 1.
+def luminance(values: ArrayLike, name: str) -> NDArray[np.float32]:
+    """Convert an image to luminance from 0 to 1, (rows, columns).
 
-    Integers are divided by the largest value of their type; colours weigh as in ITU-R BT.709.
+    The input is (rows, columns), or (rows, columns, 3 or 4) in the order RGB; alpha is ignored.
+    Integers are divided by the largest value of their type; colours are weighted as in ITU-R
+    BT.709, without undoing gamma.
     """
     given = np.asarray(values)
     if given.dtype.kind == "u":
@@ -68,17 +70,17 @@ def picture(values: ArrayLike, name: str) -> NDArray[np.float32]:
 
 
 def length_mm(value: float | str, name: str) -> float:
-    """Give a length in mm: a number, or text with a unit."""
+    """Convert a length to mm: a number is in mm, a text has a unit."""
     return _fabkit.length_mm(value, name) if isinstance(value, str) else float(value)
 
 
 def optional_length_mm(value: float | str | None, name: str) -> float | None:
-    """Give a length in mm, if there is one."""
+    """Convert a length to mm; ``None`` stays ``None``."""
     return None if value is None else length_mm(value, name)
 
 
 def lengths_mm(value: tuple[float | str, float | str], name: str) -> tuple[float, float]:
-    """Give two lengths in mm."""
+    """Convert two lengths to mm."""
     first, second = value
     return length_mm(first, name), length_mm(second, name)
 
@@ -86,7 +88,7 @@ def lengths_mm(value: tuple[float | str, float | str], name: str) -> tuple[float
 def sides_mm(
     value: tuple[float | str, float | str] | None, name: str
 ) -> tuple[float, float] | None:
-    """Width and depth in mm."""
+    """Convert width and depth to mm; ``None`` stays ``None``."""
     if value is None:
         return None
     width, depth = value
@@ -94,7 +96,7 @@ def sides_mm(
 
 
 def view(given: str | tuple[float, float] | None) -> str | None:
-    """Write a side to look from as the command line does."""
+    """Convert a viewing direction to the command's text: a side, or ``azimuth,elevation``."""
     return given if given is None or isinstance(given, str) else ",".join(map(str, given))
 
 

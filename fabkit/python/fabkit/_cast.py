@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Cast:
-    """Ground truth of presses."""
+    """Mixin of :class:`fabkit.depth.Scene`: ground truth of presses."""
 
     def _see(self, presses: list[str], options: dict[str, Any]) -> Truth:
         raise NotImplementedError
@@ -38,7 +38,7 @@ class Cast:
         print_sigma_mm: float | str = 0.05,
         allow_no_contact: bool = False,
     ) -> Truth:
-        """Cast a ray for each pixel; see :func:`fabkit.depth.cast`."""
+        """Compute ground truth for each pixel; see :func:`fabkit.depth.cast`."""
         options: dict[str, Any] = {
             "samples": samples,
             "contact": contact,
@@ -67,17 +67,18 @@ def cast(
     print_sigma_mm: float | str = 0.05,
     allow_no_contact: bool = False,
 ) -> Truth:
-    """Cast a ray for each pixel: exact depth, normals, labels, and how sure they are.
+    """Compute exact ground truth for each pixel: depth, normals, labels, standard deviations.
 
-    To cast many presses with one camera, make a :class:`fabkit.depth.Scene` once.
+    It casts a ray for each pixel. For many presses with one camera, create a
+    :class:`fabkit.depth.Scene` once.
 
     Parameters
     ----------
     sensor
         A sensor, or the name of one.
     press
-        What presses, ``semi-dome-017`` or ``hemisphere@30deg,120deg,1.2mm`` (an indenter by polar
-        angle, azimuth and depth), or several at once; nothing for the untouched surface.
+        A press such as ``semi-dome-017`` or ``hemisphere@30deg,120deg,1.2mm`` (an indenter with
+        polar angle, azimuth and indentation), or several at once. Default: the surface at rest.
     camera, pose
         As for :class:`fabkit.depth.Scene`.
     samples
@@ -106,10 +107,10 @@ def cast(
     Raises
     ------
     FabkitError
-        An unknown press, a press deeper than the surface is soft, one without contact, options
-        beyond their limits.
+        The press is unknown, deeper than the soft layers, or without contact, or an option is out
+        of its limits.
     KeyboardInterrupt
-        What is under way ends in the background; its result is dropped.
+        The call was interrupted; the computation ends in the background and its result is dropped.
 
     >>> import fabkit
     >>> truth = fabkit.depth.cast("rtac0", "hemisphere@30deg,120deg,1mm")

@@ -44,7 +44,7 @@ def write(
     progress: Progress = None,
     retries: int = 3,
 ) -> Dataset:
-    """Write a data set as ``fabkit dataset`` does, byte for byte, and open it.
+    """Write a data set with the same bytes as ``fabkit dataset``, and open it.
 
     Lengths are numbers of mm, or texts with a unit.
 
@@ -53,7 +53,7 @@ def write(
     sensor
         A sensor, or the name of one.
     folder
-        Where; it must be empty or not exist, unless ``resume``.
+        Folder to write to; it must be empty or not exist, unless ``resume``.
     presses
         Text file of patterns for the left side, one a line: an ID, or ``NAME = ID + ID``, and in
         linear contact ``shear 0.5mm,0mm`` after it. Default: all semi-domes or half-plates of the
@@ -94,23 +94,24 @@ def write(
     resume
         Go on where an earlier call with the same arguments was stopped.
     executor
-        Who casts the halves: ``None`` for threads of this machine; anything with the interface of
-        ``concurrent.futures``; a ``dask.distributed.Client``, or the address of its scheduler.
-        Workers need fabkit, and see files that the arguments name under the same paths; what they
-        cast is sent back, and only this process writes.
+        Executor of the computation: ``None`` for threads of this machine; anything with the
+        interface of ``concurrent.futures``; a ``dask.distributed.Client``, or the address of its
+        scheduler. Workers need fabkit, and must see the files that the arguments name under the
+        same paths. They send their results back, and only this process writes.
     progress
-        ``False`` for none, or a function of ``(done, all)``; else a bar if tqdm is installed.
+        ``False`` for none, or a function of ``(done, total)``. Default: a bar if tqdm is
+        installed.
     retries
-        How often a shard of halves is tried again that a worker lost.
+        Number of further attempts at a shard of halves whose worker was lost.
 
     Raises
     ------
     FabkitError
-        A folder that is not empty or that another process writes to, presses and captures that
-        cannot be had, a full disk, an executor that cannot be reached or is broken, a worker that
-        sends something else than it should; finished files are kept.
+        The folder is not empty or another process writes to it, presses or captures cannot be
+        used, the disk is full, the executor cannot be reached or is broken, or a worker sends
+        wrong data. Finished files are kept.
     KeyboardInterrupt
-        Finished files stay for ``resume``.
+        The call was interrupted; finished files are kept for ``resume``.
     """
     scene = fabkit.depth.Scene(sensor, camera=camera, pose=pose)
     options: dict[str, Any] = {

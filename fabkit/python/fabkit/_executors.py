@@ -1,4 +1,4 @@
-"""Tasks on somebody else's executor: tried again where one is lost, results kept as they come."""
+"""Tasks on an executor of the caller: lost ones are retried, results are yielded as they finish."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 Submit: TypeAlias = "Callable[..., Future[Any]] | None"
-"""What takes tasks; ``None`` to do them here."""
+"""Function that submits a task and returns its future; ``None`` runs tasks in this process."""
 
+# Longest wait for a Dask scheduler to answer.
 _CONNECT_SECONDS = 10
 
 
@@ -26,10 +27,21 @@ def completed(
     retries: int,
     what: str,
 ) -> Generator[Result]:
-    """Yield the result of each task as it comes; an error is raised after what is finished.
+    """Yield the result of each task as it finishes; raise an error after all finished results.
 
-    ``work`` gives its result and what went wrong after it; it must be the same wherever it is done
-    and however often. ``what`` are the things that tasks number, for messages.
+    Parameters
+    ----------
+    submit
+        Submits a task; ``None`` runs the tasks here, one after the other.
+    work
+        Computes a task. Returns the result, and the error that stopped it after that, if any. It
+        must return the same on every worker and at every attempt.
+    tasks
+        Numbers of the items in each task.
+    retries
+        Number of further attempts at a task whose worker was lost.
+    what
+        Name of the items, plural, for messages.
     """
     if submit is None:
         for task in tasks:
@@ -47,6 +59,7 @@ def completed(
             ready, _ = wait(pending, return_when=FIRST_COMPLETED)
             for future in ready:
                 task, tries = pending.pop(future)
+                # `exception` would raise for a cancelled future.
                 error = None if future.cancelled() else future.exception()
                 if future.cancelled():
                     continue
@@ -54,11 +67,13 @@ def completed(
                     result, wrong = future.result()
                     yield result
                     failure = failure or wrong
+                # A broken executor accepts no more tasks.
                 elif failure is None and tries < retries and not isinstance(error, BrokenExecutor):
                     pending[submit(work, task)] = (task, tries + 1)
                 else:
                     failure = failure or _lost(what, task, tries, error)
             if failure is not None:
+                # Running tasks cannot be cancelled: wait for their results, which are kept.
                 for future in pending:
                     future.cancel()
                 pending = {f: task for f, task in pending.items() if not f.cancelled()}
@@ -71,7 +86,7 @@ def completed(
 
 def _lost(what: str, task: list[int], tries: int, error: BaseException) -> FabkitError:
     text = f"{what} {task[0]} to {task[-1]} failed {tries + 1} times: {error!r}"
-    hint = "what is finished is kept: go on with resume=True"
+    hint = "finished results are kept; run again with resume=True"
     problem = Problem(text, hint)
     lost = FabkitError(f"{text}\n  = help: {hint}", code="io", exit_code=4, problems=(problem,))
     lost.__cause__ = error
@@ -80,7 +95,7 @@ def _lost(what: str, task: list[int], tries: int, error: BaseException) -> Fabki
 
 @contextmanager
 def submitter(executor: Any, retries: int) -> Generator[Submit]:
-    """Yield what takes tasks for an executor, a Dask client, or a scheduler's address."""
+    """Yield the submit function of an executor, a Dask client, or a scheduler's address."""
     if isinstance(executor, str):
         with _client(executor) as client:
             yield client.get_executor(pure=False, retries=retries).submit
@@ -92,7 +107,7 @@ def submitter(executor: Any, retries: int) -> Generator[Submit]:
         yield executor.submit
     else:
         hint = "give an executor of concurrent.futures, a Dask client, or a scheduler's address"
-        raise invalid(f"{executor!r} is no executor: it has no `submit`", hint)
+        raise invalid(f"{executor!r} is not an executor: it has no `submit`", hint)
 
 
 def _client(address: str) -> Any:

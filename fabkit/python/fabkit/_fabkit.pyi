@@ -1,6 +1,6 @@
-"""The compiled half of the package: private, and documented where it is used.
+"""Interface of the compiled library: private; the modules that call it document it.
 
-Failures are raised as ``fabkit.FabkitError``; documents are JSON, as ``--json`` prints them.
+Errors are raised as ``fabkit.FabkitError``; documents are JSON, as ``--json`` prints them.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,11 +20,11 @@ _Marks: TypeAlias = tuple[_Floats, _Floats]
 _Corners: TypeAlias = tuple[str, list[int], list[list[float]], list[float]]
 _Pins: TypeAlias = tuple[str, list[int] | None, list[list[float]], list[float]]
 
-# By the names that the command declares.
+# Options by the command's names.
 _Options: TypeAlias = dict[str, Any]
 # Kind, sizes in mm, sensor_from_body (4, 4).
 _Body: TypeAlias = tuple[str, list[float], list[list[float]]]
-# Names, bodies, a way along the surface, friction, a seed.
+# Names, bodies, tangential motion (shear) in mm, friction, seed.
 _Press: TypeAlias = tuple[list[str], list[_Body], tuple[float, float], float | None, int | None]
 
 def command(arguments: list[str]) -> int: ...

@@ -1,4 +1,4 @@
-"""Mappings by name."""
+"""A lazy mapping from names to objects."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ T = TypeVar("T")
 
 
 class Named(Mapping[str, T]):
-    """Things by name, in order, each made when it is first asked for.
+    """Objects by name, in a fixed order, each created at its first access.
 
-    A name that is not there raises :class:`fabkit.UnknownNameError`, a ``KeyError`` that names the
-    closest one.
+    An unknown name raises :class:`fabkit.UnknownNameError`, a ``KeyError`` that suggests the
+    closest name.
     """
 
     def __init__(self, what: str, names: list[str], make: Callable[[str], T]) -> None:
@@ -37,7 +37,7 @@ class Named(Mapping[str, T]):
         return len(self._names)
 
     def __contains__(self, name: object) -> bool:
-        # Without making it.
+        # The default implementation would create the object.
         return name in self._names
 
     def __repr__(self) -> str:

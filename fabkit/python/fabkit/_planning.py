@@ -1,4 +1,4 @@
-"""What captures of pins will tell, before they are taken: part of :mod:`fabkit.calibrate`."""
+"""Forecasts of a calibration by pins, before its captures: part of :mod:`fabkit.calibrate`."""
 
 from __future__ import annotations
 
@@ -19,55 +19,62 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Expected:
-    """How well captures of pins will tell where things are: standard deviations, simulated."""
+    """Standard deviations that a calibration by pins will reach. Simulated."""
 
     surface_mm: float
-    """Of a point of the surface that a pixel shows, root mean square over the surface."""
+    """Standard deviation of the surface point that a pixel shows, mm: root mean square over the
+    surface."""
     worst_mm: float
-    """The same where it is largest."""
+    """Largest standard deviation of such a point on the surface, mm."""
     position_mm: float
-    """Of the camera's place, root of the sum of squares over the axes."""
+    """Standard deviation of the camera's position, mm: root of the sum of squares over the
+    axes."""
     scatter_px: float
-    """By how much the same pin is off from capture to capture, root mean square."""
+    """Scatter of one pin's image from capture to capture, px: root mean square."""
     seating_solved: bool
-    """Whether it is better to solve for how deep all pins sit than to take it for as drawn."""
+    """True if solving for the common seating depth of all pins is better than taking the drawn
+    one."""
 
 
 @dataclass(frozen=True)
 class Effort:
-    """A number of captures, and what they come to."""
+    """A number of captures, and the accuracy that they reach."""
 
     captures: int
+    """Number of captures."""
     pins: int
-    """In each capture."""
+    """Number of pins in each capture."""
     expected: Expected | None
-    """Nothing where they do not tell the pose."""
+    """Expected accuracy; ``None`` where the captures do not determine the pose."""
 
 
 @dataclass(frozen=True)
 class NextCapture:
-    """Which pins to press."""
+    """Pins of the next capture."""
 
     holes: list[int]
+    """Numbers of the holes that get a pin."""
     kind: str
-    """Of all its pins."""
+    """Kind of all its pins, for example ``long``."""
     expected: Expected | None
-    """After this capture, and all before it."""
+    """Expected accuracy after this capture and all before it."""
 
 
 @dataclass(frozen=True)
 class CapturePlan:
-    """What captures of pins will tell, and which to take next."""
+    """Expected accuracy of a calibration by pins, and the captures to take next."""
 
     efforts: list[Effort]
+    """Expected accuracy by number of captures and pins."""
     kinds: dict[str, Expected | None]
-    """The same number of captures with all kinds of pin, and with each alone."""
+    """Expected accuracy of the same number of captures with all kinds of pin, and with each kind
+    alone."""
     done: Expected | None
-    """What the captures that there are come to."""
+    """Accuracy that the existing captures reach; ``None`` if they do not determine the pose."""
     next: list[NextCapture]
-    """Each helps the surface most, after those before it."""
+    """Captures to take, in order; each improves the surface most, given those before it."""
     document: dict[str, Any]
-    """All of it with what it rests on, as ``fabkit calibrate plan --json`` has it."""
+    """The whole forecast with its assumptions, as ``fabkit calibrate plan --json`` prints it."""
 
 
 def plan(
@@ -79,7 +86,10 @@ def plan(
     pins: int | None = None,
     pin: str | None = None,
 ) -> CapturePlan:
-    """Forecast a calibration by pins: play of holes, a dome that is seated anew, marks, noise.
+    """Forecast how accurate a calibration by pins will be, and propose its captures.
+
+    The simulation includes the play of pins in their holes, a fixture that is seated anew, the
+    spread of pin images, and noise.
 
     >>> import fabkit.calibrate
     >>> plan = fabkit.calibrate.plan("tactip", captures=2, pins=5)
@@ -89,24 +99,24 @@ def plan(
     Parameters
     ----------
     sensor
-        With a pin dome or plate.
+        A sensor with a pin dome or pin plate, or its name.
     camera
-        The calibrated lens, or the path of its file; without, the design's, of which nothing is
-        known to err.
+        The calibrated lens, or the path of its file. Default: the design's lens, taken as exact.
     done
-        The captures that there are: a folder, whose pictures are not looked at, or the holes of
-        each.
+        Existing captures: a folder, whose images are not read, or the hole numbers of each
+        capture.
     captures
-        How many more, 1 to 500; without, what is left of the number in the sensor's file.
+        Number of further captures, 1 to 500. Default: what is left of the number in the sensor's
+        file.
     pins
-        In each, 1 to 100; without, as many as the sensor's file says.
+        Number of pins in each capture, 1 to 100. Default: the number in the sensor's file.
     pin
-        Which kind of pin was used, where the dome has several.
+        Kind of pin, where the fixture has several.
 
     Raises
     ------
     FabkitError
-        A sensor without pins, holes that it has not, files with faults.
+        The sensor has no pins or no such holes, or a file has errors.
     """
     sensor = load(sensor) if isinstance(sensor, str) else sensor
     for name, count, most in [("captures", captures, 500), ("pins", pins, 100)]:

@@ -1,4 +1,4 @@
-"""How far long work is, shown by tqdm where it is installed."""
+"""Progress of long calls, shown by tqdm where it is installed."""
 
 from __future__ import annotations
 
@@ -14,10 +14,15 @@ if TYPE_CHECKING:
 
 @contextmanager
 def shown(progress: Progress, what: str) -> Generator[Callable[[int, int], object] | None]:
-    """Yield what is to be told ``(done, all)``.
+    """Yield the function to call with ``(done, total)``, or ``None`` for no display.
 
-    ``None`` shows a bar on a terminal or in a notebook if tqdm is there, ``True`` everywhere,
-    ``False`` nowhere; a function is told itself.
+    Parameters
+    ----------
+    progress
+        ``None`` shows a bar on a terminal or in a notebook if tqdm is installed, ``True``
+        everywhere, ``False`` nowhere; a function is yielded as it is.
+    what
+        Text beside the bar.
     """
     if callable(progress):
         yield progress
@@ -29,7 +34,7 @@ def shown(progress: Progress, what: str) -> Generator[Callable[[int, int], objec
     if tqdm is None:
         yield None
         return
-    # None means: only where somebody looks.
+    # `disable=None` makes tqdm draw only on a terminal.
     with tqdm(desc=what, disable=None if progress is None else False, leave=False) as bar:
 
         def update(done: int, count: int) -> None:

@@ -1,4 +1,4 @@
-"""Writing of data sets, with the work shared out to who has time."""
+"""Writing of data sets, in this process or on workers of an executor."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def write(
     progress: Progress,
     retries: int,
 ) -> None:
-    """Write what is missing of a data set."""
+    """Write the missing files of a data set into ``folder``."""
     order = _order(scene, options)
     with shown(progress, f"data set of {scene.sensor.name}") as tell:
         if executor is None:
@@ -34,6 +34,7 @@ def write(
         with submitter(executor, retries) as submit, closing(order.begin(folder)) as begun:
             plan, missing = begun.missing()
             files = {name: options[name] for name in ("presses", "captures", "constants")}
+            # Workers may run in another folder.
             there = {name: path and os.path.abspath(path) for name, path in files.items()}
             work = functools.partial(_shard, scene, options | there, plan)
             tasks = [[number] for number in missing]
@@ -49,14 +50,15 @@ def _order(scene: Scene, options: dict[str, Any]) -> _fabkit.DatasetOrder:
 def _shard(
     scene: Scene, options: dict[str, Any], plan: str, numbers: list[int]
 ) -> tuple[list[tuple[str, bytes]], FabkitError | None]:
-    """Cast shards of halves, here or on a worker."""
+    """Cast the halves of some shards, here or on a worker; return files by name, and an error."""
     order = _order(scene, options)
     files: list[tuple[str, bytes]] = []
     for number in numbers:
         of_plan, shard = order.shard(number)
+        # Another version of fabkit or other files would mix two data sets.
         if of_plan != plan:
-            text = f"a worker makes another data set, with the plan {of_plan} instead of {plan}"
-            hint = "do all workers have this version of fabkit, and the same files?"
+            text = f"a worker makes another data set: its plan is {of_plan} instead of {plan}"
+            hint = "give all workers this version of fabkit and the same files"
             problem = Problem(text, hint)
             message = f"{text}\n  = help: {hint}"
             return [], FabkitError(message, code="io", exit_code=4, problems=(problem,))

@@ -23,6 +23,6 @@ if __name__ == "__main__":
     sys.exit(main())
 
 warnings.warn("fabkit.bench is called fabkit_bench now", DeprecationWarning, stacklevel=2)
-# Modules below it are found there, too, and those of families, which lay beside them.
+# Old imports such as `fabkit.bench._run` still work; the families used to be in the same folder.
 fabkit_bench.__path__.extend(families.__path__)
 sys.modules[__name__] = fabkit_bench

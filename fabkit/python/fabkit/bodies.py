@@ -23,7 +23,7 @@ def __dir__() -> list[str]:
     return __all__
 
 
-#: By the end of a file's name.
+#: Format of an exported file by the end of its name.
 _FORMATS = {
     ".stl": "stl",
     ".3mf": "3mf",
@@ -36,7 +36,7 @@ _FORMATS = {
 
 
 class Body:
-    """A part that is made, a layer that is poured, or a component that is bought.
+    """A body of a design: a made part, a poured layer, or a bought component.
 
     >>> import fabkit
     >>> sensor = fabkit.load("rtac0")
@@ -58,42 +58,42 @@ class Body:
 
     @property
     def name(self) -> str:
-        """Unique within the design."""
+        """Name, unique within the design."""
         return self._about["name"]
 
     @property
     def kind(self) -> str:
-        """``part``, ``layer`` or ``component``."""
+        """Kind of body: ``part``, ``layer`` or ``component``."""
         return self._about["kind"]
 
     @property
     def summary(self) -> str:
-        """One line for people; for a component, what to order."""
+        """Description in one line; for a component, the product to order."""
         return self._about["summary"]
 
     @property
     def process(self) -> str:
-        """How it is made, for example ``fdm``; empty for what is bought."""
+        """Process that makes it, for example ``fdm``; empty for components."""
         return self._about["process"]
 
     @property
     def material(self) -> str:
-        """From what; empty for what is bought."""
+        """Material; empty for components."""
         return self._about["material"]
 
     @property
     def quantity(self) -> int:
-        """How many a lab needs."""
+        """Number of pieces to make or buy."""
         return self._about["quantity"]
 
     @property
     def assemblies(self) -> list[str]:
-        """In which assemblies it stands, for example ``sensor``."""
+        """Names of the assemblies that contain it, for example ``sensor``."""
         return self._about["assemblies"]
 
     @property
     def landmarks(self) -> NDArray[np.void]:
-        """Named points that others rely on, in the body's own frame: a structured array.
+        """Named reference points of the body, in its own frame: a structured array.
 
         Fields: ``name`` (text), ``point_mm`` (3 x float64, mm) and ``axis`` (3 x float64, unit
         length).
@@ -106,7 +106,7 @@ class Body:
         return landmarks
 
     def mesh(self, tolerance_mm: float | str = 0.01) -> Mesh:
-        """Mesh the exact solid: nominal, in the body's own frame.
+        """Triangulate the exact solid: nominal size, in the body's own frame.
 
         Parameters
         ----------
@@ -117,7 +117,7 @@ class Body:
         Raises
         ------
         FabkitError
-            A tolerance beyond its limits, or too fine for a sensible number of triangles.
+            The tolerance is outside its limits, or needs too many triangles.
         """
         return Mesh(self._native.mesh(self.name, _arrays.length_mm(tolerance_mm, "tolerance_mm")))
 
@@ -128,22 +128,24 @@ class Body:
         section: bool = False,
         view: str | tuple[float, float] | None = None,
     ) -> bytes:
-        """Draw it from the exact geometry: PNG, width x height as given.
+        """Draw the body from its exact geometry; return a PNG file's content.
 
         Parameters
         ----------
         size_px
-            Width and height.
+            Width and height of the image, px.
         section
-            Take the half nearer to the viewer away; without `view`, that before the x-z plane.
+            Cut away the half nearer to the viewer; without ``view``, the half in front of the x-z
+            plane.
         view
-            From where: ``"front"``, ``"back"``, ``"left"``, ``"right"``, ``"top"``, ``"bottom"``,
-            or azimuth from +x and elevation in degrees, ``(30, 20)``; else a corner above.
+            Viewing direction: ``"front"``, ``"back"``, ``"left"``, ``"right"``, ``"top"``,
+            ``"bottom"``, or azimuth from +x and elevation in degrees, ``(30, 20)``. Default: from
+            a corner above.
 
         Raises
         ------
         FabkitError
-            No such side; a picture that is too large.
+            The view has no such name, or the image is too large.
         """
         seen_from = _arrays.view(view)
         return self._native.picture(self.name, None, False, section, seen_from, size_px)
@@ -151,27 +153,31 @@ class Body:
     def export(
         self, path: str | PathLike[str], *, tolerance_mm: float | str = 0.01, nominal: bool = False
     ) -> None:
-        """Write it as ``fabkit export --part`` does: lying as it should be printed, byte for byte.
+        """Write the body to a file, in its printing orientation, as ``fabkit export --part`` does.
+
+        The file is the same as the command's, byte for byte.
 
         Parameters
         ----------
         path
-            Ends in ``.stl``, ``.3mf``, ``.dxf``, ``.svg``, ``.png``, ``.tree.json`` or ``.step``.
+            Path of the file; it ends in ``.stl``, ``.3mf``, ``.dxf``, ``.svg``, ``.png``,
+            ``.tree.json`` or ``.step``.
         tolerance_mm
             Largest distance between triangles and the exact surface: mm, or text with a unit.
         nominal
-            Leave out what makes up for shrinkage and for the laser's kerf.
+            Leave out the compensation of shrinkage and of the laser's kerf.
 
         Raises
         ------
         FabkitError
-            Another ending, a format that this body does not have, a file that cannot be written.
+            The path has another ending, the body does not have the format, or the file cannot be
+            written.
         """
         path = Path(path)
         ending = next((end for end in _FORMATS if path.name.lower().endswith(end)), None)
         if ending is None:
             known = ", ".join(_FORMATS)
-            raise invalid(f"{path} has no ending that fabkit knows", f"known: {known}")
+            raise invalid(f"{path} has an unknown ending", f"use one of {known}")
         exported = self._native.exported(
             {
                 "parts": [self.name],
@@ -182,7 +188,7 @@ class Body:
             None,
         )
         files = [file for file in exported.files() if file[0].endswith(ending)]
-        # A part of a print group brings the others with it; their 3MF is one file.
+        # A part of a print group shares one 3MF file with the others, under the group's name.
         own = [file for file in files if file[0] == self.name + ending] or files
         if not own:
             raise invalid(f"{self.name} has no {ending} file", "printed parts have .stl and .3mf")

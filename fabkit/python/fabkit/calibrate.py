@@ -1,4 +1,4 @@
-"""Calibration: the lens from pictures of a board, the camera's pose from pins at known places."""
+"""Calibration: the lens from images of a board, the camera's pose from pins at known positions."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ def __dir__() -> list[str]:
     return __all__
 
 
-#: Standard deviation of corners from detectors that do not say it, px: what good ones reach.
+#: Standard deviation of corners from detectors that do not report one, px: what good ones reach.
 _USUAL_CORNER_SIGMA_PX = 0.1
-#: Of a pin measured by hand, px: as in lists of captures.
+#: Standard deviation of a pin that was marked by hand, px; the same as in ``captures.csv``.
 _USUAL_PIN_SIGMA_PX = 0.3
 
 
 class Board:
-    """A calibration board, from its file.
+    """A calibration board, as its file describes it.
 
     >>> import fabkit
     >>> board = fabkit.calibrate.boards("rtac0")["checkerboard"]
@@ -66,11 +66,11 @@ class Board:
     def __init__(self, text: str) -> None:
         self._text = _fabkit.board(text)
         self.document: dict[str, Any] = json.loads(self._text)
-        """Everything that the file says: ``fabkit-board`` version 1."""
+        """Content of the file: ``fabkit-board`` version 1."""
 
     @staticmethod
     def load(path: str | PathLike[str]) -> Board:
-        """Read a board's file, as ``fabkit export SENSOR/boards`` writes one beside each board."""
+        """Read a board file; ``fabkit export SENSOR/boards`` writes one beside each board."""
         return Board(_read(path))
 
     def __repr__(self) -> str:
@@ -79,22 +79,25 @@ class Board:
 
     @property
     def name(self) -> str:
-        """For people."""
+        """Name of the board, for reports and messages."""
         return self.document["name"]
 
     @property
     def kind(self) -> str:
-        """``checkerboard`` or ``charuco``."""
+        """Kind of board: ``checkerboard`` or ``charuco``."""
         return self.document["kind"]
 
     @property
     def corners_mm(self) -> NDArray[np.float64]:
-        """Where each corner is, by id: (n, 2), x to the right and y down as seen, mm."""
+        """Positions of the corners by id, (n, 2), mm; x to the right and y down as seen."""
         return np.array([corner["in_board_mm"] for corner in self.document["corners"]], dtype=float)
 
 
 def boards(sensor: Sensor | str) -> dict[str, Board]:
-    """List the boards that come with a sensor, by name."""
+    """Return the boards that come with a sensor, by kind.
+
+    The keys are ``checkerboard`` and ``charuco``, as far as the sensor has them.
+    """
     sensor = load(sensor) if isinstance(sensor, str) else sensor
     native = sensor.fixtures["boards"]._native  # pyright: ignore[reportPrivateUsage]
     listed = [Board(text) for text in native.boards()]
@@ -103,54 +106,55 @@ def boards(sensor: Sensor | str) -> dict[str, Board]:
 
 @dataclass(frozen=True)
 class Corners:
-    """Corners of a board in one picture."""
+    """Corners of a board in one image."""
 
     ids: NDArray[np.uint32]
-    """Which corners, (n,)."""
+    """Numbers of the corners that were found, (n,)."""
     pixels: NDArray[np.float64]
     """Column and row, (n, 2), px; the first pixel's centre is (0, 0)."""
     sigma_px: NDArray[np.float64] | float = _USUAL_CORNER_SIGMA_PX
     """Standard deviation in each direction, (n,) or one for all, px."""
     name: str = ""
-    """What messages call the picture."""
+    """Name of the image in messages."""
 
 
 @dataclass(frozen=True)
 class Pins:
-    """Pins in one picture."""
+    """Positions of pins in one image."""
 
     pixels: NDArray[np.float64]
     """Column and row, (n, 2), px; in any order."""
     holes: Sequence[int] | None = None
-    """The holes that had pins, in any order; ``None`` if that is not known."""
+    """Numbers of the holes that had pins, in any order; ``None`` if they are not known."""
     sigma_px: NDArray[np.float64] | float = _USUAL_PIN_SIGMA_PX
     """Standard deviation in each direction, (n,) or one for all, px."""
     name: str = ""
-    """What messages call the picture."""
+    """Name of the image in messages."""
 
 
 def find_corners(
     picture: ArrayLike, board: Board, *, detector: Detector = "auto", name: str = "the picture"
 ) -> Corners:
-    """Find a board's corners in a picture.
+    """Find a board's corners in an image.
 
     Parameters
     ----------
     picture
-        (rows, columns) or (rows, columns, 3) RGB; unsigned integers, or floating point from 0 to 1.
+        Image, (rows, columns) or (rows, columns, 3) RGB; unsigned integers, or floating point
+        from 0 to 1.
     board
-        What to look for.
+        The board to find.
     detector
         ``opencv``, ``fabkit``, or ``auto``: OpenCV's if cv2 is installed, else fabkit's.
     name
-        What messages call the picture.
+        Name of the image in messages.
 
     Raises
     ------
     FabkitError
-        No such board in the picture, and why; another shape or dtype.
+        The image shows no such board (the message says why), or has another shape or dtype.
     """
-    grey = _arrays.picture(picture, name)
+    grey = _arrays.luminance(picture, name)
     cv2 = _opencv(detector)
     if cv2 is not None:
         return _with_opencv(cv2, grey, board, name)
@@ -159,41 +163,43 @@ def find_corners(
 
 
 def find_pins(reference: ArrayLike, picture: ArrayLike, *, brighter: bool = False) -> Pins:
-    """Find the marks of pins in a picture, compared with one without contact.
+    """Find pins that press on the surface, by comparing an image with the reference image.
 
     Parameters
     ----------
-    reference, picture
-        As for :func:`find_corners`, of one size.
+    reference
+        Image without contact, as for :func:`find_corners`.
+    picture
+        Image with pins, of the same size.
     brighter
-        Pins make marks brighter, not darker.
+        Pins appear brighter than the reference image, not darker.
 
     Returns
     -------
-    The strongest first; which holes they are is not known.
+    The pins, the strongest first; their holes are not known.
     """
     pixels, sigmas = _fabkit.find_pins(
-        _arrays.picture(reference, "reference"), _arrays.picture(picture, "picture"), brighter
+        _arrays.luminance(reference, "reference"), _arrays.luminance(picture, "picture"), brighter
     )
     return Pins(pixels, None, sigmas)
 
 
 class Intrinsics:
-    """A calibrated lens with all that is to be said about it."""
+    """Result of a lens calibration."""
 
     def __init__(self, native: _fabkit.Intrinsics) -> None:
         self._native = native
         self.document: dict[str, Any] = json.loads(native.document())
-        """As ``fabkit calibrate intrinsics --json`` prints it: ``fabkit-intrinsics`` version 1."""
+        """Output of ``fabkit calibrate intrinsics --json``: ``fabkit-intrinsics`` version 1."""
         self.camera = Camera(native.camera())
-        """With the covariance of its parameters."""
+        """The calibrated lens, with the covariance of its parameters."""
 
     def __repr__(self) -> str:
         return f"<Intrinsics {self.model}: {self.rms_px:.3f} px rms>"
 
     @property
     def model(self) -> str:
-        """The lens model that the pictures chose."""
+        """Name of the lens model that fits the images best."""
         return self.document["model"]
 
     @property
@@ -203,39 +209,40 @@ class Intrinsics:
 
     @property
     def focal_px_per_rad(self) -> tuple[float, float]:
-        """Columns per radian on the axis, and the standard deviation: any lens model has it."""
+        """Columns per radian on the axis, and the standard deviation; comparable between models."""
         return self.document["focal_px_per_rad"], self.document["focal_sigma_px_per_rad"]
 
     @property
     def rays(self) -> dict[str, dict[str, float] | None]:
-        """How sure rays are against each other, ``seen`` where corners were and ``beyond``.
+        """Uncertainty of rays relative to each other: ``seen``, where corners were, and ``beyond``.
 
-        ``typical_mrad``, ``typical_px``, ``worst_mrad``, ``worst_px``: standard deviations, as far
-        as the lens model holds. ``None`` where there is no beyond.
+        Each has ``typical_mrad``, ``typical_px``, ``worst_mrad`` and ``worst_px``: standard
+        deviations that hold as far as the lens model does. ``beyond`` is ``None`` if corners
+        covered the whole image.
         """
         return self.document["rays"]
 
     @property
     def warnings(self) -> list[str]:
-        """What the pictures do not tell."""
+        """Properties of the lens that the images do not determine."""
         return self.document["warnings"]
 
     def save_report(self, path: str | PathLike[str]) -> None:
-        """Write everything as one HTML file that needs no network."""
+        """Write a report as one HTML file that works offline."""
         _write(path, self._native.html())
 
 
 class Extrinsics:
-    """A calibrated pose with all that is to be said about it."""
+    """Result of a pose calibration."""
 
     def __init__(self, native: _fabkit.Extrinsics) -> None:
         self._native = native
         self.document: dict[str, Any] = json.loads(native.document())
-        """As ``fabkit calibrate extrinsics --json`` prints it: ``fabkit-extrinsics`` version 1."""
+        """Output of ``fabkit calibrate extrinsics --json``: ``fabkit-extrinsics`` version 1."""
         self.camera = Camera(native.camera())
-        """The camera that the pose belongs to; it may have got an interface on the way.
+        """The camera that belongs to the pose, with its part of :attr:`joint_covariance`.
 
-        With its part of :attr:`joint_covariance`.
+        The calibration may have added an interface to it.
         """
 
     def __repr__(self) -> str:
@@ -243,43 +250,43 @@ class Extrinsics:
 
     @property
     def camera_from_sensor(self) -> NDArray[np.float64]:
-        """Sensor frame to camera frame, (4, 4), mm."""
+        """Pose: sensor frame to camera frame, (4, 4), mm."""
         return np.array(self.document["camera_from_sensor"], dtype=float)
 
     @property
     def covariance(self) -> NDArray[np.float64]:
-        """Of the pose, (6, 6): rotation about the camera's axes, rad, then translation, mm."""
+        """Covariance of the pose, (6, 6): rotation about camera axes, rad, then translation, mm."""
         return np.array(self.document["covariance"], dtype=float)
 
     @property
     def joint_covariance(self) -> NDArray[np.float64]:
-        """Of pose and camera together, (p, p), in the order of :attr:`joint_parameters`.
+        """Covariance of pose and camera together, (p, p), in the order of :attr:`joint_parameters`.
 
-        Zeros where a parameter was held and nothing says how sure it is.
+        Zeros where a parameter was fixed and its uncertainty is unknown.
         """
         return np.array(self.document["joint_covariance"]["matrix"], dtype=float)
 
     @property
     def joint_parameters(self) -> list[str]:
-        """Names, with units, of the pose's parameters and then of the camera's."""
+        """Names, with units, of the parameters of the pose and then of the camera."""
         return list(self.document["joint_covariance"]["names"])
 
     @property
     def held_out_rms_px(self) -> float:
-        """Root mean square residual of captures that took no part in the fit, px."""
+        """Root mean square residual of captures that were left out of the fit, px."""
         return self.document["held_out_rms_px"]
 
     @property
     def warnings(self) -> list[str]:
-        """What the pins do not tell, and what does not fit."""
+        """Properties that the pins do not determine, and observations that do not fit."""
         return self.document["warnings"]
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write a pose file, and the camera that belongs to it beside it."""
+        """Write a pose file, and beside it the file of the camera that belongs to it."""
         self._native.write(os.fspath(path))
 
     def save_report(self, path: str | PathLike[str]) -> None:
-        """Write everything as one HTML file that needs no network."""
+        """Write a report as one HTML file that works offline."""
         _write(path, self._native.html())
 
 
@@ -291,26 +298,27 @@ def intrinsics(
     models: Sequence[str] = (),
     detector: Detector = "auto",
 ) -> Intrinsics:
-    """Calibrate the lens from pictures of a board.
+    """Calibrate the lens from images of a board.
 
     Parameters
     ----------
     sensor
-        Its nominal camera is where the solver begins, and says how large pictures are.
+        A sensor, or its name. The solver starts from its nominal camera, which also gives the
+        image size.
     board
         A board, or the path of its file.
     views
-        PNG files, pictures as arrays (see :func:`find_corners`), or corners that were found
-        already; at least 3.
+        At least 3 views: PNG files, images as arrays (see :func:`find_corners`), or corners that
+        were found already.
     models
-        Lens models to choose from; none is all of them.
+        Lens models to choose from. Default: all.
     detector
-        See :func:`find_corners`. Pictures in which it finds no board are left out and listed.
+        See :func:`find_corners`. Images in which it finds no board are left out and listed.
 
     Raises
     ------
     FabkitError
-        Too few pictures show the board, all pictures that cannot be used.
+        Too few images show the board, or images cannot be used; the message lists them all.
     """
     sensor = load(sensor) if isinstance(sensor, str) else sensor
     board = board if isinstance(board, Board) else Board.load(board)
@@ -328,9 +336,9 @@ def intrinsics(
         elif isinstance(view, str | os.PathLike):
             files.append(os.fspath(view))
         else:
-            pictures.append((f"view {number}", _arrays.picture(view, f"view {number}")))
+            pictures.append((f"view {number}", _arrays.luminance(view, f"view {number}")))
     if sum(map(bool, (files, pictures, corners))) > 1:
-        raise invalid("views are of several kinds; give files, or arrays, or corners")
+        raise invalid("views mixes several kinds; give only files, only arrays or only corners")
     native = _fabkit.intrinsics(
         sensor._project,  # pyright: ignore[reportPrivateUsage]
         board._text,  # pyright: ignore[reportPrivateUsage]
@@ -352,31 +360,31 @@ def extrinsics(
     pin: str | None = None,
     gel_index: float = 1.41,
 ) -> Extrinsics:
-    """Solve for where the camera is, from pins of a dome.
+    """Solve for the camera's pose from captures of pins that touch the surface at known points.
 
     Parameters
     ----------
     sensor
-        Its nominal pose is where the solver begins.
+        A sensor, or its name. The solver starts from its nominal pose.
     camera
         The calibrated lens, or the path of its file.
     captures
-        A folder of pictures named after the holes that had pins, or with a list in
+        A folder of images that are named after the holes that had pins, or listed in
         ``captures.csv``; or pins that were found already.
     landmarks
-        Where pins touch: a dome, a file, or (x, y, z) in the sensor frame, mm, by hole; without
-        them, those of the sensor's own ``pin-dome`` or ``pin-plate``.
+        Points where pins touch: a fixture with pins, a file, or (x, y, z) in the sensor frame, mm,
+        by hole. Default: those of the sensor's own ``pin-dome`` or ``pin-plate``.
     reference
-        With a folder: the picture without contact, if it is not called ``ref.png``.
+        With a folder: the reference image, if it is not called ``ref.png``.
     pin
-        Which kind of pin was used, where the dome has several.
+        Kind of pin, where the fixture has several.
     gel_index
-        Refractive index of the gel that is tried before the lens, 1 to 2.
+        Refractive index, 1 to 2, of the gel that the solver tries in front of the lens.
 
     Raises
     ------
     FabkitError
-        Marks that do not tell the pose, labels that do not fit, files with faults.
+        The pins do not determine the pose, labels do not fit, or a file has errors.
     """
     sensor = load(sensor) if isinstance(sensor, str) else sensor
     camera_file = "camera" if isinstance(camera, Camera) else os.fspath(camera)
@@ -411,7 +419,7 @@ def extrinsics(
 def _landmarks(
     sensor: Sensor, given: Fixture | str | PathLike[str] | Mapping[int, ArrayLike] | None
 ) -> str:
-    """Find the text of a list of landmarks."""
+    """Return a list of landmarks as JSON text."""
     if isinstance(given, Mapping):
         points = {str(hole): _arrays.vector(at, 3, f"hole {hole}") for hole, at in given.items()}
         return json.dumps({hole: at.tolist() for hole, at in points.items()})
@@ -426,6 +434,7 @@ def _landmarks(
 
 
 def _corners(view: Corners, name: str) -> tuple[str, list[int], list[list[float]], list[float]]:
+    """Check corners and convert them for the compiled library: name, ids, pixels, sigmas."""
     pixels, _ = _arrays.rows(view.pixels, 2, f"pixels of {name}")
     ids = np.asarray(view.ids)
     if ids.shape != (len(pixels),) or ids.dtype.kind not in "iu" or (ids < 0).any():
@@ -438,7 +447,7 @@ def _corners(view: Corners, name: str) -> tuple[str, list[int], list[list[float]
 
 
 def _opencv(detector: Detector) -> Any:
-    """Import cv2, or ``None`` for fabkit's own detector."""
+    """Import and return cv2, or ``None`` for fabkit's own detector."""
     if detector not in ("auto", "opencv", "fabkit"):
         raise invalid(f"there is no detector `{detector}`", "known: auto, opencv, fabkit")
     if detector == "fabkit":
@@ -452,19 +461,20 @@ def _opencv(detector: Detector) -> Any:
 
 
 def _picture(cv2: Any, view: Any, number: int) -> tuple[str, NDArray[np.float32]]:
+    """Return a view's name and its image as luminance from 0 to 1."""
     if not isinstance(view, str | os.PathLike):
-        return f"view {number}", _arrays.picture(view, f"view {number}")
+        return f"view {number}", _arrays.luminance(view, f"view {number}")
     name = str(os.fspath(view))  # pyright: ignore[reportUnknownArgumentType]
     read = cv2.imread(name, cv2.IMREAD_GRAYSCALE)
     if read is None:
-        raise invalid(f"cannot read {name} as a picture")
-    return name, _arrays.picture(read, name)
+        raise invalid(f"cannot read {name} as an image")
+    return name, _arrays.luminance(read, name)
 
 
 def _with_opencv(
     cv2: Any, grey: NDArray[np.float32], board: Board, name: str, *, missing_ok: bool = False
 ) -> Corners:
-    """Find corners with OpenCV; none are an error, unless they may be missing."""
+    """Find corners with OpenCV; finding none is an error unless ``missing_ok``."""
     bytes_ = np.rint(255 * np.clip(grey, 0, 1)).astype(np.uint8)
     columns, rows = board.document["squares"]
     ids: Any

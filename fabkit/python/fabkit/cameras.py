@@ -1,4 +1,4 @@
-"""Cameras: points to pixels, pixels to rays."""
+"""Camera models: projection of points to pixels, and of pixels to rays."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def __dir__() -> list[str]:
 
 
 class Camera:
-    """A lens behind its interface, with an image size, and how sure all that is.
+    """A lens model with its interface, image size and covariance.
 
     Points are in the camera frame, mm: +z forward, +x right, +y down. Pixels are column and row;
     the first pixel's centre is (0, 0).
@@ -42,12 +42,12 @@ class Camera:
 
     @staticmethod
     def load(path: str | PathLike[str]) -> Camera:
-        """Read a camera file: fabkit's, OpenCV's, ROS's or Kalibr's.
+        """Read a camera file in the format of fabkit, OpenCV, ROS or Kalibr.
 
         Raises
         ------
         FabkitError
-            A file that cannot be read or holds no camera: everything that is wrong, with lines.
+            The file cannot be read or holds no camera; all errors are listed, with lines.
         """
         try:
             text = Path(path).read_text(encoding="utf-8")
@@ -59,12 +59,12 @@ class Camera:
 
     @staticmethod
     def from_text(text: str) -> Camera:
-        """Read the content of a camera file."""
+        """Read a camera from the content of a camera file."""
         return Camera(_fabkit.Camera.from_text(text, ""))
 
     @staticmethod
     def equidistant(width_px: int, height_px: int, field_of_view_rad: float) -> Camera:
-        """Make the lens that a data sheet promises: pixels from the centre grow with the angle.
+        """Create an ideal equidistant lens: the pixel's distance from the centre grows with angle.
 
         ``field_of_view_rad`` is the full angle of view over the image's diagonal, as makers of
         small cameras state it.
@@ -85,70 +85,74 @@ class Camera:
         return hash(self.to_text())
 
     def to_text(self, format: str = "fabkit") -> str:
-        """Write it as ``fabkit``, which keeps everything, ``opencv``, ``ros`` or ``kalibr``.
+        """Write the camera as text in a file format.
+
+        ``fabkit`` keeps everything; the others are ``opencv``, ``ros`` and ``kalibr``.
 
         Raises
         ------
         FabkitError
-            A format that would lose something, with what.
+            The format cannot hold the camera; the message says what it would lose.
         """
         return self._native.to_text(format)
 
     def save(self, path: str | PathLike[str], format: str = "fabkit") -> None:
-        """Write a camera file, whole or not at all; see :meth:`to_text`."""
+        """Write a camera file, completely or not at all; see :meth:`to_text`."""
         path = Path(path)
         _fabkit.write_files(str(path.parent), [(path.name, self.to_text(format).encode())])
 
     @property
     def width_px(self) -> int:
-        """Columns of the image."""
+        """Number of columns of the image."""
         return self._native.size_px()[0]
 
     @property
     def height_px(self) -> int:
-        """Rows of the image."""
+        """Number of rows of the image."""
         return self._native.size_px()[1]
 
     @property
     def lens(self) -> str:
-        """The model, for example ``kannala_brandt``."""
+        """Name of the lens model, for example ``kannala_brandt``."""
         return self._native.lens()
 
     @property
     def interface(self) -> str:
-        """What stands between lens and scene, for example ``none``.
+        """Name of the refracting interface between lens and scene, for example ``none``.
 
-        Cameras of calibrated sensors may have the first face in it; what is drawn behind that bends
-        rays further, which a :class:`fabkit.depth.Scene` follows and the camera alone does not.
+        The camera of a calibrated sensor may include the first refracting face. The design's bodies
+        behind it refract rays further: a :class:`fabkit.depth.Scene` follows that, the camera alone
+        does not.
         """
         return self._native.interface()
 
     @property
     def angle_limit_rad(self) -> float:
-        """The largest angle to +z, in front of the lens, that has a pixel."""
+        """Largest angle to +z, in front of the lens, that projects to a pixel, rad."""
         return self._native.angle_limit_rad()
 
     @property
     def parameters(self) -> dict[str, float]:
-        """Everything that can be calibrated, by names with units, in order."""
+        """Calibratable parameters in order, by names that end in their units."""
         return dict(self._native.parameters())
 
     @property
     def covariance(self) -> NDArray[np.float64] | None:
-        """Of the parameters, in their order and units, (p, p); ``None`` if nothing is known."""
+        """Covariance of :attr:`parameters`, (p, p), in their units; ``None`` if unknown."""
         return self._native.covariance()
 
     @property
     def sigmas(self) -> dict[str, float] | None:
-        """Standard deviation of each parameter, by name, in its unit."""
+        """Standard deviation of each parameter, by name, in its unit; ``None`` if unknown."""
         covariance = self.covariance
         if covariance is None:
             return None
+        # Rounding may leave a variance of zero slightly negative.
         sigmas = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
         return dict(zip(self.parameters, sigmas.tolist(), strict=True))
 
     def with_parameters(self, parameters: Mapping[str, float]) -> Camera:
-        """Make the same kind of camera with some other numbers, by name, and no covariance.
+        """Return a copy with some parameters changed, by name, and without covariance.
 
         >>> import fabkit
         >>> camera = fabkit.load("rtac0").camera
@@ -165,16 +169,16 @@ class Camera:
         return Camera(self._native.with_parameters(numbers))
 
     def behind_drawing(self) -> Camera:
-        """Say that it is a lens alone: the sensor's drawn bodies bend its rays.
+        """Return a copy that models the lens alone: the design's bodies then refract its rays.
 
-        Of other cameras their own model says how rays are bent, as it was fitted to what they see
-        through these bodies.
+        Other cameras contain the refraction in their own model, because it was fitted to images
+        taken through these bodies.
 
         >>> import fabkit
         >>> fabkit.Camera.equidistant(640, 480, 2.8).behind_drawing().interface
         'drawn'
 
-        The camera of a design is one already.
+        The camera of a design is of this kind already.
 
         >>> fabkit.load("rtac0").camera.interface
         'drawn'
@@ -182,7 +186,7 @@ class Camera:
         return Camera(self._native.behind_drawing())
 
     def resized(self, width_px: int, height_px: int) -> Camera:
-        """See the same in another number of pixels, without covariance.
+        """Return a camera with the same view and another number of pixels, without covariance.
 
         >>> import fabkit
         >>> camera = fabkit.load("rtac0").camera
@@ -193,7 +197,7 @@ class Camera:
         return Camera(self._native.resized(width_px, height_px))
 
     def project(self, points_in_camera: ArrayLike) -> NDArray[np.float64]:
-        """Find the pixels at which points are seen, inside the image or not.
+        """Project points to pixels, inside the image or not.
 
         Parameters
         ----------
@@ -202,13 +206,13 @@ class Camera:
 
         Returns
         -------
-        (..., 2): column and row, px; NaN where a point is beyond the lens's domain, in front of the
-        interface, or not finite.
+        Column and row, (..., 2), px; NaN where a point is outside the lens's domain, on the
+        camera's side of the interface, or not finite.
 
         Raises
         ------
         FabkitError
-            Another shape or dtype.
+            The array has another shape or dtype.
         """
         points, shape = _arrays.rows(points_in_camera, 3, "points_in_camera")
         return self._native.project(points).reshape(*shape, 2)
@@ -216,12 +220,18 @@ class Camera:
     def project_with_jacobians(
         self, points_in_camera: ArrayLike
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Find pixels and their derivatives.
+        """Project points to pixels, with derivatives.
+
+        Parameters
+        ----------
+        points_in_camera
+            (..., 3), mm.
 
         Returns
         -------
-        Pixels (..., 2); by the point (..., 2, 3), px per mm; by the parameters (..., 2, p), px per
-        unit of each, in the order of :attr:`parameters`. NaN as in :meth:`project`.
+        Pixels (..., 2); derivatives by the point (..., 2, 3), px per mm; derivatives by the
+        parameters (..., 2, p), px per unit of each, in the order of :attr:`parameters`. NaN as in
+        :meth:`project`.
         """
         points, shape = _arrays.rows(points_in_camera, 3, "points_in_camera")
         pixels, by_point, by_parameters = self._native.project_with_jacobians(points)
@@ -233,17 +243,17 @@ class Camera:
         )
 
     def unproject(self, pixels: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Find the rays, in the last medium, of all points that are seen at pixels.
+        """Compute the rays of pixels, in the last medium.
 
         Parameters
         ----------
         pixels
-            (..., 2): column and row, px.
+            Column and row, (..., 2), px.
 
         Returns
         -------
-        Origins (..., 3), mm: on the interface, or the lens's centre without one; and directions
-        (..., 3), unit length, away from the camera. NaN where the lens shows nothing.
+        Origins (..., 3), mm: on the interface, or the lens's centre without one. Directions
+        (..., 3): unit length, away from the camera. NaN where a pixel has no ray.
 
         >>> import fabkit
         >>> camera = fabkit.load("rtac0").camera

@@ -1,4 +1,4 @@
-"""What ``fabkit check`` finds."""
+"""Results of ``fabkit check``."""
 
 from __future__ import annotations
 
@@ -14,34 +14,34 @@ def __dir__() -> list[str]:
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong, or worth knowing."""
+    """An error, warning or note that a rule found in a design."""
 
     rule: str
-    """For example ``interference``."""
+    """Name of the rule, for example ``interference``."""
     severity: str
     """``error``, ``warning`` or ``note``."""
     message: str
-    """What."""
+    """The problem, in a sentence."""
     fix: str
-    """What to do about it."""
+    """The remedy."""
     step: str | None = None
-    """The step of the chain, if it is about one."""
+    """Name of the affected build step, if any."""
     assembly: str | None = None
-    """The assembly, if it is about one."""
+    """Name of the affected assembly, if any."""
     bodies: list[str] = field(default_factory=lambda: list[str]())
-    """The bodies it is about."""
+    """Names of the affected bodies."""
     place_mm: tuple[float, float, float] | None = None
-    """Where, assembly frame, mm."""
+    """Position in the assembly frame, mm."""
     value: float | None = None
-    """As measured, in ``unit``."""
+    """Measured value, in ``unit``."""
     limit: float | None = None
-    """As allowed, in ``unit``."""
+    """Allowed value, in ``unit``."""
     unit: str | None = None
-    """Of value and limit."""
+    """Unit of ``value`` and ``limit``."""
 
 
 class CheckReport:
-    """Everything that the rules found; true if nothing stands in the way of building it.
+    """All findings for a design. True if it has no errors and can be built.
 
     >>> import fabkit
     >>> report = fabkit.load("tactip").check()
@@ -51,17 +51,17 @@ class CheckReport:
 
     def __init__(self, document: dict[str, Any]) -> None:
         self.document = document
-        """As ``fabkit check --json`` prints it: ``fabkit-check`` version 1."""
+        """Report as ``fabkit check --json`` prints it: ``fabkit-check`` version 1."""
         fields = Finding.__dataclass_fields__
         self.findings = [
             Finding(**{name: finding.get(name) for name in fields})
             for finding in document["findings"]
         ]
-        """In the order of the rules."""
+        """All findings, in the order of the rules."""
 
     @property
     def errors(self) -> list[Finding]:
-        """Findings that stand in the way."""
+        """Findings that prevent building the design."""
         return [finding for finding in self.findings if finding.severity == "error"]
 
     def __bool__(self) -> bool:

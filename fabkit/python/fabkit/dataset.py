@@ -1,4 +1,4 @@
-"""Data sets of ``fabkit dataset``: training targets for all combinations of two half presses."""
+"""Data sets of ``fabkit dataset``: ground truth for all combinations of two half presses."""
 
 from __future__ import annotations
 
@@ -37,30 +37,30 @@ _SPLITS = ("train", "validation", "test", "mixed")
 
 
 class Dataset:
-    """Samples, each of a left and a right half; see :func:`open`.
+    """Samples, each stitched from a left and a right half; see :func:`open`.
 
-    Nothing is read before it is asked for, and nothing stays open, so that processes that a
-    training starts can share it. Samples that were written (``--materialise``) are read as they
-    are; others are stitched from their halves, which gives the same. What is read is compared with
-    its checksums; damage is an error that names the file.
+    Samples are read at access, and no file stays open, so the worker processes of a training can
+    share it. Stored samples (``--materialise``) are read as they are; others are stitched from
+    their halves, with the same result. Everything that is read is compared with its checksum; a
+    damaged file is an error that names it.
     """
 
     def __init__(self, folder: str | PathLike[str], split: Split | None = None) -> None:
         self.folder = Path(folder)
-        """Where it is."""
+        """Folder of the data set."""
         if split is not None and split not in _SPLITS:
             raise invalid(f"there is no split `{split}`", f"known: {', '.join(_SPLITS)}")
         self.split = split
         """``train``, ``validation``, ``test``, ``mixed``, or ``None`` for all."""
         files = _fabkit.DatasetReader(os.fspath(folder))
         self.about: dict[str, Any] = json.loads(files.document())
-        """Everything that ``dataset.json`` says: sensor, camera, units, frames, patterns, files."""
+        """Content of ``dataset.json``: sensor, camera, units, frames, patterns, files."""
         rows = list(csv.DictReader(files.content("samples.csv").decode().splitlines()))
         chosen = [(i, row) for i, row in enumerate(rows) if split in (None, row["split"])]
         self.halves = np.array(
             [(int(row["left_half"]), int(row["right_half"])) for _, row in chosen], dtype=np.int64
         ).reshape(-1, 2)
-        """The half on the left and the one on the right of each sample, (n, 2) int64."""
+        """Numbers of each sample's left and right half, (n, 2) int64."""
         self._stored = [i for i, _ in chosen]
         written: bool = self.about["materialised"]
         group = "samples" if written else "halves"
@@ -70,8 +70,8 @@ class Dataset:
         self._materialised = written
         with np.load(io.BytesIO(files.content("reference.npz"))) as reference:
             self.reference: dict[str, NDArray[Any]] = dict(reference)
-        """Without contact: ``range_mm``, points, normals; ``is_left`` and ``is_right`` of the
-        seam."""
+        """Maps without contact: ``range_mm``, points, normals; and the masks ``is_left`` and
+        ``is_right`` of the two sides of the seam."""
 
     def __repr__(self) -> str:
         kind = "materialised" if self._materialised else "stitched when read"
@@ -94,20 +94,20 @@ class Dataset:
     def __getitem__(
         self, index: SupportsIndex | slice | Sequence[int] | NDArray[Any]
     ) -> dict[str, NDArray[Any]] | Dataset:
-        """Read a sample, or choose several: ``data[10:20]``, ``data[::2]``, ``data[[3, -1]]``.
+        """Read a sample, or select several: ``data[10:20]``, ``data[::2]``, ``data[[3, -1]]``.
 
         Returns
         -------
-        Of a number, counted from the end if it is negative: ``indentation_mm`` (rows, columns)
-        float32, mm: range without contact minus range with it; ``label`` (rows, columns) uint8: 0
-        no surface or seam, 1 surface, from 2 on what presses; and, with captures, ``image`` (rows,
-        columns, channels) uint8. Of a slice, a list of numbers or an array of booleans: a data set
-        of these samples, of which nothing is read yet.
+        For a number, which counts from the end if it is negative, a dictionary of arrays:
+        ``indentation_mm`` (rows, columns) float32, mm: range without contact minus range with it;
+        ``label`` (rows, columns) uint8: 0 no surface or seam, 1 surface, from 2 on the indenters;
+        and, with captures, ``image`` (rows, columns, channels) uint8. For a slice, a list of
+        numbers or an array of booleans: a data set of these samples, which are not read yet.
 
         Raises
         ------
         IndexError
-            No such sample.
+            The data set has no such sample.
         """
         if isinstance(index, slice):
             return self._chosen(range(len(self))[index])
@@ -121,7 +121,7 @@ class Dataset:
             return np.flatnonzero(index).tolist()
         if index.ndim != 1 or (index.size and index.dtype.kind not in "iu"):
             wanted = f"whole numbers, or {len(self)} booleans"
-            raise invalid(f"samples are chosen by an array of {index.dtype}; it must be {wanted}")
+            raise invalid(f"the index array has the dtype {index.dtype}; it must hold {wanted}")
         return [self._place(int(place)) for place in index]
 
     def _place(self, index: int) -> int:
@@ -136,7 +136,10 @@ class Dataset:
         return part
 
     def range_mm(self, index: int) -> NDArray[np.float64]:
-        """Distance along each pixel's ray, (rows, columns) float64, mm; NaN where none ends."""
+        """Compute the range along each pixel's ray, (rows, columns) float64, mm.
+
+        NaN where the ray does not meet the surface.
+        """
         indentation_mm = self._read(self._arrays["indentation_mm"], self._place(index))
         return self.reference["range_mm"] - indentation_mm
 
@@ -144,7 +147,7 @@ class Dataset:
         if self._materialised:
             return array.sample(self._stored[index])
         left, right = (array.sample(int(half)) for half in self.halves[index])
-        # Pictures have a third axis.
+        # Images have a third axis, for channels; the masks then need one of length 1.
         shape = self.reference["is_left"].shape + (1,) * (left.ndim - 2)
         empty = left.dtype.type(0)
         stitched = np.where(self.reference["is_right"].reshape(shape), right, empty)
@@ -157,14 +160,14 @@ def open(folder: str | PathLike[str], split: Split | None = None) -> Dataset:
     Parameters
     ----------
     folder
-        Its folder.
+        Folder of the data set.
     split
-        ``train``, ``validation`` or ``test``, which share no pattern, or ``mixed``: samples of
-        patterns that are for different things; ``None`` for all.
+        ``train``, ``validation`` or ``test``, which share no pattern; or ``mixed``: samples whose
+        two patterns belong to different splits. ``None`` for all.
 
     Raises
     ------
     FabkitError
-        No data set there, an unfinished or a damaged one.
+        The folder holds no data set, or an unfinished or damaged one.
     """
     return Dataset(folder, split)

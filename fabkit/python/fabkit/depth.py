@@ -1,4 +1,4 @@
-"""Ground truth: exactly what a camera sees of a sensor's surface, pressed or not."""
+"""Ground truth: exact depth maps, normals and labels of a sensor's surface, pressed or not."""
 
 from __future__ import annotations
 
@@ -31,60 +31,62 @@ def __dir__() -> list[str]:
 
 @dataclass(frozen=True)
 class Truth:
-    """What a camera sees, pixel by pixel: the arrays of ``fabkit depth -o FILE.npz``.
+    """Ground truth for each pixel of a camera: the arrays of ``fabkit depth -o FILE.npz``.
 
-    Maps are rows x columns; NaN where no surface is seen.
+    Maps are rows x columns; NaN where the pixel does not see the surface.
     """
 
     range_mm: NDArray[np.float64]
-    """Distance along each pixel's ray, mm."""
+    """Distance along each pixel's ray, mm, from the last refraction to the surface."""
     z_mm: NDArray[np.float64]
-    """Third coordinate in the camera frame, mm."""
+    """Depth map: z in the camera frame, mm."""
     point_in_sensor: NDArray[np.float64]
-    """Where each ray ends, sensor frame, mm: rows x columns x 3."""
+    """Surface point that each pixel sees, sensor frame, mm: rows x columns x 3."""
     normal_in_sensor: NDArray[np.float64]
     """Unit normals out of the gel, sensor frame: rows x columns x 3."""
     label: NDArray[np.uint16]
-    """What each pixel sees: an index into ``label_names``."""
+    """Label of each pixel: an index into ``label_names``."""
     indentation_mm: NDArray[np.float64]
-    """Range without contact minus range with it, mm: at least 0, but where elastic layers bulge."""
+    """Range without contact minus range with it, mm; negative only where elastic layers bulge."""
     contact: NDArray[np.bool_]
-    """Whether each pixel sees what presses."""
+    """True where the pixel sees the contact with an indenter."""
     incidence_rad: NDArray[np.float64]
     """Angle between ray and normal, rad."""
     sigma_mm: NDArray[np.float64]
-    """Standard deviation of the range, mm. A range begins where its ray was bent last: it may err
-    by far more than the point at its end does."""
+    """Standard deviation of ``range_mm``, mm. A range starts at the last refraction of its ray, so
+    it can be far less certain than the surface point at its end."""
     point_sigma_mm: NDArray[np.float64]
-    """Standard deviation of ``point_in_sensor``, root of the sum of squares over x, y, z, mm."""
+    """Standard deviation of ``point_in_sensor``, mm: root of the sum of squares over x, y, z."""
     indentation_sigma_mm: NDArray[np.float64]
-    """Standard deviation of ``indentation_mm``, for presses that are where they are said to be."""
+    """Standard deviation of ``indentation_mm``, mm, if the indenters are exactly in their
+    places."""
     normal_sigma_rad: NDArray[np.float64]
-    """Standard deviation of ``normal_in_sensor``, by position: how much it turns between what is
-    shown and what should be, rad."""
+    """Standard deviation of ``normal_in_sensor``, rad: how much the normal turns within the
+    uncertainty of the surface point's position."""
     label_names: list[str]
-    """``none``, ``surface``, then what presses."""
+    """Names of labels: ``none``, ``surface``, then the indenters."""
     seen_by: NDArray[np.uint8]
-    """What of the sensor each pixel sees, contact or not: an index into ``seen_by_names``."""
+    """Body of the sensor that each pixel sees, contact or not: an index into ``seen_by_names``."""
     seen_by_names: list[str]
-    """``nothing``, ``surface``, then the sensor's bodies, and ``total reflection``."""
+    """Names for ``seen_by``: ``nothing``, ``surface``, then the sensor's bodies, and ``total
+    reflection``."""
     elastic: dict[str, Any] | None = None
-    """In linear contact, what the layers answer: ``force_n``, ``moment_nmm``, ``bulge_mm`` and
-    what they rest on, as in ``fabkit depth --json``; ``against_rigid``, how far ranges are from
-    those of rigid contact; simulated."""
+    """Elastic response in linear contact, simulated: ``force_n``, ``moment_nmm``, ``bulge_mm`` and
+    their assumptions, as in ``fabkit depth --json``; ``against_rigid`` is the difference of the
+    ranges to those of rigid contact. ``None`` for other contact models."""
 
     def arrays(self) -> dict[str, NDArray[np.generic] | list[str]]:
-        """All maps by name, for example for ``numpy.savez``."""
+        """Return all maps and names by name, for example for ``numpy.savez``."""
         names = [field.name for field in fields(self) if field.name != "elastic"]
         return {name: getattr(self, name) for name in names}
 
     def picture(self, show: str = "indentation_mm") -> bytes:
-        """Draw a map with a colour for each value and a scale beside it: PNG.
+        """Draw a map in false colours, with a scale beside it; return a PNG file's content.
 
         Parameters
         ----------
         show
-            ``range_mm``, ``z_mm``, ``indentation_mm``, ``incidence_rad``, ``sigma_mm``,
+            The map: ``range_mm``, ``z_mm``, ``indentation_mm``, ``incidence_rad``, ``sigma_mm``,
             ``point_sigma_mm`` or ``indentation_sigma_mm``.
         """
         return _fabkit.false_color(_arrays.numbers(getattr(self, show), show))
@@ -95,48 +97,50 @@ class Truth:
 
 @dataclass(frozen=True)
 class Captured:
-    """The picture that a camera would take, simulated: what ``fabkit capture`` writes."""
+    """A simulated capture: what ``fabkit capture`` writes."""
 
     grey: NDArray[np.float64]
-    """Grey values from 0 to 255, not rounded: rows x columns, and red, green, blue where there
-    are colours."""
+    """Intensities from 0 to 255, not rounded: rows x columns, or rows x columns x 3 (red, green,
+    blue) for a colour camera."""
     truth: Truth
-    """What it shows."""
+    """Ground truth of the same view."""
     document: dict[str, Any]
-    """All that ``fabkit capture --json`` says: constants with their sources, what is left out."""
+    """Output of ``fabkit capture --json``: constants with their sources, and what the simulation
+    leaves out."""
 
 
 @dataclass(frozen=True)
 class _PoseText:
-    """The content of a pose file: what travels to other processes."""
+    """Content of a pose file; a scene sends it to other processes in place of the file."""
 
     text: str
 
 
 class Scene(Cast, Capture):
-    """A sensor's surface and the camera that looks at it.
+    """A sensor's surface and a camera that looks at it, for any number of presses.
 
     Parameters
     ----------
     sensor
         A sensor, or the name of one.
     camera
-        A camera or the path of a camera file; without it, the one that belongs to ``pose``, else
-        the nominal lens.
+        A camera or the path of a camera file. Default: the one that belongs to ``pose``, else the
+        design's lens.
     pose
         A pose file, the result of :func:`fabkit.calibrate.extrinsics`, or ``camera_from_sensor``,
-        (4, 4), mm; without it, where the design puts the camera.
+        (4, 4), mm. Default: the camera's pose in the design.
     pose_covariance
-        (6, 6), a small rotation about the camera's axes through the sensor's origin, rad, then the
-        translation, mm; instead of what ``pose`` says, and taken for independent of the camera.
+        Covariance of the pose, (6, 6): a small rotation about the camera's axes through the
+        sensor's origin, rad, then the translation, mm. It replaces that of ``pose`` and counts as
+        independent of the camera.
     unit
-        Number of a unit of the design, as for ``fabkit capture --unit``: its parts, camera, lamps
-        and layers differ from the drawing as tolerances let them. Simulated.
+        Number of a unit of the design, as for ``fabkit capture --unit``: its parts, camera, light
+        sources and layers differ from the design within their tolerances. Simulated.
 
     Raises
     ------
     FabkitError
-        Files with faults, a matrix that is no rigid motion, a camera that sees nothing of the
+        A file has errors, a matrix is not a rigid motion, or the camera sees nothing of the
         surface.
     """
 
@@ -152,7 +156,7 @@ class Scene(Cast, Capture):
         if unit is not None and not 0 <= unit < 1 << 64:
             raise invalid(f"unit is {unit}; it must be a number from 0 to 2^64 - 1")
         self.sensor = load(sensor) if isinstance(sensor, str) else sensor
-        """Whose surface is seen."""
+        """The sensor whose surface the camera sees."""
         covariance = pose_covariance
         pose_file: str | None = None
         text: _PoseText | None = None
@@ -187,14 +191,14 @@ class Scene(Cast, Capture):
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # To another process of the same machine, or one that sees the same files.
+        # For another process, possibly in another folder: paths become absolute.
         there = [os.path.abspath(x) if isinstance(x, str) else x for x in self._given]
         return (_scene, (self.sensor, *there, self._size_px, self._unit))
 
     def resized(self, width_px: int, height_px: int) -> Scene:
-        """See the same in another number of pixels: for simulators and networks.
+        """Return a scene with the same view and another number of pixels.
 
-        Rays are bent as before. How sure camera and pose are is not carried over.
+        Refraction stays the same. The covariances of camera and pose are dropped.
 
         >>> import fabkit
         >>> scene = fabkit.depth.Scene("rtac0").resized(160, 120)
@@ -208,31 +212,31 @@ class Scene(Cast, Capture):
 
     @property
     def camera(self) -> Camera:
-        """The camera that looks; a lens alone, whose rays drawn bodies bend, says so."""
+        """Camera of the scene; its ``interface`` is ``drawn`` if the design refracts its rays."""
         return Camera(self._native.camera())
 
     @property
     def sensor_from_camera(self) -> NDArray[np.float64]:
-        """Camera frame to sensor frame, (4, 4), mm."""
+        """Pose of the camera: camera frame to sensor frame, (4, 4), mm."""
         return self._native.sensor_from_camera()
 
     @property
     def sigma_of(self) -> str:
-        """What :attr:`Truth.sigma_mm` contains, for example ``pose, lens, interface, shape``.
+        """Sources of error in :attr:`Truth.sigma_mm`, for example ``pose, lens, interface, shape``.
 
-        Pose and camera err together, and count so, if the pose says it and the camera is the one
-        it was solved with; else this ends in ``pose and camera as if independent``.
+        The joint covariance of pose and camera is used if the pose has one and the camera is the
+        one it was solved with. Otherwise this ends in ``pose and camera as if independent``.
         """
         return self._native.sigma_of()
 
     @property
     def sigma_parameters(self) -> list[str]:
-        """Names of the parameters whose variances are in :attr:`Truth.sigma_mm`."""
+        """Names of the parameters whose variances :attr:`Truth.sigma_mm` includes."""
         return self._native.sigma_parameters()
 
     @property
     def coverage(self) -> float:
-        """Share of the surface's area that the camera sees, 0 to 1."""
+        """Fraction of the surface's area that the camera sees, 0 to 1."""
         return self._native.coverage()[0]
 
     def _see(self, presses: list[str], options: dict[str, Any]) -> Truth:

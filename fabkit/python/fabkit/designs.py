@@ -1,4 +1,4 @@
-"""Sensors and the fixtures that calibrate them."""
+"""Sensors and their calibration fixtures."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def __dir__() -> list[str]:
 
 
 def sensors() -> list[str]:
-    """Names of the built-in sensors.
+    """List the names of the built-in sensors.
 
     >>> import fabkit
     >>> "rtac0" in fabkit.sensors()
@@ -62,7 +62,7 @@ def load(
     fix: bool = False,
     **values: object,
 ) -> Sensor:
-    """Read a sensor: a built-in one by name, or a YAML file.
+    """Load a sensor: a built-in one by name, or a YAML file.
 
     Parameters
     ----------
@@ -74,15 +74,16 @@ def load(
     preset
         A built-in variant: ``load("rtac0", preset="published-2025")``.
     fix
-        Keep what is given here and in the file, and change what fabkit has chosen, as little as
-        possible, until all fits; see :attr:`Sensor.changes`.
+        Keep the values that are given here and in the file, and change those that fabkit has
+        chosen, as little as possible, until the design can be built; see :attr:`Sensor.changes`.
     values
-        The same as overrides, with two underscores for a dot: ``coat__thickness="0.1 mm"``.
+        The same as ``overrides``, with two underscores for a dot: ``coat__thickness="0.1 mm"``.
 
     Raises
     ------
     FabkitError
-        No such sensor, preset or parameter; values that cannot be, all of them at once.
+        The sensor, preset or a parameter does not exist, or values are impossible; all errors are
+        reported at once.
 
     >>> import fabkit
     >>> sensor = fabkit.load("rtac0", coat__thickness="0.1 mm")
@@ -110,45 +111,45 @@ class Step:
     """One step of building a design."""
 
     name: str
-    """Unique within the design."""
+    """Name of the step, unique within the design."""
     instruction: str
-    """What to do."""
+    """Instruction for the builder."""
     action: str
     """``make``, ``prepare``, ``assemble``, ``bond``, ``spray``, ``pour`` or ``demold``."""
     assembly: str | None
-    """Where it happens, for example ``translucent-mold``."""
+    """Assembly in which the step takes place, for example ``translucent-mold``."""
     bodies: list[str]
-    """The bodies it is about."""
+    """Names of the bodies that the step handles."""
     batch: dict[str, Any] | None
-    """What to mix: ``layer``, ``volume_mm3``, ``components`` with ``name`` and ``mass_g``."""
+    """Mixture to prepare: ``layer``, ``volume_mm3``, ``components`` (``name`` and ``mass_g``)."""
     during: str | None
-    """The earlier step whose cure is waited for meanwhile."""
+    """Name of an earlier step; this one is done while that one cures."""
     adjust: list[str]
-    """What is set right in it: lenses that are focused."""
+    """Names of components to adjust in this step, such as lenses to focus."""
     cure: dict[str, float] | None
-    """How it hardens: ``hours``, ``celsius``."""
+    """Curing conditions: ``hours``, ``celsius``."""
     remove: list[str]
-    """The tools that come off."""
+    """Names of the tools to remove."""
     source: str
-    """Where that is described."""
+    """Publication or data sheet that describes the step."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """A value that gave way so that a design can be built."""
+    """A parameter that :func:`load` changed so that the design can be built."""
 
     path: str
-    """For example ``tube.wall``."""
+    """Path of the parameter, for example ``tube.wall``."""
     before: str
-    """What fabkit had chosen."""
+    """Value that fabkit had chosen."""
     value: str
-    """What it is now."""
+    """New value."""
     because: str
-    """Which rule is broken without it."""
+    """Rule that the old value breaks."""
 
 
 class Design:
-    """A kit of parts: a sensor, or a fixture made for one."""
+    """A kit of parts: a sensor, or a fixture that is made for one."""
 
     def __init__(self, native: _fabkit.Design) -> None:
         self._native = native
@@ -160,19 +161,19 @@ class Design:
             return Named(kind, list(bodies), lambda name: Body(native, bodies[name]))
 
         self.parts = of("part")
-        """What is made from a file, by name."""
+        """Parts, which are made from a file, by name."""
         self.layers = of("layer")
-        """What is poured or sprayed, by name."""
+        """Layers, which are poured or sprayed, by name."""
         self.components = of("component")
-        """What is bought, by name."""
+        """Components, which are bought, by name."""
         parameters = {entry["path"]: Parameter(**entry) for entry in about["parameters"]}
         self.parameters = Named("parameter", list(parameters), parameters.__getitem__)
-        """Everything that shapes it, by path."""
+        """All parameters of the design, by path."""
         self.values = Section(self.parameters)
-        """Their values by attribute: ``design.values.surface.radius``."""
+        """Values of the parameters by attribute: ``design.values.surface.radius``."""
 
     def __getattr__(self, name: str) -> Any:
-        # Sections of parameters, where nothing else has the name.
+        # Called only if no attribute has the name: `sensor.coat` is `sensor.values.coat`.
         if name.startswith("_") or name == "values":
             raise AttributeError(f"{type(self).__name__} has no attribute {name}")
         return getattr(self.values, name)
@@ -198,32 +199,32 @@ class Design:
 
     @property
     def name(self) -> str:
-        """For example ``rtac0`` or ``rtac0-pin-dome``."""
+        """Name of the design, for example ``rtac0`` or ``rtac0-pin-dome``."""
         return self._about["name"]
 
     @property
     def title(self) -> str:
-        """For people."""
+        """Title of the design, for reports."""
         return self._about["title"]
 
     @property
     def reference(self) -> str:
-        """The publication it comes from."""
+        """Publication that the design follows."""
         return self._about["reference"]
 
     @property
     def design_hash(self) -> str:
-        """BLAKE3, in hex, of everything that shapes it: what its files carry."""
+        """BLAKE3 hash, in hex, over fabkit's version and all parameters; it is in all exports."""
         return self._about["design_hash"]
 
     @property
     def derived(self) -> dict[str, str]:
-        """What follows from the parameters, with units."""
+        """Quantities that are derived from the parameters, by name, with units."""
         return {entry["name"]: entry["written"] for entry in self._about["derived"]}
 
     @property
     def chain(self) -> list[Step]:
-        """How it is built, step by step: what ``fabkit show --chain`` prints.
+        """Build steps in order, as ``fabkit show --chain`` prints them.
 
         >>> import fabkit
         >>> pours = [step for step in fabkit.load("rtac0").chain if step.action == "pour"]
@@ -234,12 +235,12 @@ class Design:
 
     @property
     def bought(self) -> list[Body]:
-        """What is bought for it, with ``quantity`` and, in ``summary``, what to order."""
+        """Components to buy, with ``quantity`` and, in ``summary``, the product to order."""
         return list(self.components.values())
 
     @property
     def files(self) -> dict[str, bytes]:
-        """What comes with it besides the files of its parts, by name: landmarks, boards, guides."""
+        """Content of additional files by name: landmarks, boards, guides; no files of parts."""
         return dict(self._native.companions())
 
     def picture(
@@ -251,34 +252,38 @@ class Design:
         section: bool = False,
         view: str | tuple[float, float] | None = None,
     ) -> bytes:
-        """Draw an assembly from the exact geometry: PNG. What is poured in stands as it is poured.
+        """Draw an assembly from its exact geometry; return a PNG file's content.
+
+        Poured layers have the pose in which they are poured.
 
         Parameters
         ----------
         size_px
-            Width and height.
+            Width and height of the image, px.
         assembly
-            Which one; without it, the sensor itself, or the first of a fixture.
+            Name of the assembly. Default: the sensor itself, or a fixture's first assembly.
         exploded
-            Pulled apart.
+            Pull the bodies apart.
         section
-            Without the half nearer to the viewer; without `view`, that before the x-z plane.
+            Cut away the half nearer to the viewer; without ``view``, the half in front of the x-z
+            plane.
         view
-            From where: ``"front"``, ``"back"``, ``"left"``, ``"right"``, ``"top"``, ``"bottom"``,
-            or azimuth from +x and elevation in degrees, ``(30, 20)``; else a corner above.
+            Viewing direction: ``"front"``, ``"back"``, ``"left"``, ``"right"``, ``"top"``,
+            ``"bottom"``, or azimuth from +x and elevation in degrees, ``(30, 20)``. Default: from
+            a corner above.
 
         Raises
         ------
         FabkitError
-            No such assembly or side; a picture that is too large.
+            The assembly or view does not exist, or the image is too large.
         """
         seen_from = _arrays.view(view)
         return self._native.picture(None, assembly, exploded, section, seen_from, size_px)
 
     def page(self) -> str:
-        """Make one HTML page with a model to turn, cut and take apart; it needs no network.
+        """Create an HTML page with a 3D model to rotate, cut and take apart; it works offline.
 
-        In a notebook, this is what a sensor or a fixture shows as.
+        Notebooks show this page for a sensor or a fixture.
 
         >>> import fabkit
         >>> fabkit.load("rtac0").page().startswith("<!DOCTYPE html>")
@@ -304,53 +309,55 @@ class Design:
         force: bool = False,
         progress: Progress = None,
     ) -> dict[str, Any]:
-        """Write files as ``fabkit export`` does, byte for byte: all of them, or none.
+        """Write the design's files, all or none, with the same bytes as ``fabkit export``.
 
         Parameters
         ----------
         folder
-            Where; it is made if it is missing.
+            Folder to write to; it is created if it does not exist.
         parts
-            Names of parts, layers or components; none is all parts.
+            Names of parts, layers or components. Default: all parts.
         formats
-            Of ``stl``, ``3mf``, ``dxf``, ``svg``, ``png``, ``tree``, ``step``, ``glb``, ``gerber``,
-            ``light``, ``msh``, ``vtk``; and for robots, of a whole sensor, ``urdf``, ``mjcf``,
-            ``sdf``.
+            Any of ``stl``, ``3mf``, ``dxf``, ``svg``, ``png``, ``tree``, ``step``, ``glb``,
+            ``gerber``, ``light``, ``msh``, ``vtk``; and of a whole sensor, for robots, ``urdf``,
+            ``mjcf``, ``sdf``.
         tolerance_mm
             Largest distance between triangles and the exact surface; as all lengths, a number of
             mm, or text with a unit, ``"10 um"``.
         edge_mm
-            Length of the edges of tetrahedra in ``msh`` and ``vtk``; 0.5 mm if not said.
+            Edge length of the tetrahedra in ``msh`` and ``vtk``. Default: 0.5 mm.
         nominal
-            Leave out what makes up for shrinkage, kerf and printer.
+            Leave out the compensation of shrinkage, kerf and printer.
         process
-            A printer's profile, as ``fabkit profile`` writes it, for parts of its process and
-            material.
+            Path of a printer's profile, as ``fabkit profile`` writes it; it applies to parts of
+            its process and material.
         process_for_any_material
-            Apply the profile to parts of other materials too, where the process is the same.
+            Apply the profile to parts of other materials too, if the process is the same.
         bed_mm, stock_mm
-            Width and depth of the printer's bed, of sheets to cut from, mm.
+            Width and depth of the printer's bed, and of the sheets to cut from, mm.
         kerf_mm
             Width of the laser's cut, mm.
         clean
-            Remove what the folder's manifest lists and this export does not write, if nobody has
-            changed it since.
+            Remove files that the folder's manifest lists and this export does not write, unless
+            they were changed since.
         force
             Replace also files that were changed since fabkit wrote them, or that it did not write.
         progress
-            ``False`` for none, or a function of ``(done, all)``; else a bar if tqdm is installed.
+            ``False`` for none, or a function of ``(done, total)``. Default: a bar if tqdm is
+            installed.
 
         Returns
         -------
-        The manifest: parts, files, volumes, hashes; what an earlier export of the same design left
-        is in it.
+        The manifest: parts, files, volumes, hashes; it also lists the remaining files of earlier
+        exports of the same design.
 
         Raises
         ------
         FabkitError
-            Unknown parts and formats; what cannot be made; files that cannot be written.
+            A part or format is unknown, a part cannot be made in a format, or a file cannot be
+            written.
         KeyboardInterrupt
-            Nothing was written then.
+            The export was interrupted; nothing was written.
         """
         with shown(progress, f"export {self.name}") as tell:
             exported = self._native.exported(
@@ -372,26 +379,27 @@ class Design:
 
 
 class Fixture(Design):
-    """Calibration hardware made for a sensor."""
+    """Calibration hardware for a sensor."""
 
     def __init__(self, project: _fabkit.Project, key: str) -> None:
         super().__init__(project.fixture(key))
         self._project = project
         self.key = key
-        """For example ``pin-dome``."""
+        """Name of the fixture without the sensor's, for example ``pin-dome``."""
 
     def check(self) -> CheckReport:
-        """Apply the rules for any kit of parts, and the fixture's own."""
+        """Check the fixture by the rules for all designs and by those for its kind."""
         return CheckReport(json.loads(self._project.check(self.key)))
 
     @property
     def landmarks(self) -> NDArray[np.void]:
-        """Where pins touch the sensor: what the solver reads, as a structured array.
+        """Points where pins touch the sensor: a structured array.
 
         One row for each hole and kind of pin. Fields: ``hole`` (uint32, from 1), ``kind`` (text),
         and in the sensor frame ``tip_centre_in_sensor_mm``, ``contact_in_sensor_mm`` (3 x float64,
-        mm) and ``axis_in_sensor`` (3 x float64, unit length: the way the pin is pushed). Empty for
-        fixtures without pins.
+        mm) and ``axis_in_sensor`` (3 x float64, unit length: the direction in which the pin is
+        pushed). Empty for fixtures without pins. :func:`fabkit.calibrate.extrinsics` uses these
+        points.
 
         >>> import fabkit
         >>> landmarks = fabkit.load("rtac0").fixtures["pin-dome"].landmarks
@@ -410,7 +418,7 @@ class Fixture(Design):
 
 
 class Sensor(Design):
-    """A sensor, from its description.
+    """A sensor design.
 
     >>> import fabkit
     >>> sensor = fabkit.load("rtac0")
@@ -428,21 +436,21 @@ class Sensor(Design):
         self._project = project
         self._changes = changes
         self.source = source
-        """The name or path that it was loaded from."""
+        """Name or path that the sensor was loaded from."""
         names = project.fixture_names()
         self.fixtures = Named("fixture", names, lambda name: Fixture(project, name))
-        """Calibration hardware, by name; each is designed when it is first asked for."""
+        """Calibration fixtures by name; each is designed at its first access."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # To another process of the same machine, or one that sees the same files.
+        # For another process, possibly in another folder: it loads the sensor again.
         if self._changes is None:
-            raise TypeError("a variant of a sweep cannot be sent; send its plan and number")
+            raise TypeError("a variant of a sweep cannot be pickled; send its plan and its number")
         is_file = self.source not in sensors()
         return (_loaded, (os.path.abspath(self.source) if is_file else self.source, *self._changes))
 
     @property
     def changes(self) -> list[Change]:
-        """What gave way so that it can be built, where :func:`load` was asked to fix it.
+        """Changes that :func:`load` made with ``fix=True`` so that the sensor can be built.
 
         >>> import fabkit
         >>> fabkit.load("rtac0", surface__radius="20 mm", fix=True).changes
@@ -452,7 +460,7 @@ class Sensor(Design):
 
     @property
     def family(self) -> str:
-        """What kind of sensor its file describes, for example ``dome``.
+        """Name of the sensor's family, for example ``dome``.
 
         >>> import fabkit
         >>> fabkit.load("9dtact").family
@@ -462,31 +470,31 @@ class Sensor(Design):
 
     @property
     def camera(self) -> Camera:
-        """The camera as designed, before any calibration: a lens, whose rays drawn bodies bend."""
+        """Nominal camera: the lens alone; the design's bodies refract its rays."""
         return Camera(self._project.camera())
 
     @property
     def sensor_from_camera(self) -> NDArray[np.float64]:
-        """Camera frame to sensor frame as designed: (4, 4), mm."""
+        """Nominal pose of the camera: camera frame to sensor frame, (4, 4), mm."""
         return self._project.sensor_from_camera()
 
     @property
     def presses(self) -> list[str]:
-        """IDs of the presses whose places are known, for :func:`fabkit.depth.cast`.
+        """IDs of the presses at fixed poses, for :func:`fabkit.depth.cast`.
 
-        Each with ``-flipped`` after it is the same after half a turn; indenters are placed by an ID
-        such as ``hemisphere@30deg,120deg,1.2mm``.
+        With ``-flipped`` appended, an ID is the same press after half a turn. Indenters at any
+        pose have an ID such as ``hemisphere@30deg,120deg,1.2mm``.
         """
         return self._project.presses()
 
     def replace(self, overrides: Mapping[str, object] | None = None, **values: object) -> Sensor:
-        """Make the same sensor with other values; everything else stays as it was given.
+        """Return a copy of the sensor with some parameters changed.
 
         Parameters
         ----------
         overrides, values
-            As for :func:`load`. A number in place of a length or an angle is in the unit of the
-            parameter.
+            As for :func:`load`. A plain number for a length or an angle is in the parameter's
+            unit.
 
         Raises
         ------
@@ -507,6 +515,7 @@ class Sensor(Design):
         return Sensor(self._project.replaced(listed), self.source, again)
 
     def _with_unit(self, path: str, value: object) -> object:
+        """Append the parameter's unit to a plain number."""
         parameter = self.parameters.get(path)
         is_number = isinstance(value, int | float | np.integer | np.floating)
         is_number = is_number and not isinstance(value, bool)
@@ -514,15 +523,15 @@ class Sensor(Design):
         return f"{as_yaml(path, value)} {unit}" if is_number and unit else value
 
     def check(self) -> CheckReport:
-        """Check that it can be built: overlaps, molds, trapped air, demolding."""
+        """Check that the sensor can be built: overlaps, molds, trapped air, demolding."""
         return CheckReport(json.loads(self._project.check(None)))
 
 
 def check(design: Sensor | Fixture | str) -> CheckReport:
-    """Check a design: the same as ``design.check()``; a name is loaded first."""
+    """Check a design as ``design.check()`` does; a name is loaded first."""
     return (load(design) if isinstance(design, str) else design).check()
 
 
 def export(design: Design | str, folder: str | PathLike[str], **options: Any) -> dict[str, Any]:
-    """Write a design's files: the same as ``design.export(...)``; a name is loaded first."""
+    """Write a design's files as ``design.export(...)`` does; a name is loaded first."""
     return (load(design) if isinstance(design, str) else design).export(folder, **options)

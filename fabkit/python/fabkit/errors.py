@@ -1,4 +1,4 @@
-"""What fabkit raises: the command's codes and messages; hints name arguments instead of options."""
+"""Exceptions, with the command's codes and messages; hints name arguments instead of options."""
 
 from __future__ import annotations
 
@@ -17,32 +17,32 @@ def __dir__() -> list[str]:
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong."""
+    """One error in an input, with its place and a remedy."""
 
     message: str
-    """What, with the value and its limit."""
+    """The error, with the value and its limit."""
     hint: str | None = None
-    """What to do about it."""
+    """The remedy."""
     file: str | None = None
-    """The file it is in; built-in files have ``(built-in)`` behind their names."""
+    """Name of the file that contains it; built-in files end in ``(built-in)``."""
     line: int | None = None
-    """From 1."""
+    """Line in the file, from 1."""
     column: int | None = None
-    """From 1."""
+    """Column in the line, from 1."""
     path: str | None = None
-    """The parameter, for example ``surface.radius``."""
+    """Path of the parameter, for example ``surface.radius``."""
     value: str | None = None
-    """As written."""
+    """The value as it was written."""
     code: str = "bad_input"
-    """A short name of the kind of problem, which stays, for example ``out_of_range``."""
+    """Kind of problem, a short name that does not change, for example ``out_of_range``."""
     limit: dict[str, Any] | None = None
-    """What is allowed: ``min``, ``max`` and their ``unit``, or ``choices``."""
+    """Allowed values: ``min``, ``max`` and their ``unit``, or ``choices``."""
     suggestion: dict[str, Any] | None = None
-    """What to write instead: ``path`` and ``value``."""
+    """A value that would be accepted: ``path`` and ``value``."""
 
 
 class FabkitError(Exception):
-    """Anything that fabkit cannot do.
+    """Base class of fabkit's errors.
 
     ``str(error)`` is what the command prints. The attributes ``hint``, ``file``, ``line``,
     ``column``, ``path`` and ``value`` are those of the first of :attr:`problems`.
@@ -67,27 +67,27 @@ class FabkitError(Exception):
         self.code = code
         """``bad-input``, ``limit``, ``io`` or ``bug``; each problem has a ``code`` of its own."""
         self.exit_code = exit_code
-        """What the command leaves with: 2, 3, 4 or 70."""
+        """Exit code of the command: 2, 3, 4 or 70."""
         self.problems = problems or (Problem(text),)
-        """Everything that is wrong, in order; at least one."""
+        """All errors, in order; at least one."""
 
     def __str__(self) -> str:
-        # That of KeyError, a second base of some, is in quotes.
+        # KeyError, a second base of UnknownNameError, would put the text in quotes.
         return str(self.args[0])
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Exceptions travel between processes.
+        # Executors send exceptions between processes; keyword arguments would be lost.
         state = {"code": self.code, "exit_code": self.exit_code, "problems": self.problems}
         return (type(self), (self.args[0],), state)
 
     @property
     def hint(self) -> str | None:
-        """What to do about it."""
+        """Remedy."""
         return self.problems[0].hint
 
     @property
     def file(self) -> str | None:
-        """The file it is in."""
+        """Name of the file that contains the error."""
         return self.problems[0].file
 
     @property
@@ -102,7 +102,7 @@ class FabkitError(Exception):
 
     @property
     def path(self) -> str | None:
-        """The parameter, for example ``surface.radius``."""
+        """Path of the parameter, for example ``surface.radius``."""
         return self.problems[0].path
 
     @property
@@ -112,20 +112,20 @@ class FabkitError(Exception):
 
 
 class InvalidInputError(FabkitError, ValueError):
-    """Unknown names, values out of range, designs that cannot be, arrays of a wrong shape."""
+    """Wrong input: a value out of range, an impossible design, an array of a wrong shape."""
 
 
 class UnknownNameError(InvalidInputError, KeyError):
-    """A name that is not among those that there are."""
+    """Unknown name; the hint suggests the closest one."""
 
 
 def invalid(message: str, hint: str | None = None) -> InvalidInputError:
-    """Make an error found on this side."""
+    """Create an error for an argument that Python code rejects."""
     return InvalidInputError(_with(message, hint), problems=(Problem(message, hint),))
 
 
 def unknown(what: str, name: object, known: list[str]) -> UnknownNameError:
-    """Make an error for a name that is not among those known, with the closest one as a hint."""
+    """Create an error for an unknown name; its hint suggests the closest known one."""
     hint = _fabkit.hint(str(name), known)
     message = f"there is no {what} `{name}`"
     return UnknownNameError(_with(message, hint), problems=(Problem(message, hint),))
@@ -139,7 +139,10 @@ _EXIT_CODES = {"bad-input": 2, "limit": 3, "io": 4, "bug": 70, "interrupted": 13
 
 
 def _of(text: str, code: str, problems: str) -> FabkitError:  # pyright: ignore[reportUnusedFunction]
-    """Make an error of what the native half says: problems as ``--json`` lists them."""
+    """Create an error for the compiled library, which calls this function.
+
+    ``problems`` is JSON text, in the form in which ``--json`` lists problems.
+    """
     kind = InvalidInputError if code == "bad-input" else FabkitError
     told: list[dict[str, Any]] = json.loads(problems)
     listed = tuple(

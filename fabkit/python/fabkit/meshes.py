@@ -23,7 +23,7 @@ def __dir__() -> list[str]:
 
 
 class Mesh:
-    """A closed, oriented triangle mesh, mm, in the frame of the solid that it was made from.
+    """A closed, oriented triangle mesh, mm, in the frame of its body.
 
     >>> import fabkit
     >>> mesh = fabkit.load("rtac0").parts["base"].mesh(tolerance_mm=0.05)
@@ -42,44 +42,44 @@ class Mesh:
 
     @property
     def vertices(self) -> NDArray[np.float64]:
-        """Positions, (n, 3) float64, mm. The mesh's own memory: copy before changing it."""
+        """Vertex positions, (n, 3) float64, mm: the mesh's own memory; copy it before changes."""
         return self._native.vertices()
 
     @property
     def triangles(self) -> NDArray[np.uint32]:
-        """Indices of vertices, (m, 3) uint32, counter-clockwise seen from outside."""
+        """Vertex indices of each triangle, (m, 3) uint32, counter-clockwise seen from outside."""
         return self._native.triangles()
 
     @property
     def leaves(self) -> NDArray[np.uint32]:
-        """For each triangle the index of the part's primitive that it lies on, (m,) uint32."""
+        """Index of the body's primitive on which each triangle lies, (m,) uint32."""
         return self._native.leaves()
 
     @property
     def volume_mm3(self) -> float:
-        """What the triangles enclose, mm^3."""
+        """Enclosed volume, mm^3."""
         return self._native.volume_mm3
 
     @property
     def area_mm2(self) -> float:
-        """Of all triangles, mm^2."""
+        """Area of all triangles, mm^2."""
         return self._native.area_mm2
 
     @property
     def genus(self) -> int:
-        """Through holes and handles."""
+        """Number of through holes and handles."""
         return self._native.genus
 
     def export(self, path: str | PathLike[str]) -> None:
         """Write a binary STL file, mm, in the mesh's own frame.
 
-        For a file as it should be printed, lying on the bed and larger by what shrinks, see
-        :meth:`fabkit.Body.export`.
+        :meth:`fabkit.Body.export` writes a file for printing: in its orientation on the bed, and
+        compensated for shrinkage.
 
         Raises
         ------
         FabkitError
-            Another ending than ``.stl``; a file that cannot be written.
+            The path does not end in ``.stl``, or the file cannot be written.
         """
         path = Path(path)
         if path.suffix.lower() != ".stl":
@@ -87,6 +87,6 @@ class Mesh:
         _fabkit.write_files(str(path.parent), [(path.name, self._native.stl())])
 
     def to_trimesh(self) -> Any:
-        """Make a ``trimesh.Trimesh`` of it, vertices as they are; needs the package trimesh."""
+        """Convert to a ``trimesh.Trimesh`` with the same vertices; needs the package trimesh."""
         trimesh: Any = importlib.import_module("trimesh")
         return trimesh.Trimesh(self.vertices, self.triangles, process=False)

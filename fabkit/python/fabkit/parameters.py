@@ -1,4 +1,4 @@
-"""Values of parameters: as numbers, as text, and as they are laid over a design."""
+"""Parameters of a design, and conversion of values to the text of a sensor file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def __dir__() -> list[str]:
 def overrides_of(
     overrides: Mapping[str, object] | None, values: dict[str, object]
 ) -> dict[str, object]:
-    """Values by path, however they are given."""
+    """Merge overrides with keyword arguments (``__`` for a dot) into values by path."""
     named = {name.replace("__", "."): value for name, value in values.items()}
     both = sorted(named.keys() & (overrides or {}).keys())
     if both:
@@ -31,7 +31,7 @@ def overrides_of(
 
 
 def as_yaml(path: str, value: object) -> str:
-    """Write a value as on the command line."""
+    """Write a value as YAML, as the command line takes it; ``path`` is for messages."""
     if isinstance(value, Parameter):
         return value.written
     if isinstance(value, np.generic):
@@ -50,7 +50,7 @@ def as_yaml(path: str, value: object) -> str:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number or a choice that shapes a design, and where it comes from.
+    """A number or a choice that determines a design, with its limits and source.
 
     >>> import fabkit
     >>> radius = fabkit.load("rtac0").parameters["surface.radius"]
@@ -59,27 +59,27 @@ class Parameter:
     """
 
     path: str
-    """For example ``surface.radius``."""
+    """Path, for example ``surface.radius``."""
     value: Any
-    """A number in ``unit``, ``True`` or ``False``, text, or a list of these."""
+    """Value: a number in ``unit``, ``True`` or ``False``, text, or a list of these."""
     unit: str | None
-    """``mm``, ``deg``, or ``None`` where there is none."""
+    """Unit: ``mm``, ``deg``, or ``None`` for a value without one."""
     written: str
-    """The value with its unit, as it would be written in a file."""
+    """Value with its unit, as in a sensor file."""
     limit: dict[str, Any] | None
-    """What is allowed: ``min`` and ``max`` in ``unit``, or ``choices``; of a list, of each item."""
+    """Allowed values: ``min`` and ``max`` in ``unit``, or ``choices``; for a list, of each item."""
     limits: str
-    """The same for people."""
+    """Allowed values as text."""
     summary: str
-    """What it is."""
+    """Description of the parameter."""
     source: str
-    """``paper``, ``measured``, ``chosen`` or ``override``."""
+    """Source of the value: ``paper``, ``measured``, ``chosen`` or ``override``."""
     note: str
-    """More about the source."""
+    """Details about the source."""
     tolerance: str | None = None
-    """How far what is made may be off either way, where the file says so."""
+    """Tolerance of the manufactured dimension, plus or minus, if the file states one."""
     expression: str | None = None
-    """What the value follows from: ``= surface.radius - 3 mm``; ``None`` for a plain value."""
+    """Expression that gives the value, ``= surface.radius - 3 mm``; ``None`` for a plain value."""
 
     def __str__(self) -> str:
         return self.written
@@ -106,7 +106,7 @@ class Section:
         return path.startswith(self._path)
 
     def __getattr__(self, name: str) -> Any:
-        # Also asked for by copies that are not made yet.
+        # `copy` and `pickle` look up dunders before `_parameters` exists: no endless recursion.
         if name.startswith("_"):
             raise AttributeError(name)
         path = self._path + name

@@ -1,4 +1,4 @@
-"""Presses of soft layers: forces by depth, and how the surface moves. Simulated."""
+"""Presses of soft layers: force by indentation, and displacement of the surface. Simulated."""
 
 from __future__ import annotations
 
@@ -23,55 +23,56 @@ def __dir__() -> list[str]:
 
 @dataclass(frozen=True, eq=False)
 class Pressed:
-    """A press by the theory that ``contact_level`` names: what ``fabkit press`` writes.
+    """Result of a press, simulated with the contact model of ``contact_level``.
 
-    Forces are those of the presser on the sensor, in the sensor frame. n nodes, k steps.
+    It holds everything that ``fabkit press`` writes. Forces are those of the indenter on the
+    sensor, in the sensor frame. Arrays have one row for each of n nodes or m markers.
     """
 
     force_n: tuple[float, float, float]
-    """At full depth, N."""
+    """Force at full indentation, N."""
     moment_nmm: tuple[float, float, float]
-    """About the sensor's origin, N mm."""
+    """Moment about the sensor's origin, N mm."""
     contact_radius_mm: float
-    """Of the circle that has the contact's area, mm."""
+    """Radius of the circle with the area of the contact, mm."""
     contact_area_mm2: float
-    """Of all that touches, mm2."""
+    """Area of the contact, mm2."""
     max_indentation_mm: float
-    """How far the surface moves in, at most, mm."""
+    """Largest inward displacement of the surface, mm."""
     bulge_mm: float
-    """How far it moves out beside the presser, at most, mm."""
+    """Largest outward displacement of the surface beside the indenter, mm."""
     stiffness_n_mm: float
-    """How force grows with depth at the end, N/mm."""
+    """Slope of force over indentation at the end, N/mm."""
     contact_level: str
-    """By which theory: ``linear`` or ``finite``."""
+    """Contact model: ``linear`` or ``finite``."""
     curve: list[dict[str, Any]]
-    """The same figures step by step, with ``depth_mm`` and ``shear_mm``."""
+    """The figures above at each step, with ``depth_mm`` and ``shear_mm``."""
     place_mm: NDArray[np.float64]
     """Nodes of the surface at rest, sensor frame, mm: n x 3."""
     outward: NDArray[np.float64]
-    """Unit normals there: n x 3."""
+    """Unit outward normals at the nodes: n x 3."""
     displacement_mm: NDArray[np.float64]
-    """How each node moved, mm: n x 3."""
+    """Displacement of each node, mm: n x 3."""
     pressure_mpa: NDArray[np.float64]
-    """What the presser pushes each node with, MPa: n."""
+    """Contact pressure at each node, MPa: n."""
     shear_mpa: NDArray[np.float64]
-    """What friction drags it with, MPa: n x 3."""
+    """Friction traction at each node, MPa: n x 3."""
     area_mm2: NDArray[np.float64]
-    """What area each node stands for, mm2: n."""
+    """Surface area that belongs to each node, mm2: n."""
     mark_place_mm: NDArray[np.float64]
-    """What the camera follows (dots, dimples, slots) at rest, sensor frame, mm: m x 3."""
+    """Markers (dots, dimples, slots) at rest, sensor frame, mm: m x 3."""
     mark_displacement_mm: NDArray[np.float64]
-    """How each mark moved, mm: m x 3; NaN where the layers that are solved have ended."""
+    """Displacement of each marker, mm: m x 3; NaN beyond the layers that are solved."""
     mark_axis: NDArray[np.float64]
-    """Which way each then points, unit: m x 3."""
+    """Direction of each marker after the press, unit length: m x 3."""
     document: dict[str, Any]
-    """All that ``fabkit press --json`` says, with the layers and what was left out."""
+    """Output of ``fabkit press --json``, with the layers and what the model leaves out."""
 
 
 def pressed(
     sensor: Sensor | str, indenter: str, depth_mm: float | str, options: dict[str, Any]
 ) -> Pressed:
-    """Press with all options of the command."""
+    """Simulate a press; ``options`` are those of ``fabkit press``, by name."""
     sensor = load(sensor) if isinstance(sensor, str) else sensor
     text, field = _fabkit.press(
         sensor._project,  # pyright: ignore[reportPrivateUsage]
@@ -81,13 +82,13 @@ def pressed(
         options,
     )
     document = json.loads(text)
-    said = {name: document[name] for name in _SAID}
+    said = {name: document[name] for name in _FIGURES}
     for name in ("force_n", "moment_nmm"):
         said[name] = tuple(said[name])
-    return Pressed(**said, **{name: field[name] for name in _FIELD}, document=document)
+    return Pressed(**said, **{name: field[name] for name in _ARRAYS}, document=document)
 
 
-_SAID = (
+_FIGURES = (
     "force_n",
     "moment_nmm",
     "contact_radius_mm",
@@ -98,7 +99,7 @@ _SAID = (
     "contact_level",
     "curve",
 )
-_FIELD = (
+_ARRAYS = (
     "place_mm",
     "outward",
     "displacement_mm",

@@ -1,8 +1,8 @@
-"""A sensor to press again and again: picture, depth and force for simulators, studies and training.
+"""Fast simulation of many presses: image, indentation and force, for simulators and training.
 
-What no press changes is computed once, when the sensor is made ready; a press then takes
-milliseconds. Everything is simulated: elastic layers at small strain, each press on a surface at
-rest, pictures with the constants that ``document`` names.
+Everything that does not depend on the press is computed once, when a :class:`Sensor` is created; a
+press then takes milliseconds. Everything is simulated: elastic layers at small strain, each press
+on a surface at rest, images with the constants that ``document`` names.
 
 >>> import fabkit.sim
 >>> sensor = fabkit.sim.Sensor("rtac0", size_px=(80, 60), spacing_mm=0.5)
@@ -12,7 +12,7 @@ rest, pictures with the constants that ``document`` names.
 >>> bool(felt.force_n[2] < 0), bool(abs(felt.deepest_mm - 0.6) < 0.05)
 (True, True)
 
-Bodies of one's own are placed by ``sensor_from_body``; here a ball that dips 0.5 mm into the tip:
+Other indenters are placed by ``sensor_from_body``; here a ball that is pressed 0.5 mm into the tip:
 
 >>> tip_mm = 21.0
 >>> felt = sensor.press(fabkit.sim.ball(4.0).at(0, 0, tip_mm + 4.0 - 0.5))
@@ -68,63 +68,63 @@ def __dir__() -> list[str]:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """Something exact that presses; its middle is its origin, its axis z."""
+    """An indenter with an exact shape; its origin is its centre, its axis is z."""
 
     kind: str
     """``ball``, ``cylinder``, ``box``, ``capsule`` or ``convex``."""
     sizes_mm: tuple[float, ...]
-    """What the kind asks for."""
+    """Arguments of the function that creates this kind; for ``convex`` box, points and normals."""
     sensor_from_body: NDArray[np.float64]
-    """Where it is, (4, 4), mm."""
+    """Pose: body frame to sensor frame, (4, 4), mm."""
 
     def placed(self, sensor_from_body: ArrayLike) -> Body:
-        """Stand somewhere else: (4, 4), mm."""
+        """Return the body at another pose, (4, 4), mm."""
         pose = np.array(_arrays.matrix(sensor_from_body, 4, "sensor_from_body"))
         return replace(self, sensor_from_body=pose)
 
     def at(self, x_mm: float, y_mm: float, z_mm: float) -> Body:
-        """Stand somewhere else, turned as it is."""
+        """Return the body with its centre at another point of the sensor frame, not rotated."""
         pose: NDArray[np.float64] = np.array(self.sensor_from_body, dtype=np.float64)
         pose[:3, 3] = x_mm, y_mm, z_mm
         return replace(self, sensor_from_body=pose)
 
 
 def ball(radius_mm: float) -> Body:
-    """Make a ball."""
+    """Create a ball."""
     return Body("ball", (float(radius_mm),), np.eye(4))
 
 
 def cylinder(radius_mm: float, height_mm: float) -> Body:
-    """Make a cylinder around z."""
+    """Create a cylinder around z."""
     return Body("cylinder", (float(radius_mm), float(height_mm)), np.eye(4))
 
 
 def box(x_mm: float, y_mm: float, z_mm: float) -> Body:
-    """Make a box by its edges' lengths."""
+    """Create a box from the lengths of its edges."""
     return Body("box", (float(x_mm), float(y_mm), float(z_mm)), np.eye(4))
 
 
 def capsule(radius_mm: float, height_mm: float) -> Body:
-    """Make a capsule around z: a cylinder of that height between the centres of two half balls."""
+    """Create a capsule around z: a cylinder of ``height_mm`` between two hemispheres."""
     return Body("capsule", (float(radius_mm), float(height_mm)), np.eye(4))
 
 
 def convex(vertices_mm: ArrayLike, triangles: ArrayLike) -> Body:
-    """Make a convex body of a mesh, exactly: what lies behind all of its triangles.
+    """Create a convex body from a mesh: the intersection of the half spaces of its triangles.
 
-    Several make a body with hollows: presses take any number of bodies.
+    For a shape with hollows, press several convex bodies at once.
 
     Parameters
     ----------
     vertices_mm
-        (n, 3), mm.
+        Vertices, (n, 3), mm.
     triangles
-        (m, 3), counter-clockwise seen from outside, as :class:`fabkit.Mesh` and trimesh have them.
+        Vertex indices, (m, 3), counter-clockwise seen from outside, as in :class:`fabkit.Mesh`.
 
     Raises
     ------
     FabkitError
-        A mesh with a hollow, or one that is turned inside out.
+        The mesh is not convex, or is turned inside out.
     """
     points, shape = _arrays.rows(vertices_mm, 3, "vertices_mm")
     corners = np.asarray(triangles)
@@ -138,7 +138,7 @@ def convex(vertices_mm: ArrayLike, triangles: ArrayLike) -> Body:
     size_mm = float(np.ptp(points, axis=0).max())
     solid = areas > 1e-9 * size_mm**2
     normals = normals[solid] / areas[solid, None]
-    # Triangles of one face say the same.
+    # Triangles of one face share a plane: keep one of them. No vertex may lie in front of a plane.
     offsets = np.einsum("ij,ij->i", normals, first[solid])
     planes = np.round(np.column_stack([normals, offsets / max(size_mm, 1e-300)]), 9)
     _, kept = np.unique(planes, axis=0, return_index=True)
@@ -155,52 +155,52 @@ def convex(vertices_mm: ArrayLike, triangles: ArrayLike) -> Body:
 
 
 Presser: TypeAlias = str | Body | Sequence[str | Body]
-"""A press by its name, a body in its place, or several that press at once."""
+"""An indenter: the name of a press, a body at its pose, or several that press at once."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """A press, for :meth:`Sensor.press_all`."""
+    """One press for :meth:`Sensor.press_all`."""
 
     presser: Presser = ()
-    """What presses, and where; nothing for a sensor at rest."""
+    """Indenter at its pose, or several; empty for a sensor at rest."""
     shear_mm: tuple[float | str, float | str] = (0.0, 0.0)
-    """How far it then moves along the surface: on a dome away from the tip and around it, on a pad
+    """Tangential motion after pressing, mm: on a dome away from the tip and around it, on a pad
     along x and y."""
     friction: float | None = None
-    """Coulomb's coefficient, instead of the touched material's own."""
+    """Coulomb's coefficient of friction. Default: that of the touched material."""
     seed: int | None = 0
-    """Of noise and drift; ``None`` for neither."""
+    """Seed of noise and drift; ``None`` for neither."""
 
 
 @dataclass(frozen=True, eq=False)
 class Felt:
-    """What one press does. Simulated."""
+    """Result of one press: image, indentation, contact, force and markers. Simulated."""
 
     image: NDArray[np.uint8]
-    """What the camera takes: rows x columns, and red, green, blue where there are colours."""
+    """Image of the camera: rows x columns, or rows x columns x 3 (red, green, blue) in colour."""
     depth_mm: NDArray[np.float32]
-    """How much nearer the surface is than at rest, along each pixel's ray: rows x columns; negative
-    where it bulges, NaN where no surface is seen."""
+    """Indentation along each pixel's ray, mm: rows x columns; negative where the surface bulges,
+    NaN where the pixel does not see it."""
     contact: NDArray[np.bool_]
-    """Where what presses is seen: rows x columns."""
+    """True where the pixel sees the contact with an indenter: rows x columns."""
     force_n: NDArray[np.float64]
-    """Of what presses on the sensor, sensor frame, N: 3; zeros where nothing touches."""
+    """Force of the indenters on the sensor, sensor frame, N: 3; zeros without contact."""
     moment_nmm: NDArray[np.float64]
-    """The same about the sensor's origin, N mm: 3."""
+    """Moment of the indenters about the sensor's origin, N mm: 3."""
     contact_area_mm2: float
-    """Of all that touches."""
+    """Area of the contact, mm2."""
     deepest_mm: float
-    """How far the surface moves in, at most."""
+    """Largest indentation of the surface, mm."""
     mark_displacement_mm: NDArray[np.float64]
-    """How what the camera follows (dots, dimples, slots) has moved: m x 3; NaN where unknown."""
+    """Displacement of each marker (dot, dimple, slot), mm: m x 3; NaN where unknown."""
     mark_px: NDArray[np.float64]
-    """Where it is seen, column and row: m x 2; NaN where it is not."""
+    """Pixel of each marker, column and row: m x 2; NaN where the camera does not see it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Many:
-    """What many presses do: the arrays of :class:`Felt`, with the press as their first axis."""
+    """Results of several presses: the arrays of :class:`Felt` with the press as first axis."""
 
     image: NDArray[np.uint8]
     depth_mm: NDArray[np.float32]
@@ -236,28 +236,28 @@ _FIELDS = (
 
 
 class Sensor:
-    """A sensor that is ready to be pressed.
+    """A sensor that is prepared for fast simulation of presses.
 
     Parameters
     ----------
     design
         A sensor, or the name of one.
     size_px
-        Width and height of pictures, instead of the camera's own: the same view in fewer pixels.
+        Width and height of images, px, with the same view. Default: the camera's own.
     light, constants
         As for :meth:`fabkit.depth.Scene.capture`.
     camera, pose, unit
         As for :class:`fabkit.depth.Scene`.
     samples
-        Rays along each side of a pixel, 1 to 8: a pixel records the mean of its own.
+        Number of rays along each side of a pixel, 1 to 8; a pixel records the mean of its rays.
     spacing_mm
-        Distance of the surface's nodes: wider is faster, and rough where contacts are only some
-        nodes wide; without it as fine as some seconds of setup allow.
+        Distance between the surface's nodes, mm. A larger distance is faster, but inaccurate for
+        contacts that are only some nodes wide. Default: as fine as a few seconds of setup allow.
 
     Raises
     ------
     FabkitError
-        A sensor without a surface of known shape, a light that it has not, and as for
+        The sensor has no surface of known shape or no such light; and as for
         :class:`fabkit.depth.Scene`.
     """
 
@@ -278,25 +278,25 @@ class Sensor:
         if size_px is not None:
             scene = scene.resized(*size_px)
         self.scene = scene
-        """The surface, and the camera that looks at it."""
+        """The sensor's surface and its camera."""
         self._known: tuple[NDArray[np.float32], str | None, _fabkit.Reconstructor] | None = None
-        self._lit = (light, None if constants is None else os.fspath(constants))
+        self._light = (light, None if constants is None else os.fspath(constants))
         self._live = _fabkit.Live(
             scene._native,  # pyright: ignore[reportPrivateUsage]
-            *self._lit,
+            *self._light,
             samples,
             None if spacing_mm is None else _arrays.length_mm(spacing_mm, "spacing_mm"),
         )
         self.document: dict[str, Any] = json.loads(self._live.document())
-        """What pictures and forces rest on: lamps, constants with their sources, layers, and what
-        is left out."""
+        """Assumptions of images and forces: light sources, constants with their sources, layers,
+        and what the simulation leaves out."""
         self.sensor_from_touch = np.array(self._live.sensor_from_touch())
-        """Where the middle of what is touched is, z out of the sensor: (4, 4), mm."""
+        """Pose of the middle of the touched surface, z out of the sensor: (4, 4), mm."""
         marks = self._live.marks()
         self.mark_names = [name for name, _ in marks]
-        """What the camera follows."""
+        """Names of the markers that the camera tracks."""
         self.mark_place_mm = np.array([place for _, place in marks]).reshape(-1, 3)
-        """Where it is at rest, sensor frame: m x 3."""
+        """Positions of the markers at rest, sensor frame, mm: m x 3."""
 
     def press(
         self,
@@ -306,18 +306,18 @@ class Sensor:
         friction: float | None = None,
         seed: int | None = 0,
     ) -> Felt:
-        """Press; each press meets a surface at rest. The arguments are those of :class:`Asked`.
+        """Simulate one press on the surface at rest. The arguments are those of :class:`Asked`.
 
         Raises
         ------
         FabkitError
-            An unknown press, a body that is none, one deeper than the layers, a contact that does
-            not converge, a way along a surface of unknown friction.
+            The press is unknown or deeper than the layers, a body is invalid, the contact does not
+            converge, or shear needs a friction that is not known.
         """
         return self.press_all([Asked(presser, shear_mm, friction, seed)])[0]
 
     def press_all(self, asked: Sequence[Asked]) -> Many:
-        """Press many times, on all cores.
+        """Simulate several independent presses, on all cores.
 
         >>> import fabkit.sim
         >>> sensor = fabkit.sim.Sensor("rtac0", size_px=(40, 30), spacing_mm=1.0)
@@ -328,7 +328,7 @@ class Sensor:
         """
         if not asked:
             raise invalid("press_all needs at least one press")
-        return Many(**self._live.press([_native(one) for one in asked]))
+        return Many(**self._live.press([_press_arguments(one) for one in asked]))
 
     def reconstruct(
         self,
@@ -337,64 +337,64 @@ class Sensor:
         *,
         network: str | PathLike[str] | None = None,
     ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-        """Find depth from pictures, as ``fabkit reconstruct`` does.
+        """Reconstruct indentation from captures, as ``fabkit reconstruct`` does.
 
         Parameters
         ----------
         images
-            rows x columns, rows x columns x 3, or n of either: real pictures or simulated ones.
+            Captures, real or simulated: rows x columns, rows x columns x 3, or n of either.
         reference
-            The picture at rest.
+            The reference image, without contact.
         network
-            An ONNX file, a chain of convolutions from one channel to one; what it takes and gives
-            stands in the file of the same name that ends in ``.json``, or else it is taken for
-            R-Tac0's published network. Without it depth is found by what the sensor's light shows.
+            An ONNX file: a chain of convolutions from one channel to one. A ``.json`` file of the
+            same name describes input and output; without that it counts as R-Tac0's published
+            network. Default: a model of the sensor's light, which shows thickness or slopes.
 
         Returns
         -------
-        ``depth_mm`` as :attr:`Felt.depth_mm` (by a network 0 where nothing touches), and
-        ``contact``, each (n, rows, columns), or without n for one picture.
+        ``depth_mm`` as :attr:`Felt.depth_mm` (a network gives 0 without contact), and ``contact``,
+        each (n, rows, columns), or without n for one image.
 
         Raises
         ------
         FabkitError
-            A sensor whose light shows neither thickness nor slopes, pictures of another size, a
-            network of other layers.
+            The sensor's light shows neither thickness nor slopes, images have another size, or the
+            network has other layers.
         """
-        rest = _taken(reference, "reference")
-        # Seconds; the same picture at rest serves many calls.
+        rest = _image(reference, "reference")
+        # Preparation takes seconds; keep the result while reference image and network are the same.
         by = None if network is None else os.fspath(network)
         same = self._known is not None and self._known[1] == by
         if self._known is None or not same or not np.array_equal(self._known[0], rest):
             native = self.scene._native  # pyright: ignore[reportPrivateUsage]
-            self._known = (rest, by, _fabkit.Reconstructor(native, *self._lit, rest, by))
+            self._known = (rest, by, _fabkit.Reconstructor(native, *self._light, rest, by))
         known = self._known[2]
         given = np.asarray(images)
         is_one = given.ndim == np.asarray(reference).ndim
-        shown = [known.depth(_taken(one, "images")) for one in (given[None] if is_one else given)]
+        shown = [known.depth(_image(one, "images")) for one in (given[None] if is_one else given)]
         depth_mm, contact = (np.stack([one[k] for one in shown]) for k in (0, 1))
         return (depth_mm[0], contact[0]) if is_one else (depth_mm, contact)
 
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """Where marks are in n pictures; NaN where one is not found, and without n of one picture."""
+    """Tracked positions of m markers in n images, or in one, without n; NaN if not found."""
 
     px: NDArray[np.float64]
-    """Column and row of each, 0 in the middle of the first pixel: (n, m, 2)."""
+    """Column and row of each marker, (n, m, 2), px; the first pixel's centre is (0, 0)."""
     moved_px: NDArray[np.float64]
-    """How far it has moved from the picture at rest: (n, m, 2)."""
+    """Displacement from the reference image, (n, m, 2), px."""
     moved_mm: NDArray[np.float64]
-    """The same along the surface on which the mark lies at rest, or along its column, sensor
-    frame: (n, m, 3). A picture tells nothing of the rest of its way, which is taken as none."""
+    """Displacement along the surface at rest, or along the liquid column: sensor frame, (n, m, 3),
+    mm. An image does not show the other component, which is taken as zero."""
     seen: NDArray[np.bool_]
-    """Which are found: (n, m)."""
+    """True where a marker is found: (n, m)."""
 
 
 class MarkFollower:
-    """Marks (dots, dimples, markers, ends of columns) that are followed by their names.
+    """Tracks markers (dots, dimples, ends of liquid columns) in captures, real or simulated.
 
-    The same as ``fabkit reconstruct`` does, for pictures that are real or simulated.
+    It computes the same as ``fabkit reconstruct``. Each marker keeps its name.
 
     >>> import fabkit.sim
     >>> skin = fabkit.sim.Skin("fluidic", spacing_mm=2.0)
@@ -409,17 +409,17 @@ class MarkFollower:
     Parameters
     ----------
     design
-        A sensor, the name of one, or a :class:`fabkit.depth.Scene` with the calibrated camera that
-        took the pictures; otherwise they were taken by the drawn one, more or less.
+        A sensor, its name, or a :class:`fabkit.depth.Scene` with the calibrated camera that took
+        the images. Without a scene, the design's camera is taken as an approximation.
     reference
-        The picture at rest: rows x columns, or x 3 in colour. Its size is the camera's.
+        The reference image, of the camera's size: rows x columns, or rows x columns x 3 in colour.
     light
-        Which of the sensor's lights is on; its usual one if not said.
+        Name of the light that is on. Default: the sensor's usual one.
 
     Raises
     ------
     FabkitError
-        A light that shows no marks, or a picture in which less than half of them are found.
+        The light shows no markers, or less than half of them are found in the reference image.
     """
 
     def __init__(
@@ -428,7 +428,7 @@ class MarkFollower:
         scene = design if isinstance(design, Scene) else None
         sensor = design.sensor if isinstance(design, Scene) else design
         sensor = load(sensor) if isinstance(sensor, str) else sensor
-        rest = _taken(reference, "reference")
+        rest = _image(reference, "reference")
         self._colors = np.asarray(reference).ndim
         self._known = _fabkit.MarkFollower(
             sensor._project,  # pyright: ignore[reportPrivateUsage]
@@ -437,26 +437,26 @@ class MarkFollower:
             rest,
         )
         self.names = self._known.names()
-        """Of the m marks, in the description's order."""
+        """Names of the m markers, in the order of the design."""
         first = self._known.follow(rest)
         self.drawn_px: NDArray[np.float64] = first["mark_drawn_px"]
-        """Where the camera would see them as they are drawn: (m, 2); NaN beside the picture."""
+        """Pixels of the markers according to the design, (m, 2); NaN outside the image."""
         self.rest_px: NDArray[np.float64] = first["mark_rest_px"]
-        """Where they are in the picture at rest: (m, 2); NaN of those that are not found there, and
-        are not looked for elsewhere."""
+        """Pixels of the markers in the reference image, (m, 2); NaN for markers that are not found
+        there, which are not tracked."""
 
     def follow(self, images: ArrayLike) -> Followed:
-        """Find the marks in a picture like the reference, or in n of them.
+        """Find the markers in one image or in n images with the reference image's shape.
 
         Raises
         ------
         FabkitError
-            Pictures of another size, or without colours where they are needed.
+            The images have another size, or lack colours that the markers need.
         """
         given = np.asarray(images)
         is_one = given.ndim == self._colors
         told = [
-            self._known.follow(_taken(one, "images")) for one in (given[None] if is_one else given)
+            self._known.follow(_image(one, "images")) for one in (given[None] if is_one else given)
         ]
         names = ("mark_px", "mark_moved_px", "mark_moved_mm", "mark_seen")
         found = [np.stack([one[name] for one in told]) for name in names]
@@ -465,27 +465,27 @@ class MarkFollower:
 
 @dataclass(frozen=True, eq=False)
 class SkinMany:
-    """What presses on a skin with channels of liquid do; the first axis is the press. Simulated."""
+    """Results of n presses on a skin with liquid channels. Simulated."""
 
     force_n: NDArray[np.float64]
-    """Of what presses on the skin, sensor frame, N: n x 3; zeros where nothing touches."""
+    """Force of the indenter on the skin, sensor frame, N: n x 3; zeros without contact."""
     column_mm: NDArray[np.float64]
-    """How far the liquid of each channel moves in its tube: n x channels."""
+    """Displacement of each channel's liquid column in its tube, mm: n x channels."""
     column_px: NDArray[np.float64]
-    """Where each column ends in the display's picture, column and row: n x channels x 2."""
+    """End of each liquid column in the display's image, column and row: n x channels x 2."""
     mark_displacement_mm: NDArray[np.float64]
-    """How each mark below the channels moves: n x m x 3."""
+    """Displacement of each marker below the channels, mm: n x m x 3."""
     mark_px: NDArray[np.float64]
-    """Where it is seen: n x m x 2; NaN where it is not."""
+    """Pixel of each marker, column and row: n x m x 2; NaN where the camera does not see it."""
     images: dict[str, NDArray[np.uint8]]
-    """Pictures by light, of those that were asked for: n x rows x columns, and x 3 in colour."""
+    """Requested images by light: n x rows x columns, or n x rows x columns x 3 in colour."""
 
     def __len__(self) -> int:
         return len(self.force_n)
 
 
 class Skin:
-    """A skin with channels of liquid that is ready to be pressed.
+    """A skin with liquid channels that is prepared for fast simulation of presses.
 
     >>> import fabkit.sim
     >>> skin = fabkit.sim.Skin("fluidic", spacing_mm=2.0)
@@ -498,14 +498,14 @@ class Skin:
     design
         A sensor, or the name of one.
     spacing_mm
-        Distance of the skin's nodes, 1 mm if not said.
+        Distance between the skin's nodes, mm. Default: 1 mm.
     size_px
-        Width and height of both cameras' pictures, instead of their own.
+        Width and height of both cameras' images, px. Default: the cameras' own.
 
     Raises
     ------
     FabkitError
-        A sensor without such a skin.
+        The sensor has no such skin.
     """
 
     def __init__(
@@ -516,7 +516,7 @@ class Skin:
         size_px: tuple[int, int] | None = None,
     ) -> None:
         self.sensor = load(design) if isinstance(design, str) else design
-        """What is pressed."""
+        """The sensor that has the skin."""
         self._live = _fabkit.LiveSkin(
             self.sensor._project,  # pyright: ignore[reportPrivateUsage]
             self.sensor.name,
@@ -524,26 +524,26 @@ class Skin:
             size_px,
         )
         self.column_names = self._live.channels()
-        """The channels."""
+        """Names of the channels."""
         marks = self._live.marks()
         self.mark_names = [name for name, _ in marks]
-        """What the camera below follows."""
+        """Names of the markers that the camera below tracks."""
         self.mark_place_mm = np.array([place for _, place in marks]).reshape(-1, 3)
-        """Where it is at rest, sensor frame: m x 3."""
+        """Positions of the markers at rest, sensor frame, mm: m x 3."""
 
     def press_all(
         self, pressers: Sequence[str], *, lights: Sequence[str] = (), seed: int | None = 0
     ) -> SkinMany:
-        """Press straight down, without friction; presses at one place cost hardly more than one.
+        """Press several times along the normal, without friction; repeats at one place are fast.
 
         Parameters
         ----------
         pressers
             Names of presses.
         lights
-            In which of the sensor's lights pictures are wanted.
+            Names of the sensor's lights to render images in. Default: no images.
         seed
-            Of the first picture's noise, and the next numbers for the next; None for none.
+            Seed of the first image's noise; the next image uses the next number. ``None``: none.
 
         >>> import fabkit.sim
         >>> skin = fabkit.sim.Skin("fluidic", spacing_mm=2.0, size_px=(160, 120))
@@ -554,19 +554,19 @@ class Skin:
         Raises
         ------
         FabkitError
-            An unknown press or light, a channel that is pressed shut, a contact that does not
+            A press or light is unknown, a channel is pressed shut, or the contact does not
             converge.
         """
         if not pressers:
             raise invalid("press_all needs at least one press")
         told = self._live.press(list(pressers), list(lights), seed)
-        # Lights may have any name: a space tells them from what else there is.
+        # Lights may have any name: a leading space keeps them apart from the other arrays.
         images = {light: told.pop(f" {light}") for light in lights}
         return SkinMany(**told, images=images)
 
 
-def _taken(picture: ArrayLike, name: str) -> NDArray[np.float32]:
-    """Rows x columns x channels, from 0 to 1."""
+def _image(picture: ArrayLike, name: str) -> NDArray[np.float32]:
+    """Convert an image to rows x columns x channels, float32 from 0 to 1."""
     given = np.asarray(picture)
     if given.dtype.kind == "u":
         given = given / np.float32(np.iinfo(given.dtype).max)
@@ -575,11 +575,11 @@ def _taken(picture: ArrayLike, name: str) -> NDArray[np.float32]:
     if given.ndim == 2:
         given = given[:, :, None]
     if given.ndim != 3 or given.shape[2] not in (1, 3):
-        raise invalid(f"{name} has the shape {given.shape}; a picture has rows, columns, colours")
+        raise invalid(f"{name} has the shape {given.shape}; it must be (rows, columns[, 3])")
     return np.ascontiguousarray(given, dtype=np.float32)
 
 
-def _native(
+def _press_arguments(
     asked: Asked,
 ) -> tuple[
     list[str],

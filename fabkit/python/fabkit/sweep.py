@@ -1,9 +1,9 @@
-"""Design sweeps: many variants of one sensor, and what each of them is worth.
+"""Design sweeps: many variants of one sensor, with metrics of each.
 
 A plan (``fabkit schema --sweep`` describes it) names a sensor, the parameters to vary, constraints
 and metrics. :func:`run` computes one row for each variant, on threads of this machine or on any
-executor, and writes ``sweep.csv``, ``sweep.parquet`` and ``report.html``. Rows depend on the plan
-alone, so that the tables are the same bytes wherever they are computed.
+executor, and writes ``sweep.csv``, ``sweep.parquet`` and ``report.html``. Rows depend only on the
+plan, so the tables are the same bytes on every executor.
 
 >>> import fabkit, tempfile
 >>> plan = fabkit.sweep.load({
@@ -52,25 +52,25 @@ def __dir__() -> list[str]:
 
 
 Metric: TypeAlias = Callable[[Sensor], float]
-"""What a variant is worth: a function of the sensor."""
+"""A metric: a function that rates a variant's sensor."""
 
-# Rows that are lost at most if a worker is.
+# Most variants in one task: a lost worker loses no more rows than these.
 _MOST_TOGETHER = 16
 
 
 class MetricError(InvalidInputError):
-    """A metric of one's own that raised, or gave something other than a finite number."""
+    """A user-defined metric raised an exception or did not return a finite number."""
 
     def __init__(self, metric: str, variant: int, why: str) -> None:
         text = f"the metric `{metric}` of variant {variant} {why}"
-        hint = "finished rows are kept: correct it, and go on with resume=True"
+        hint = "finished rows are kept; correct the metric and run again with resume=True"
         super().__init__(f"{text}\n  = help: {hint}", problems=(Problem(text, hint),))
         self.metric = metric
-        """Its name."""
+        """Name of the metric."""
         self.variant = variant
         """Number of the variant."""
         self.why = why
-        """What it did."""
+        """Reason, for example ``is nan``."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (type(self), (self.metric, self.variant, self.why))
@@ -78,27 +78,27 @@ class MetricError(InvalidInputError):
 
 @dataclass(frozen=True)
 class Axis:
-    """A parameter that is varied: a range of numbers, or a list of choices."""
+    """A parameter that a sweep varies: a range of numbers, or a list of choices."""
 
     path: str
-    """For example ``camera.depth``."""
+    """Path of the parameter, for example ``camera.depth``."""
     unit: str
-    """``mm``, ``deg``, or empty."""
+    """Unit: ``mm``, ``deg``, or empty."""
     choices: tuple[str, ...] | None = None
-    """As sensor files write them; ``None`` for a range."""
+    """Choices as in sensor files; ``None`` for a range."""
     low: float = 0.0
-    """In the axis's unit."""
+    """Lower end of the range, in the axis's unit."""
     high: float = 0.0
-    """In the axis's unit."""
+    """Upper end of the range, in the axis's unit."""
     log: bool = False
-    """Whether equal ratios are equal steps."""
+    """True for a logarithmic axis."""
     steps: int | None = None
-    """How many values, if only some."""
+    """Number of values on a grid; ``None`` for a continuous range."""
     whole: bool = False
-    """Whether only whole numbers are values."""
+    """True if all values are integers."""
 
     def text(self, value: object) -> str:
-        """Write a value as sensor files do: numbers get the axis's unit."""
+        """Write a value as in a sensor file; a number gets the axis's unit."""
         if isinstance(value, str):
             return value
         if isinstance(value, bool):
@@ -109,22 +109,23 @@ class Axis:
 
 @dataclass(frozen=True)
 class Row:
-    """What is known of one variant."""
+    """Result of one variant: a row of the table."""
 
     variant: int
-    """Its number."""
+    """Number of the variant."""
     status: str
-    """``ok``, ``excluded``, ``invalid`` or ``failed``."""
+    """Status: ``ok``, ``excluded``, ``invalid`` or ``failed``."""
     error_code: str | None
-    """``design``, ``constraint``, ``not-finite`` or ``panic``, a bug of fabkit's."""
+    """Cause if not ok: ``design``, ``constraint``, ``not-finite``, or ``panic`` (a bug in
+    fabkit)."""
     reason: str | None
-    """Why it is not ok."""
+    """Reason in words if not ok."""
     notes: list[str]
-    """Why cells are empty that might have been filled."""
+    """Reasons for cells that are empty."""
     parameters: dict[str, float | str]
     """Values of the axes, by column."""
     metrics: dict[str, float]
-    """Those that apply, by column."""
+    """Values of the metrics that apply to the variant, by column."""
 
 
 @dataclass(frozen=True)
@@ -132,49 +133,49 @@ class Sweep:
     """A finished sweep."""
 
     folder: Path
-    """Where ``sweep.csv``, ``sweep.parquet``, ``sweep.json`` and ``report.html`` are."""
+    """Folder of ``sweep.csv``, ``sweep.parquet``, ``sweep.json`` and ``report.html``."""
     variants: int
-    """How many rows the tables have."""
+    """Number of rows in the tables."""
     status: dict[str, int]
-    """How many variants became what."""
+    """Number of variants by status."""
     pareto: int
-    """How many are on the Pareto front."""
+    """Number of variants on the Pareto front."""
 
     def rows(self) -> list[dict[str, str]]:
-        """Read the table, each row by column, as text."""
+        """Read the table: a dictionary of texts by column for each row."""
         with (self.folder / "sweep.csv").open(newline="", encoding="utf-8") as file:
             return list(csv.DictReader(file))
 
 
 class Plan:
-    """A plan that can be carried out; see :func:`load`."""
+    """A valid sweep plan; see :func:`load`."""
 
     def __init__(self, native: _fabkit.SweepPlan) -> None:
         self._native = native
         self.sensor = native.sensor()
-        """The sensor as the plan names it."""
+        """Name or path of the sensor, as in the plan."""
         self.columns = native.columns()
-        """The column of each axis."""
+        """Name of the table column of each axis."""
         self.objectives = dict(native.objectives())
-        """``min`` or ``max``, by metric."""
+        """Direction of each objective, ``min`` or ``max``, by metric."""
         self.axes = [_axis(json.loads(space)) for space in native.space()]
-        """What is varied, in order."""
+        """The parameters to vary, in order."""
 
     def __len__(self) -> int:
-        """Count the variants."""
+        """Return the number of variants."""
         return self._native.count()
 
     def overrides(self, variant: int) -> dict[str, str]:
-        """Tell what a variant changes, for :func:`fabkit.load`."""
+        """Return the parameters that a variant changes, by path, for :func:`fabkit.load`."""
         return dict(text.split("=", 1) for text in self._native.overrides(variant))
 
     def evaluate(self, variant: int, metrics: Mapping[str, Metric] | None = None) -> Row:
-        """Compute the row of a variant."""
+        """Compute the row of a variant; ``metrics`` are user-defined ones, by name."""
         return self._row(self.line(variant, metrics))
 
     def line(self, variant: int, metrics: Mapping[str, Metric] | None = None) -> str:
-        """Compute the row of a variant as a line of JSON, as other processes send it."""
-        return self._native.row(variant, None, _asked(self, variant, metrics))
+        """Compute the row of a variant as a line of JSON, for transfer between processes."""
+        return self._native.row(variant, None, _metric_function(self, variant, metrics))
 
     def _row(self, line: str) -> Row:
         about: dict[str, Any] = json.loads(line)
@@ -183,7 +184,7 @@ class Plan:
 
 
 class Explorer:
-    """Variants that somebody else chooses, such as an optimiser: ask and tell.
+    """An ask-and-tell interface for optimisers that choose the variants themselves.
 
     >>> import fabkit
     >>> plan = {"sensor": "rtac0", "axes": {"camera.depth": {"from": "6 mm", "to": "7 mm"}},
@@ -200,12 +201,15 @@ class Explorer:
         metrics: Mapping[str, Metric] | None = None,
     ) -> None:
         self.plan = load(plan, metrics=metrics or ())
-        """What may be varied, and what is computed."""
+        """The plan: axes to vary and metrics to compute."""
         self._metrics = metrics
         self._lines: list[str] = []
 
     def ask(self, trial: Any) -> dict[str, object]:
-        """Ask an Optuna trial, or anything with its ``suggest_...`` methods, for values."""
+        """Let an Optuna trial, or any object with its ``suggest_...`` methods, choose values.
+
+        Returns a value for each axis, by path, for :meth:`tell`.
+        """
         values: dict[str, object] = {}
         for axis in self.plan.axes:
             if axis.choices is not None:
@@ -219,7 +223,10 @@ class Explorer:
         return values
 
     def tell(self, values: Mapping[str, object]) -> Row:
-        """Compute the row of a variant: a value for each axis, numbers in the axis's unit."""
+        """Compute the row of a variant.
+
+        ``values`` has a value for each axis, by path; numbers are in the axis's unit.
+        """
         known = [axis.path for axis in self.plan.axes]
         for path in values:
             if path not in known:
@@ -229,13 +236,13 @@ class Explorer:
             raise invalid(f"no value for {', '.join(missing)}")
         number = len(self._lines)
         texts = [axis.text(values[axis.path]) for axis in self.plan.axes]
-        asked = _asked(self.plan, number, self._metrics)
+        asked = _metric_function(self.plan, number, self._metrics)
         line = self.plan._native.row(number, texts, asked)  # pyright: ignore[reportPrivateUsage]
         self._lines.append(line)
         return self.plan._row(line)  # pyright: ignore[reportPrivateUsage]
 
     def objectives(self, row: Row) -> list[float] | None:
-        """List what is to be made small or large, in the plan's order; ``None`` for no good row."""
+        """Return the objectives of a row, in the plan's order; ``None`` if any is missing."""
         names = self.plan.objectives
         if row.status != "ok" or any(name not in row.metrics for name in names):
             return None
@@ -244,7 +251,7 @@ class Explorer:
     def save(self, out: str | PathLike[str]) -> Sweep:
         """Write the tables of all rows so far into a new folder."""
         native = self.plan._native  # pyright: ignore[reportPrivateUsage]
-        return _sweep(_fabkit.save_sweep(os.fspath(out), native, self._lines))
+        return _finished_sweep(_fabkit.save_sweep(os.fspath(out), native, self._lines))
 
 
 def load(
@@ -252,20 +259,20 @@ def load(
     *,
     metrics: Iterable[str] = (),
 ) -> Plan:
-    """Read a plan.
+    """Load a sweep plan.
 
     Parameters
     ----------
     plan
-        A YAML file, or the same as a mapping; ``format`` may be left out of a mapping.
+        A YAML file, or its content as a mapping, which does not need ``format``.
     metrics
-        Names of metrics of one's own, which constraints and objectives may use.
+        Names of user-defined metrics that constraints and objectives may use.
 
     Raises
     ------
     FabkitError
-        Everything that is wrong with the plan or its sensor; a constraint on parameters that
-        excludes all variants.
+        The plan or its sensor has errors (all are listed), or a constraint on parameters excludes
+        all variants.
     """
     names = list(metrics)
     if isinstance(plan, Plan):
@@ -291,43 +298,48 @@ def run(
     Parameters
     ----------
     plan
-        A YAML file, or the same as a mapping, or a :class:`Plan`.
+        A YAML file, its content as a mapping, or a :class:`Plan`.
     out
-        A new folder.
+        Folder to write to; it must be empty or not exist, unless ``resume``.
     executor
         ``None`` for threads of this machine; anything with the interface of
         ``concurrent.futures``; a ``dask.distributed.Client``, or the address of its scheduler,
         ``"tcp://host:8786"``. Workers need fabkit, not the plan's files.
     metrics
-        Metrics of one's own by name, each a function of the variant's :class:`fabkit.Sensor`. They
-        must be importable where they are called, unless the executor can send functions.
+        User-defined metrics by name, each a function of the variant's :class:`fabkit.Sensor`.
+        Workers must be able to import them, unless the executor can send functions.
     resume
-        Go on where an earlier run of the same plan was stopped.
+        Continue an earlier run of the same plan that was stopped.
     progress
-        See :mod:`fabkit`: a bar where tqdm is installed, or a function of done and all.
+        ``False`` for none, or a function of ``(done, total)``. Default: a bar if tqdm is
+        installed.
     retries
-        How often rows are tried again that a worker lost.
+        Number of further attempts at rows whose worker was lost.
 
     Raises
     ------
     MetricError
-        A metric that raised or gave no finite number; finished rows are kept.
+        A user-defined metric raised an exception or did not return a finite number; finished rows
+        are kept.
     FabkitError
-        A plan that cannot be, no variant that is left, an executor that cannot be reached or is
-        broken; a folder that is not empty.
+        The plan is invalid, no variant is left, the executor cannot be reached or is broken, or
+        the folder is not empty.
     """
     metrics = dict(metrics or {})
     plan = load(plan, metrics=metrics)
     native = plan._native  # pyright: ignore[reportPrivateUsage]
     with shown(progress, "variants") as told:
         if executor is None and not metrics:
-            return _sweep(_fabkit.run_sweep(os.fspath(out), native, resume, sys.executable, told))
+            return _finished_sweep(
+                _fabkit.run_sweep(os.fspath(out), native, resume, sys.executable, told)
+            )
         path = os.fspath(out)
         with (
             submitter(executor, retries) as submit,
             closing(_fabkit.SweepStore.open(path, native, resume)) as store,
         ):
             missing = store.missing()
+            # About 64 tasks or more, each of at most 16 rows.
             together = min(max(len(missing) // 64, 1), _MOST_TOGETHER)
             tasks = [missing[i : i + together] for i in range(0, len(missing), together)]
             done = len(plan) - len(missing)
@@ -337,13 +349,13 @@ def run(
                 done += len(lines)
                 if told is not None:
                     told(done, len(plan))
-            return _sweep(store.finish())
+            return _finished_sweep(store.finish())
 
 
 def _rows(
     source: str, numbers: list[int], *, metrics: dict[str, Metric]
 ) -> tuple[list[str], MetricError | None]:
-    """Compute rows, here or on a worker; an error comes with the rows before it."""
+    """Compute rows, here or on a worker; return them with the error that stopped it, if any."""
     plan = _plan(source)
     native = plan._native  # pyright: ignore[reportPrivateUsage]
     if not metrics and not native.bench():
@@ -357,15 +369,16 @@ def _rows(
     return lines, None
 
 
+# A worker parses each plan once, not once a task.
 @functools.lru_cache(maxsize=4)
 def _plan(source: str) -> Plan:
     return Plan(_fabkit.SweepPlan.of_source(source))
 
 
-def _asked(
+def _metric_function(
     plan: Plan, variant: int, metrics: Mapping[str, Metric] | None
 ) -> Callable[[_fabkit.Project], tuple[list[tuple[str, float]], list[str]]] | None:
-    """Make the function that computes one's own metrics of a variant, and those of the bench."""
+    """Return the function that computes user-defined and bench metrics; ``None`` without any."""
     native = plan._native  # pyright: ignore[reportPrivateUsage]
     benched = bool(native.bench())
     if not metrics and not benched:
@@ -373,7 +386,7 @@ def _asked(
 
     def ask(project: _fabkit.Project) -> tuple[list[tuple[str, float]], list[str]]:
         sensor = Sensor(project, plan.sensor)
-        values, notes = _benched(sensor, native) if benched else ({}, [])
+        values, notes = _bench_metrics(sensor, native) if benched else ({}, [])
         for name, metric in (metrics or {}).items():
             try:
                 value = float(metric(sensor))
@@ -387,20 +400,20 @@ def _asked(
     return ask
 
 
-def _benched(sensor: Sensor, plan: _fabkit.SweepPlan) -> tuple[dict[str, float], list[str]]:
-    """Run the bench on a variant; what cannot be pressed leaves cells empty, and says why."""
-    # Without it no variant has figures: an error, not a note in each row.
+def _bench_metrics(sensor: Sensor, plan: _fabkit.SweepPlan) -> tuple[dict[str, float], list[str]]:
+    """Compute a variant's bench metrics; return none and a note where presses are impossible."""
+    # Without the package no variant has bench metrics: an error, not a note in each row.
     try:
         import fabkit_bench  # other sweeps need none of it
-        from fabkit_bench import _learn  # pyright: ignore[reportPrivateUsage]
+        from fabkit_bench import _models  # pyright: ignore[reportPrivateUsage]
     except ImportError as error:
         hint = "pip install fabkit-cad[bench]"
         raise invalid(
             "the bench's figures need fabkit-bench, which is not installed", hint
         ) from error
-    _learn.needed()
+    _models.require()
     try:
-        # Seeds of the bench are shorter than those of samples.
+        # The bench draws from seeds below 2^31; a plan's may be larger.
         return fabkit_bench.figures(sensor, seed=plan.seed() % 2**31, names=plan.bench()), []
     except FabkitError as error:
         return {}, [f"bench: {str(error).splitlines()[0]}"]
@@ -411,7 +424,7 @@ def _axis(space: dict[str, Any]) -> Axis:
     return Axis(choices=None if choices is None else tuple(choices), **space)
 
 
-def _sweep(document: str) -> Sweep:
+def _finished_sweep(document: str) -> Sweep:
     about: dict[str, Any] = json.loads(document)
     if about["none_left"] is not None:
         hint = f"the rows are in {about['folder']}"

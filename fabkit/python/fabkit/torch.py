@@ -1,4 +1,4 @@
-"""Data sets for PyTorch; needs ``pip install fabkit-cad[torch]``."""
+"""Data sets for PyTorch; requires ``pip install fabkit-cad[torch]``."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class TactileTruth(_Dataset):
 
     def __init__(self, folder: str | PathLike[str], split: dataset.Split | None = "train") -> None:
         self.truth = dataset.open(folder, split)
-        """The samples as arrays."""
+        """The data set, with samples as numpy arrays."""
 
     def __len__(self) -> int:
         return len(self.truth)

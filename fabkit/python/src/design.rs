@@ -234,7 +234,7 @@ impl Design {
         let design = Arc::clone(&self.design);
         let bytes = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
             let from = view.map(|view| view.parse().map_err(DrawingError::Viewer)).transpose()?;
-            let (sensor, shot) = (&design.sensor, ImageView { size_px, is_section, from });
+            let (sensor, shot) = (&design.sensor, ImageView { size_px, is_section: section, from });
             Ok(match body {
                 Some(name) => {
                     images::draw_body(bodies::find(sensor, &name)?, shot, &ignore_progress)?

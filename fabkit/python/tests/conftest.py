@@ -1,4 +1,4 @@
-"""What several tests use, and which of many that differ little are run."""
+"""Shared fixtures, and the choice of a sample of tests that differ little."""
 
 import json
 import os
@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-# Each of them asks the package what the command or a process of its own is asked as well. Every
-# third is run, and all of them with FABKIT_FULL=1.
+# Modules whose tests repeat with the package what is tested with the command or in another process.
+# Every third of their tests is run, and all of them with FABKIT_FULL=1.
 SAMPLED = {
     "test_capture",
     "test_dataset",
@@ -23,7 +23,7 @@ EVERY = 3
 
 
 def pytest_collection_modifyitems(config, items):
-    """Leave out what is not of the sample."""
+    """Skip the tests that are not in the sample."""
     if os.environ.get("FABKIT_FULL") == "1":
         return
     sampled = [item for item in items if item.path.stem in SAMPLED]
@@ -34,7 +34,10 @@ def pytest_collection_modifyitems(config, items):
 
 @pytest.fixture(scope="session")
 def command():
-    """Run the package's command; its output, or with ``check=False`` the process."""
+    """Return a function that runs the package's command.
+
+    It returns the output, or with ``check=False`` the completed process.
+    """
 
     def run(*arguments, check=True):
         line = [sys.executable, "-m", "fabkit", *map(str, arguments)]
@@ -49,7 +52,7 @@ def command():
 
 @pytest.fixture(scope="session")
 def rtac0():
-    """Load a sensor once."""
+    """Load the sensor once for all tests."""
     import fabkit
 
     return fabkit.load("rtac0")

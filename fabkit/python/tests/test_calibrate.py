@@ -1,4 +1,4 @@
-"""Calibration from arrays: what went in comes out."""
+"""Calibration from arrays recovers the camera and pose that made the data."""
 
 import json
 import pickle
@@ -23,7 +23,7 @@ def truth(rtac0):
 
 
 def rotation(vector):
-    """Rodrigues' formula."""
+    """Compute a rotation matrix from a rotation vector by Rodrigues' formula."""
     angle = np.linalg.norm(vector)
     x, y, z = vector / angle
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -46,7 +46,7 @@ def test_intrinsics_from_corners(rtac0, board, truth):
     found = fabkit.calibrate.intrinsics(
         rtac0, board, list(views(board, truth, 0.1)), models=["kannala-brandt"]
     )
-    # Two coordinates of 0.1 px; 12 views of hundreds of corners tell that to a few percent.
+    # The length of two residuals of 0.1 px; hundreds of corners determine it to a few percent.
     assert found.rms_px == pytest.approx(0.1 * np.sqrt(2), rel=0.05)
     sigmas = found.camera.sigmas
     for name in ("fx_px", "fy_px", "cx_px", "cy_px"):
@@ -57,12 +57,12 @@ def test_intrinsics_from_corners(rtac0, board, truth):
 
 
 def render(board, square_px=22):
-    """Draw a board squarely, each pixel the mean of its area."""
+    """Draw a board seen perpendicularly; each pixel is the mean of its area."""
     columns, rows = board.document["squares"]
     over = 4
     squares = np.indices((rows, columns)).sum(0) % 2
     small = np.kron(squares, np.ones((square_px * over, square_px * over)))
-    # Shifted by parts of a pixel, on white.
+    # Shifted by fractions of a pixel, on white.
     page = np.ones((480 * over, 640 * over))
     page[37 : 37 + small.shape[0], 41 : 41 + small.shape[1]] = 0.1 + 0.8 * small
     picture = page.reshape(480, over, 640, over).mean((1, 3))
@@ -80,13 +80,13 @@ def test_corners_are_found(board, detector, dtype):
         picture = np.rint(picture * np.iinfo(dtype).max).astype(dtype)
     found = fabkit.calibrate.find_corners(picture, board, detector=detector)
     assert len(found.ids) == len(expected)
-    # Turned by half a turn the board looks the same.
+    # The board looks the same after half a turn.
     errors = [np.abs(found.pixels - e[found.ids]).max() for e in (expected, expected[::-1])]
-    # OpenCV's are 0.12 px off here, all the same way.
+    # OpenCV's corners are off by 0.12 px here, all in the same direction.
     assert min(errors) < (0.1 if detector == "fabkit" else 0.2)
 
 
-def test_pictures_that_cannot_be_used_say_why(rtac0, board):
+def test_unusable_images_are_errors(rtac0, board):
     grey = np.full((480, 640), 0.5)
     with pytest.raises(fabkit.FabkitError, match="no contrast"):
         fabkit.calibrate.find_corners(grey, board, detector="fabkit")
@@ -103,7 +103,7 @@ def test_pictures_that_cannot_be_used_say_why(rtac0, board):
 
 
 def captures(pins, camera, pose, sigma_px):
-    """Pins of a dome in pictures of five."""
+    """Simulate captures with five pins of a dome each."""
     contacts = pins["contact_in_sensor_mm"] @ pose[:3, :3].T + pose[:3, 3]
     pixels = camera.project(contacts)
     seen = np.flatnonzero(
@@ -117,7 +117,7 @@ def captures(pins, camera, pose, sigma_px):
 
 
 def mounted(sensor):
-    """Make a pose that is a little off the design's."""
+    """Return a pose that differs slightly from the design's."""
     moved = np.eye(4)
     moved[:3, :3] = rotation(np.array([0.01, -0.02, 0.015]))
     moved[:3, 3] = [0.2, -0.15, 0.1]
@@ -134,7 +134,7 @@ def test_extrinsics_from_pins(rtac0, tmp_path):
     sigma = np.sqrt(np.diagonal(found.covariance))
     assert np.abs(error[:3, 3]).max() < 5 * sigma[3:].max() + 1e-3
     assert np.abs(error[:3, :3] - np.eye(3)).max() < 5 * sigma[:3].max() + 1e-4
-    # What is written is what ground truth reads.
+    # Ground truth reads the written file.
     found.save(tmp_path / "pose.yaml")
     by_file = fabkit.depth.Scene(rtac0, pose=tmp_path / "pose.yaml")
     by_result = fabkit.depth.Scene(rtac0, pose=found)
@@ -146,7 +146,7 @@ def test_extrinsics_from_pins(rtac0, tmp_path):
         )
 
 
-def test_lens_and_pose_are_unsure_together(rtac0, board, truth, tmp_path):
+def test_joint_covariance_of_lens_and_pose(rtac0, board, truth, tmp_path):
     lens = fabkit.calibrate.intrinsics(
         rtac0, board, list(views(board, truth, 0.1)), models=["kannala-brandt"]
     )
@@ -163,7 +163,7 @@ def test_lens_and_pose_are_unsure_together(rtac0, board, truth, tmp_path):
     joint = found.joint_covariance
     np.testing.assert_allclose(joint[:6, :6], found.covariance)
     np.testing.assert_allclose(joint[6:, 6:], found.camera.covariance)
-    # Distance and focal length are not told apart by pins alone.
+    # Pins alone cannot separate distance and focal length.
     assert abs(joint[5, 6]) > 0.1 * np.sqrt(joint[5, 5] * joint[6, 6])
     # The same sigma from the result, from its files, and in another process.
     found.save(tmp_path / "pose.yaml")
@@ -174,7 +174,7 @@ def test_lens_and_pose_are_unsure_together(rtac0, board, truth, tmp_path):
     ]
     sigmas = [scene.cast(print_sigma_mm=0.0).sigma_mm for scene in scenes]
     for scene, sigma_mm in zip(scenes, sigmas, strict=True):
-        # What the chosen explanation fitted anew is the lens's or the interface's.
+        # Parameters that the chosen explanation fitted belong to the lens or the interface.
         assert scene.sigma_of in ("pose, lens, shape", "pose, lens, interface, shape")
         assert scene.sigma_parameters[:6] == names[:6]
         np.testing.assert_array_equal(sigma_mm, sigmas[0])
@@ -183,8 +183,8 @@ def test_lens_and_pose_are_unsure_together(rtac0, board, truth, tmp_path):
     assert not np.allclose(apart.cast(print_sigma_mm=0.0).sigma_mm, sigmas[0], equal_nan=True)
 
 
-def test_a_plan_says_what_the_command_says(tmp_path):
-    # No marks of its pins are rendered, which takes most of the time elsewhere.
+def test_plan_equals_the_commands(tmp_path):
+    # For this sensor no images of pins are rendered, which takes most of the time for others.
     planned = fabkit.calibrate.plan("tactip", captures=2, pins=5)
     words = ["calibrate", "plan", "tactip", "--captures", "2", "--pins", "5", "--json"]
     said = subprocess.run([sys.executable, "-m", "fabkit", *words], capture_output=True, text=True)
@@ -195,15 +195,15 @@ def test_a_plan_says_what_the_command_says(tmp_path):
     last = planned.next[1]
     done = [last.holes] * 4
     after = fabkit.calibrate.plan("tactip", done=done, pin=last.kind, captures=1, pins=5)
-    # One more tells more.
+    # Another capture improves the accuracy.
     assert after.next[0].expected.surface_mm < after.done.surface_mm
-    # The same pins as a folder lists them; there are no pictures, and none is looked at.
+    # The same pins, listed in a folder; it has no images, as none are read.
     rows = [f"{i}.png,{hole},{last.kind}\n" for i in range(4) for hole in last.holes]
     (tmp_path / "captures.csv").write_text("file,hole,kind\n" + "".join(rows))
     assert fabkit.calibrate.plan("tactip", done=tmp_path, captures=1, pins=5) == after
 
 
-def test_plans_refuse_what_they_cannot_mean():
+def test_invalid_plan_arguments_are_errors():
     with pytest.raises(fabkit.FabkitError, match="hole 999"):
         fabkit.calibrate.plan("shadowtac", done=[[999]], pin="short")
     with pytest.raises(fabkit.FabkitError, match="limits are 1 and 500"):

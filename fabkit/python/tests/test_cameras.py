@@ -1,4 +1,4 @@
-"""Cameras as vectorised functions."""
+"""Camera projections are vectorised, invertible and differentiable."""
 
 import pickle
 
@@ -32,7 +32,7 @@ def test_projection_is_kannala_and_brandts(camera, points):
     np.testing.assert_allclose(pixels, np.stack([columns, rows], -1), rtol=0, atol=1e-9)
 
 
-def test_rays_come_back(camera, points):
+def test_unproject_inverts_project(camera, points):
     origins, directions = camera.unproject(camera.project(points))
     np.testing.assert_array_equal(origins, np.zeros((7, 5, 3)))
     expected = points / np.linalg.norm(points, axis=-1, keepdims=True)
@@ -53,14 +53,14 @@ def test_derivatives_are_those_of_the_projection(camera, points):
         np.testing.assert_allclose(by_parameters[..., place], numeric, rtol=0, atol=1e-5)
 
 
-def test_what_is_not_seen_is_nan(camera):
+def test_unseen_points_project_to_nan(camera):
     pixels = camera.project([[0, 0, 1], [0, 0, -1], [np.nan, 0, 1]])
     assert np.isfinite(pixels[0]).all()
     assert np.isnan(pixels[1:]).all()
     assert camera.project(np.zeros((0, 3))).shape == (0, 2)
 
 
-def test_any_layout_and_number_gives_the_same(camera, points):
+def test_memory_layout_and_batching_do_not_matter(camera, points):
     expected = camera.project(points)
     np.testing.assert_array_equal(camera.project(np.asfortranarray(points)), expected)
     np.testing.assert_array_equal(camera.project(points[::2]), expected[::2])
@@ -84,7 +84,7 @@ def test_a_scenes_camera_and_pose_make_the_same_scene() -> None:
     scene = fabkit.depth.Scene("rtac0").resized(64, 48)
     camera_from_sensor = np.linalg.inv(scene.sensor_from_camera)
     again = fabkit.depth.Scene("rtac0", camera=scene.camera, pose=camera_from_sensor)
-    # Two matrix inverses apart; without its glass, places would be 0.05 mm off.
+    # Two matrix inverses cause the difference; without the glass, points would be off by 0.05 mm.
     np.testing.assert_allclose(
         again.cast().point_in_sensor, scene.cast().point_in_sensor, rtol=0, atol=1e-9
     )

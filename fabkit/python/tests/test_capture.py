@@ -1,4 +1,4 @@
-"""Simulated pictures through Python."""
+"""Simulated captures from Python."""
 
 import pickle
 
@@ -10,7 +10,7 @@ import fabkit
 import fabkit.sim
 
 
-def test_a_picture_is_the_commands(command, tmp_path):
+def test_capture_equals_the_commands(command, tmp_path):
     press = "ball@1mm,-2mm,1mm"
     scene = fabkit.depth.Scene("9dtact")
     captured = scene.capture(press, seed=3, spacing_mm=0.5)
@@ -34,10 +34,10 @@ def test_a_picture_is_the_commands(command, tmp_path):
     assert darker[~inside].min() < -0.1
 
 
-def test_colours_and_marks_come_along():
+def test_colour_captures_have_markers():
     captured = fabkit.depth.Scene("digit-like").capture(seed=None)
     assert captured.grey.shape == (480, 640, 3)
-    # Each colour comes from its own side.
+    # Each colour's light source is on its own side.
     columns = captured.grey[240].argmax(axis=0)
     assert columns[2] < 320 < columns[0]
     dots = fabkit.depth.Scene("tactip").capture(samples=4, seed=None)
@@ -46,12 +46,12 @@ def test_colours_and_marks_come_along():
     assert len(seen) > 40
 
 
-def test_lights_that_a_sensor_has_not_are_refused():
+def test_unknown_light_is_an_error():
     with pytest.raises(fabkit.FabkitError, match="no light `uv`: it has white"):
         fabkit.depth.Scene("rtac0").capture(light="uv")
 
 
-def test_units_are_the_commands(command, tmp_path):
+def test_units_equal_the_commands(command, tmp_path):
     press = "ball@1mm,-2mm,1mm"
     scene = fabkit.depth.Scene("9dtact", unit=5)
     captured = scene.capture(press, seed=3, spacing_mm=0.5)

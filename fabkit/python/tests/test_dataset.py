@@ -1,4 +1,4 @@
-"""Data sets that the command wrote."""
+"""Data sets of the command and of the package."""
 
 import concurrent.futures
 import multiprocessing
@@ -58,7 +58,7 @@ def test_samples_are_chosen_like_items_of_a_list(folders):
         np.testing.assert_array_equal(
             data[some].halves, data.halves[some if len(some) else slice(0)]
         )
-    # A choice of a choice, its range too.
+    # A selection of a selection, with its range map.
     again = data[::2][1:3]
     np.testing.assert_array_equal(again.halves, data.halves[[2, 4]])
     np.testing.assert_array_equal(again.range_mm(-1), data.range_mm(4))
@@ -72,7 +72,7 @@ def test_samples_are_chosen_like_items_of_a_list(folders):
             data[wrong]
 
 
-def test_halves_are_what_the_camera_sees(folders, rtac0):
+def test_halves_equal_ground_truth(folders, rtac0):
     data = fabkit.dataset.open(folders / "written")
     left, right = np.unravel_index(5, (3, 3))
     assert data.halves[5].tolist() == [left, 3 + right]
@@ -91,7 +91,7 @@ def test_halves_are_what_the_camera_sees(folders, rtac0):
         np.testing.assert_allclose(range_mm[mask], truth.range_mm[mask], rtol=0, atol=1.2e-7)
 
 
-def test_a_data_set_from_python_is_the_commands(folders, rtac0, tmp_path):
+def test_data_set_from_python_equals_the_commands(folders, rtac0, tmp_path):
     told = []
     presses = folders / "presses.txt"
     data = fabkit.dataset.write(
@@ -103,34 +103,34 @@ def test_a_data_set_from_python_is_the_commands(folders, rtac0, tmp_path):
     assert tree(tmp_path / "mine") == tree(folders / "stitched")
     with pytest.raises(fabkit.FabkitError, match="not empty"):
         fabkit.dataset.write(rtac0, tmp_path / "mine", presses=presses)
-    # Nothing is left to do.
+    # With `resume`, a finished data set needs no work.
     fabkit.dataset.write(rtac0, tmp_path / "mine", presses=presses, resume=True)
     with pytest.raises(fabkit.FabkitError, match="seam_margin_mm: -1 mm"):
         fabkit.dataset.write(rtac0, tmp_path / "other", seam_margin_mm=-1)
 
 
 class Losing:
-    """An executor of this thread that loses its first tasks."""
+    """An executor that runs tasks in this thread and loses the first ones."""
 
     def __init__(self, losses):
         self.losses = losses
         self.submitted = 0
 
     def submit(self, work, *arguments):
-        """Do it at once, or lose it."""
+        """Run the task at once, or lose it."""
         self.submitted += 1
         future = concurrent.futures.Future()
         if self.submitted <= self.losses:
             future.set_exception(RuntimeError("the worker died"))
         else:
-            # As if it had travelled.
+            # Pickle and unpickle, as for another process.
             work, arguments = pickle.loads(pickle.dumps((work, arguments)))
             future.set_result(work(*arguments))
         return future
 
 
 @pytest.mark.parametrize("kind", ["stitched", "written"])
-def test_halves_cast_elsewhere_are_the_same_bytes(folders, rtac0, tmp_path, kind):
+def test_halves_from_an_executor_are_the_same_bytes(folders, rtac0, tmp_path, kind):
     options = {"presses": folders / "presses.txt", "materialise": kind == "written"}
     context = multiprocessing.get_context("spawn")
     with concurrent.futures.ProcessPoolExecutor(1, mp_context=context) as executor:
@@ -142,7 +142,7 @@ def test_lost_shards_are_tried_again_and_finished_ones_are_kept(folders, rtac0, 
     options = {"presses": folders / "presses.txt"}
     executor = Losing(losses=2)
     fabkit.dataset.write(rtac0, tmp_path / "again", executor=executor, **options)
-    # Six halves are one shard.
+    # Six halves fit into one shard.
     assert executor.submitted == 3
     assert tree(tmp_path / "again") == tree(folders / "stitched")
 
@@ -153,7 +153,7 @@ def test_lost_shards_are_tried_again_and_finished_ones_are_kept(folders, rtac0, 
     assert tree(tmp_path / "lost") == tree(folders / "stitched")
 
 
-def test_sensors_and_scenes_travel(rtac0, tmp_path):
+def test_sensors_and_scenes_can_be_pickled(rtac0, tmp_path):
     file = tmp_path / "thin.yaml"
     file.write_text("format: 1\nextends: rtac0\nname: thin\n")
     sensor = fabkit.load(file, coat__thickness="0.1 mm")
@@ -169,7 +169,7 @@ def test_sensors_and_scenes_travel(rtac0, tmp_path):
     np.testing.assert_array_equal(scene.sensor_from_camera, again.sensor_from_camera)
 
 
-def test_splits_share_nothing(folders):
+def test_splits_share_no_pattern(folders):
     sizes = {
         split: len(fabkit.dataset.open(folders / "stitched", split))
         for split in ("train", "validation", "test", "mixed")
@@ -193,7 +193,7 @@ def test_forked_processes_can_read(folders):
             assert found == expected
 
 
-def test_damage_is_noticed(folders, tmp_path):
+def test_damaged_files_are_errors(folders, tmp_path):
     (tmp_path / "halves").mkdir()
     with pytest.raises(fabkit.FabkitError) as caught:
         fabkit.dataset.open(tmp_path)
@@ -212,19 +212,19 @@ def test_damage_is_noticed(folders, tmp_path):
 
 
 def read_all(folder):
-    """Read everything that a training reads."""
+    """Read everything that a training would read."""
     data = fabkit.dataset.open(folder)
     for sample in data:
         assert sample["indentation_mm"].shape == data.reference["is_left"].shape
 
 
 @pytest.mark.parametrize("kind", ["stitched", "written"])
-def test_every_flipped_bit_is_noticed(folders, tmp_path, kind):
+def test_every_flipped_bit_is_an_error(folders, tmp_path, kind):
     shutil.copytree(folders / kind, tmp_path / "set")
     random = np.random.default_rng(1)
     read_all(tmp_path / "set")
     group = "samples" if kind == "written" else "halves"
-    # The card is for people, and groups say nothing that is read; `--resume` compares them too.
+    # The card and the groups' metadata are not read; only `--resume` compares them.
     files = [tmp_path / "set" / name for name in ("dataset.json", "samples.csv", "reference.npz")]
     arrays = [path for path in (tmp_path / "set" / group).rglob("*") if path.is_file()]
     files += [path for path in arrays if path.parent.name != group]
@@ -242,7 +242,7 @@ def test_every_flipped_bit_is_noticed(folders, tmp_path, kind):
     read_all(tmp_path / "set")
 
 
-def test_metadata_that_was_made_up_is_refused(folders, tmp_path):
+def test_invalid_metadata_is_an_error(folders, tmp_path):
     path = folders / "stitched/halves/label/zarr.json"
     whole = path.read_text()
     shape = '"shape": [\n    6,\n    480,\n    640\n  ]'
@@ -257,16 +257,16 @@ def test_metadata_that_was_made_up_is_refused(folders, tmp_path):
         path.write_text(whole)
 
 
-def test_what_workers_send_is_looked_at(folders, rtac0, tmp_path):
+def test_data_from_workers_is_validated(folders, rtac0, tmp_path):
     class Lying(Losing):
-        """Sends what it is told to instead of a shard."""
+        """An executor that returns given data instead of a shard."""
 
         def __init__(self, files):
             super().__init__(0)
             self.files = files
 
         def submit(self, work, *arguments):
-            """Answer at once."""
+            """Return the data at once."""
             future = concurrent.futures.Future()
             future.set_result((self.files, None))
             return future
@@ -284,17 +284,17 @@ def test_what_workers_send_is_looked_at(folders, rtac0, tmp_path):
         assert f"a worker sent `{file[0]}`" in str(caught.value)
         assert not (tmp_path / "x").exists()
         assert not (folder / "halves").exists()
-    # What was begun so can be finished.
+    # The folder is still valid and can be finished.
     fabkit.dataset.write(rtac0, tmp_path / "0", resume=True, **options)
     assert tree(tmp_path / "0") == tree(folders / "stitched")
 
 
 def test_one_process_writes_at_a_time(folders, rtac0, tmp_path):
     class Second(Losing):
-        """Tries to write there too."""
+        """An executor whose tasks write to the same folder."""
 
         def submit(self, work, *arguments):
-            """Do both."""
+            """Try to write to the folder, then run the task."""
             with pytest.raises(fabkit.FabkitError, match="is being written to by process"):
                 fabkit.dataset.write(rtac0, tmp_path / "mine", resume=True, **options)
             return super().submit(work, *arguments)

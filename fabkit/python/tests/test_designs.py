@@ -1,4 +1,4 @@
-"""Sensors as objects: values as numbers, changes, chains, and names that completion offers."""
+"""Sensors as objects: values, changes, build steps, and names that completion offers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_values_are_numbers_in_their_units(rtac0: fabkit.Sensor) -> None:
     )
     assert radius.limit == {"min": 8.0, "max": 60.0, "unit": "mm", "choices": []}
     assert rtac0.surface.radius == 15.0
-    # `camera` is the camera itself.
+    # `camera` is the Camera object, not the section of parameters.
     assert rtac0.values.camera.field_of_view == 160.0
     assert rtac0.leds.count == 8
     assert "radius" in dir(rtac0.surface)
@@ -37,18 +37,18 @@ def test_values_are_numbers_in_their_units(rtac0: fabkit.Sensor) -> None:
     assert dome.fixtures.pin_dome.captures.pins == 5
 
 
-def test_a_sensor_is_replaced_by_another(rtac0: fabkit.Sensor) -> None:
+def test_replace_changes_parameters(rtac0: fabkit.Sensor) -> None:
     thin = fabkit.load("rtac0", coat__thickness="0.1 mm")
     wide = thin.replace(surface__radius=1.1 * thin.surface.radius)
     assert (wide.surface.radius, wide.coat.thickness) == (16.5, 0.1)
     assert thin.surface.radius == 15.0
-    # What followed from it still does, and what was set can be set again.
+    # Derived values follow the change, and overrides can be changed again.
     assert wide.tube.outer_diameter == 27.0
     assert (
         wide.replace({"coat.thickness": rtac0.parameters["coat.thickness"]}).coat.thickness == 0.05
     )
     assert wide.replace(leds__count=7).leds.count == 7
-    # It travels to other processes as what it was made of.
+    # It is pickled as its source and overrides.
     assert pickle.loads(pickle.dumps(wide)).design_hash == wide.design_hash
     assert copy.copy(wide).design_hash == wide.design_hash
     with pytest.raises(fabkit.InvalidInputError) as caught:
@@ -60,7 +60,7 @@ def test_a_sensor_is_replaced_by_another(rtac0: fabkit.Sensor) -> None:
     assert problem.limit["max"] == 60.0
 
 
-def test_how_it_is_built_and_what_is_bought(rtac0: fabkit.Sensor) -> None:
+def test_build_steps_and_components(rtac0: fabkit.Sensor) -> None:
     steps = {step.name: step for step in rtac0.chain}
     pour = steps["pour-transparent-gel"]
     assert pour.batch is not None

@@ -1,4 +1,4 @@
-"""Errors are the command's: codes and messages; and they name what is wrong."""
+"""Errors have the command's codes and messages, and name the wrong value."""
 
 import json
 import pickle
@@ -20,7 +20,7 @@ def test_a_file_with_problems_gives_all_of_them_with_lines(command, tmp_path):
     error = caught.value
     document = json.loads(done.stdout)
     assert (error.code, error.exit_code) == ("bad-input", done.returncode)
-    # Here the value is as written; the command has it as a number too.
+    # Python has the value as written; the command has it as a number too.
     told = [{**problem, "value": problem["written"]} for problem in document["problems"]]
     for problem, one in zip(error.problems, told, strict=True):
         assert vars(problem) == {name: one[name] for name in vars(problem)}
@@ -33,7 +33,7 @@ def test_a_file_with_problems_gives_all_of_them_with_lines(command, tmp_path):
     assert str(error) == text.removeprefix("error: ").rstrip("\n")
 
 
-def test_an_error_is_what_its_kind_suggests(rtac0):
+def test_errors_are_builtin_exceptions_too(rtac0):
     with pytest.raises(ValueError, match="there is no sensor `rtac1`"):
         fabkit.load("rtac1")
     with pytest.raises(KeyError, match="there is no part `shel`"):
@@ -78,14 +78,14 @@ def test_an_error_is_what_its_kind_suggests(rtac0):
         (lambda s: fabkit.dataset.open("no-such-folder"), "no-such-folder", "fabkit.dataset.write"),
     ],
 )
-def test_what_is_wrong_is_named(rtac0, call, message, hint):
+def test_error_names_the_wrong_value(rtac0, call, message, hint):
     with pytest.raises(fabkit.FabkitError) as caught:
         call(rtac0)
     assert message in str(caught.value)
     assert hint is None or hint in (caught.value.hint or "")
 
 
-def test_errors_travel_between_processes():
+def test_errors_can_be_pickled():
     with pytest.raises(fabkit.FabkitError) as caught:
         fabkit.load("rtac0", coat__thickness="4 mm")
     again = pickle.loads(pickle.dumps(caught.value))
@@ -94,7 +94,7 @@ def test_errors_travel_between_processes():
     assert (again.problems, again.code) == (caught.value.problems, "bad-input")
 
 
-def test_a_panic_is_an_exception_of_fabkits(capfd):
+def test_panic_becomes_a_fabkit_error(capfd):
     from fabkit import _fabkit
 
     with pytest.raises(fabkit.FabkitError) as caught:
@@ -103,12 +103,12 @@ def test_a_panic_is_an_exception_of_fabkits(capfd):
     assert "on purpose" in capfd.readouterr().err
 
 
-def test_every_short_call_has_that_net():
+def test_every_binding_catches_panics():
     from pathlib import Path
 
     sources = Path(__file__).parent.parent / "src"
     bare = [path.name for path in sources.glob("*.rs") if "py.detach(" in path.read_text()]
-    # The first has the net; in the second it is the command's own.
+    # The first catches panics itself; in the second the command does.
     assert sorted(bare) == ["command.rs", "running.rs"]
 
 

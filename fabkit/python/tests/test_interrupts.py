@@ -1,4 +1,4 @@
-"""Ctrl-C, in the package and in its command."""
+"""Ctrl-C stops long calls of the package and its command."""
 
 import os
 import signal
@@ -34,11 +34,11 @@ def test_long_calls_stop(call, tmp_path):
     folder = tmp_path / "out"
     script = LONG.format(call=call.format(folder=folder))
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
-    # The interpreter lives on, and ends as its script says.
+    # The interpreter continues and exits with the script's code.
     assert done.returncode == 7, done.stderr
     word, seconds = done.stdout.split()
     assert word == "interrupted"
-    # Looked for every 25 ms; the rest is for busy machines. The work itself takes several seconds.
+    # Interrupts are checked every 25 ms; the rest is for busy machines. The work takes seconds.
     assert float(seconds) < 0.5 + 1.0
     assert not folder.exists()
 
@@ -52,15 +52,15 @@ def test_a_progress_that_raises_stops_the_work(rtac0, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_progress_is_told(rtac0, tmp_path):
+def test_progress_is_reported(rtac0, tmp_path):
     told = []
     rtac0.export(tmp_path, formats=["stl"], progress=lambda *at: told.append(at))
     assert told[-1] == (13, 13)
     assert told == sorted(told)
 
 
-def test_the_command_stops_as_it_should():
-    # As `fabkit check uvdtact`, which says when Python has started.
+def test_interrupted_command_exits_cleanly():
+    # Runs `fabkit check uvdtact`, and prints when Python has started.
     script = "import sys; from fabkit.__main__ import main; print('ready', flush=True); main()"
     line = [sys.executable, "-c", script, "check", "uvdtact"]
     process = subprocess.Popen(line, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
@@ -71,7 +71,7 @@ def test_the_command_stops_as_it_should():
     assert (process.returncode, text) == (130, "error: interrupted\n")
 
 
-def test_the_command_is_the_command(command):
+def test_the_command_of_the_package_works(command):
     import fabkit
 
     assert command("--version") == f"fabkit {fabkit.__version__}\n"
@@ -84,6 +84,6 @@ def test_progress_is_a_bar_where_there_is_tqdm(rtac0, tmp_path, capsys):
     pytest.importorskip("tqdm")
     rtac0.export(tmp_path, formats=["stl"], progress=True)
     assert "export rtac0" in capsys.readouterr().err
-    # Nobody looks at a file.
+    # No bar on a file.
     rtac0.export(tmp_path, formats=["stl"])
     assert capsys.readouterr().err == ""

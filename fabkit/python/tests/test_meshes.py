@@ -12,12 +12,12 @@ import trimesh
 import fabkit
 
 
-def test_arrays_are_what_they_promise(rtac0):
+def test_array_shapes_and_types(rtac0):
     mesh = rtac0.parts["base"].mesh(tolerance_mm=0.02)
     assert (mesh.vertices.dtype, mesh.triangles.dtype) == (np.float64, np.uint32)
     assert mesh.vertices.flags.c_contiguous
     assert mesh.triangles.flags.c_contiguous
-    # The mesh's own memory, every time.
+    # Each access returns the mesh's own memory.
     assert np.shares_memory(mesh.vertices, mesh.vertices)
     assert mesh.leaves.shape == (len(mesh.triangles),)
 
@@ -28,7 +28,7 @@ def test_trimesh_measures_the_same(rtac0):
         theirs = mesh.to_trimesh()
         assert theirs.is_watertight
         assert theirs.is_winding_consistent
-        # Sums of at most 1e5 terms in another order.
+        # Rounding: sums of at most 1e5 terms in another order.
         assert mesh.volume_mm3 == pytest.approx(theirs.volume, rel=1e-10)
         assert mesh.area_mm2 == pytest.approx(theirs.area, rel=1e-10)
         assert theirs.euler_number == 2 - 2 * mesh.genus
@@ -52,7 +52,7 @@ def test_a_mesh_is_written_in_its_own_frame(rtac0, tmp_path):
 
 
 class _Frames(HTMLParser):
-    """What frames hold."""
+    """A parser that collects the content of frames."""
 
     def __init__(self):
         super().__init__()
@@ -75,7 +75,7 @@ def test_notebooks_show_a_model_to_turn(rtac0):
     glb = base64.b64decode(data["glb"])
     scene = trimesh.load(io.BytesIO(glb), file_type="glb")
     assert {*rtac0.layers} - {*scene.geometry} == set()
-    # Rays end where the camera sees, and the surface is pressed in.
+    # The page shows the camera's rays and the pressed surface.
     assert len(data["rays"]["rays"]) == 82
     assert "translucent-gel" in data["pressed"]["instead_of"]
 

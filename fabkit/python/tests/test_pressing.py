@@ -1,4 +1,4 @@
-"""Presses of soft layers through Python."""
+"""Presses of soft layers from Python."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 import fabkit
 
 
-def test_a_press_is_the_commands(command, rtac0, tmp_path):
+def test_press_equals_the_commands(command, rtac0, tmp_path):
     options = {"shear_mm": ("0.1 mm", 0.05), "steps": 2, "spacing_mm": 0.6}
     pressed = fabkit.press(rtac0, "ball@30deg,120deg", "0.6 mm", **options)
     flags = ["--indenter=ball@30deg,120deg", "--depth=0.6mm", "--shear=0.1mm,0.05mm", "--steps=2"]
@@ -24,13 +24,13 @@ def test_a_press_is_the_commands(command, rtac0, tmp_path):
 def test_nodes_add_up_to_the_force(rtac0):
     pressed = fabkit.press(rtac0, "ball@0deg,0deg", 0.5, steps=1, spacing_mm=0.6)
     by_nodes = -(pressed.pressure_mpa * pressed.area_mm2) @ pressed.outward
-    # Nodes stand for their surroundings, over which the normal turns a little.
+    # Each node stands for an area over which the normal varies slightly.
     assert by_nodes == pytest.approx(pressed.force_n, abs=0.02 * np.linalg.norm(pressed.force_n))
     assert pressed.contact_level == "linear"
     assert pressed.bulge_mm > 0.0
 
 
-def test_linear_truth_says_what_it_rests_on(rtac0):
+def test_linear_truth_lists_its_assumptions(rtac0):
     cast = fabkit.depth.cast
     truth = cast(rtac0, "ball@30deg,120deg,0.8mm", contact="linear", spacing_mm=0.6)
     assert truth.elastic is not None

@@ -1,4 +1,4 @@
-"""The examples of the README run as they are written."""
+"""The README's examples run as written."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Python and the command give the same, to the last bit."""
+"""Python and the command give the same bytes."""
 
 import json
 
@@ -39,7 +39,7 @@ def test_options_reach_the_export(command, tmp_path):
 
 @pytest.mark.parametrize("ending", [".stl", ".3mf", ".tree.json", ".png"])
 def test_a_part_is_exported_alone(command, rtac0, tmp_path, ending):
-    # A lid is larger by what shrinks: the file is not the mesh.
+    # The file is compensated for shrinkage, so it differs from the mesh.
     name = "lid-translucent-gel"
     word = "tree" if ending == ".tree.json" else ending[1:]
     command("export", f"rtac0/{name}", "--format", word, "-o", tmp_path)

@@ -1,4 +1,4 @@
-"""Sensors that are kept ready, beside what single presses and captures say."""
+"""Prepared sensors (`fabkit.sim`) agree with single presses and captures."""
 
 import pickle
 import runpy
@@ -22,23 +22,23 @@ def rtac0():
     return sim.Sensor("rtac0", size_px=SIZE_PX, spacing_mm=0.6)
 
 
-def test_a_press_is_what_press_and_capture_say(rtac0):
+def test_prepared_press_agrees_with_press_and_capture(rtac0):
     felt = rtac0.press(PRESS, seed=None)
     single = fabkit.press("rtac0", "hemisphere@30deg,0deg", 0.8, spacing_mm=0.6, steps=1)
-    # One looks at a patch around the place, the other at the whole dome: nodes differ.
+    # One solves a patch around the contact, the other the whole dome: nodes differ.
     assert_allclose(felt.force_n, single.force_n, atol=0.05 * np.linalg.norm(single.force_n))
     captured = rtac0.scene.capture(PRESS, seed=None, spacing_mm=0.6)
     assert np.abs(felt.image - captured.grey.round()).max() <= 3
     seen = captured.truth.contact & felt.contact
     assert seen.sum() > 0.8 * captured.truth.contact.sum()
     assert_allclose(felt.depth_mm[seen], captured.truth.indentation_mm[seen], atol=1e-3)
-    # Between nodes 0.6 mm apart.
+    # Interpolation between nodes 0.6 mm apart.
     assert abs(felt.deepest_mm - 0.8) < 0.05
 
 
 @pytest.mark.parametrize("name", ["rtac0", "digit-like"])
-def test_fewer_pixels_see_the_same(name):
-    """Through whatever bends light: four pixels in their middle."""
+def test_resized_sensor_has_the_same_view(name):
+    """Compare each pixel with the middle of the four it replaces, with and without refraction."""
     scene = fabkit.depth.Scene(name)
     camera = scene.camera
     small = scene.resized(camera.width_px // 2, camera.height_px // 2)
@@ -50,7 +50,7 @@ def test_fewer_pixels_see_the_same(name):
     assert_array_equal(again.cast().range_mm, small.cast().range_mm)
 
 
-def test_presses_do_not_know_each_other(rtac0):
+def test_presses_are_independent(rtac0):
     presses = [sim.Asked(f"hemisphere@20deg,{a}deg,0.5mm", seed=a) for a in (0, 120, 240)]
     many = rtac0.press_all(presses)
     for i, asked in enumerate(presses):
@@ -67,8 +67,8 @@ def test_presses_do_not_know_each_other(rtac0):
         ("uvdtact", "uv", "hemisphere@20deg,30deg,0.5mm", 0.6),
     ],
 )
-def test_what_is_kept_looks_like_what_is_captured(name, light, press, spacing_mm):
-    """Of marks and of glowing layers, too, only what has moved is painted anew."""
+def test_prepared_sensor_renders_like_capture(name, light, press, spacing_mm):
+    """Check images with markers and fluorescent layers, where only changed pixels are redrawn."""
     sensor = sim.Sensor(name, size_px=(80, 60), spacing_mm=spacing_mm, light=light)
     felt = sensor.press(press, seed=None)
     captured = sensor.scene.capture(press, seed=None, spacing_mm=spacing_mm, light=light)
@@ -79,8 +79,8 @@ def test_what_is_kept_looks_like_what_is_captured(name, light, press, spacing_mm
     assert changed.max() > 20
 
 
-def test_an_environment_around_it():
-    """The example's, by gymnasium's own rules."""
+def test_gymnasium_environment():
+    """Check the example's environment by gymnasium's own rules."""
     path = Path(__file__).parents[1] / "examples/robots/gymnasium_touch.py"
     touch = runpy.run_path(str(path))["Touch"]()
     check_env(touch, skip_render_check=True)
@@ -89,8 +89,8 @@ def test_an_environment_around_it():
     assert reward == -abs(touch.depth_mm - told["wanted_mm"])
 
 
-def test_a_first_touch_is_nothing(rtac0):
-    """A loop that comes down on a sensor does not stop between nothing and a contact."""
+def test_first_contact_does_not_fail(rtac0):
+    """Check that a control loop does not fail between no contact and the first contact."""
     depths_mm = [0.002, 0.005, 0.01, 0.02]
     tip = rtac0.sensor_from_touch[:3, 3]
     felt = [rtac0.press(sim.ball(4.0).at(*np.add(tip, [0, 0, 4.0 - mm]))) for mm in depths_mm]
@@ -99,7 +99,7 @@ def test_a_first_touch_is_nothing(rtac0):
     assert forces[-1] < 0.01
 
 
-def test_what_does_not_touch_leaves_it_at_rest(rtac0):
+def test_press_without_contact_is_the_rest_state(rtac0):
     rest, apart = rtac0.press(seed=None), rtac0.press(sim.ball(2.0).at(0, 0, 40), seed=None)
     assert_array_equal(rest.image, apart.image)
     assert not apart.contact.any()
@@ -107,23 +107,23 @@ def test_what_does_not_touch_leaves_it_at_rest(rtac0):
     assert rest.deepest_mm == 0.0
 
 
-def test_bodies_of_ones_own(rtac0):
-    """A box by its edges, and by its triangles; a ball, and its own name for one."""
+def test_custom_bodies(rtac0):
+    """Compare a box by edges with one by triangles, and a ball with a named press."""
     at = (0.5, 0, TIP_MM + 3 - 0.4)
     mesh = fabkit.sim.convex(*_box_mesh(4, 5, 6))
     felt = [rtac0.press(body.at(*at), seed=None) for body in (sim.box(4, 5, 6), mesh)]
     assert_allclose(felt[0].force_n, felt[1].force_n, atol=1e-9)
     assert_allclose(felt[0].depth_mm, felt[1].depth_mm, atol=1e-6)
     assert felt[0].force_n[2] < -0.1
-    # Two at once push more than one.
+    # Two bodies at once give more force than one.
     both = rtac0.press([sim.ball(3).at(4, 0, 22.5), sim.ball(3).at(-4, 0, 22.5)], seed=None)
     one = rtac0.press(sim.ball(3).at(4, 0, 22.5), seed=None)
     assert both.force_n[2] < 1.5 * one.force_n[2] < 0
-    # Rings of nodes turn by a fraction of a step from one to the next.
+    # Nodes of neighbouring rings are rotated by a fraction of a step against each other.
     assert abs(both.force_n[0]) < 0.01 * abs(both.force_n[2])
 
 
-def test_a_way_along_the_surface_needs_friction(rtac0):
+def test_shear_needs_friction(rtac0):
     straight = rtac0.press(PRESS, seed=None)
     along = rtac0.press(PRESS, shear_mm=(0.0, "0.3 mm"), friction=0.5, seed=None)
     assert abs(along.force_n[1]) > 0.02 > abs(straight.force_n[1])
@@ -139,14 +139,14 @@ def test_a_way_along_the_surface_needs_friction(rtac0):
         (sim.ball(1.0).placed(2 * np.eye(4) - np.diag([0, 0, 0, 1])), "rigid"),
     ],
 )
-def test_what_cannot_press_is_refused(rtac0, presser, says):
+def test_impossible_presses_are_errors(rtac0, presser, says):
     with pytest.raises(fabkit.FabkitError, match=says):
         rtac0.press(presser)
-    # It is as ready as before.
+    # The sensor still works after the error.
     assert rtac0.press(PRESS).contact.any()
 
 
-def test_a_hollow_is_not_convex():
+def test_concave_mesh_is_an_error():
     points, triangles = _box_mesh(2, 2, 2)
     dented = points.copy()
     dented[0] *= 0.1
@@ -156,7 +156,7 @@ def test_a_hollow_is_not_convex():
         sim.convex(points, triangles[:, ::-1])
 
 
-def test_depth_comes_back_from_pictures(rtac0):
+def test_depth_is_reconstructed_from_captures(rtac0):
     felt, rest = rtac0.press("hemisphere@20deg,90deg,1mm", seed=4), rtac0.press(seed=9)
     depth_mm, contact = rtac0.reconstruct(felt.image, rest.image)
     assert contact.sum() > 0.8 * felt.contact.sum()
@@ -165,7 +165,7 @@ def test_depth_comes_back_from_pictures(rtac0):
         rtac0.reconstruct(felt.image[:-1], rest.image)
 
 
-def test_marks_are_followed_by_their_names():
+def test_markers_are_tracked_by_name():
     skin = sim.Skin("fluidic", spacing_mm=2.0)
     presses = ["hemisphere@20mm,3mm,0.1mm", "hemisphere@20mm,3mm,4mm"]
     many = skin.press_all(presses, lights=["white", "display"], seed=3)
@@ -178,7 +178,7 @@ def test_marks_are_followed_by_their_names():
         assert both.seen.all()
         assert_array_equal(both.px[0], marks.rest_px)
         assert_array_equal(marks.follow(pressed).px, both.px[1])
-        # One ray a pixel: a marker's middle is known to 0.1 px, a column's end to a pixel.
+        # With one ray for each pixel, a marker is located to 0.1 px, a column's end to a pixel.
         off = np.linalg.norm(both.moved_px[1] - (true_px[1] - true_px[0]), axis=1)
         assert np.median(off) < (0.15 if light == "white" else 0.5)
     assert marks.names == [f"column {i + 1}" for i in range(16)]
@@ -200,18 +200,18 @@ def test_a_skin_with_channels():
         sim.Skin("rtac0")
 
 
-def test_pictures_of_a_skin():
+def test_images_of_a_skin():
     skin = sim.Skin("fluidic", spacing_mm=2.0, size_px=(160, 120))
     presses = ["hemisphere@20mm,3mm,2mm", "hemisphere@-20mm,3mm,0.5mm"]
     lights = ["display", "white"]
     both = skin.press_all(presses, lights=lights, seed=7)
     assert both.images["display"].shape == (2, 120, 160, 3)
     assert both.images["white"].shape == (2, 120, 160)
-    # Each picture has its own noise, whatever is asked for beside it.
+    # The noise of an image does not depend on the other images of the call.
     second = skin.press_all(presses[1:], lights=lights, seed=8)
     for light in lights:
         assert_array_equal(second.images[light][0], both.images[light][1])
-    # Marks are bright where `mark_px` says, pressed and not.
+    # Markers are bright at `mark_px`, pressed and not.
     ideal = skin.press_all(presses, lights=["white"], seed=None)
     for image, pixels in zip(ideal.images["white"], ideal.mark_px, strict=True):
         columns, rows = pixels[np.isfinite(pixels).all(axis=1)].round().astype(int).T

@@ -1,4 +1,4 @@
-"""Sweeps from Python: the command's bytes on any executor, and errors that name the culprit."""
+"""Sweeps from Python: the command's bytes on any executor, and errors that name the cause."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_any_executor_gives_the_bytes_of_the_command(plan: Path, tmp_path: Path)
     assert tables(tmp_path / "d") == expected
 
 
-def test_a_metric_of_ones_own_is_a_column(plan: Path, tmp_path: Path) -> None:
+def test_user_metric_is_a_column(plan: Path, tmp_path: Path) -> None:
     metrics = {"shell_cm3": shell_mass}
     axes = {"shell.wall": ["1.5 mm", "1.52 mm"]}
     few = {"sensor": "rtac0", "axes": axes, "metrics": ["coverage"]}
@@ -100,7 +100,7 @@ def test_a_bad_metric_is_named_and_finished_rows_are_kept(
     assert (caught.value.metric, caught.value.variant) == ("mine", 1)
     kept = list((tmp_path / "out" / "sweep.partial").glob("rows-*.jsonl"))
     assert [json.loads(line)["variant"] for path in kept for line in path.open()] == [0]
-    # Corrected, it goes on; the rows are those of an undisturbed run.
+    # With a corrected metric the sweep resumes; the rows are those of an undisturbed run.
     good = {"mine": lambda _: 6.0}
     fabkit.sweep.run(plan, tmp_path / "out", metrics=good, resume=True)
     fabkit.sweep.run(plan, tmp_path / "whole", metrics=good)
@@ -117,7 +117,7 @@ def test_bad_input_names_the_culprit(plan: Path, tmp_path: Path) -> None:
     with pytest.raises(fabkit.InvalidInputError, match="`coverage > 2` excludes 1 of 1"):
         fabkit.sweep.run({**everything, "constraints": ["coverage > 2"]}, tmp_path / "none")
     assert len((tmp_path / "none" / "sweep.csv").read_text().splitlines()) == 2
-    with pytest.raises(fabkit.InvalidInputError, match="is no executor"):
+    with pytest.raises(fabkit.InvalidInputError, match="is not an executor"):
         fabkit.sweep.run(plan, tmp_path / "out", executor=7)
     assert not (tmp_path / "out").exists()
     with pytest.raises(fabkit.FabkitError, match="there is no variant 24"):
@@ -138,7 +138,7 @@ def test_an_explorer_computes_what_an_optimiser_asks_for(tmp_path: Path) -> None
     }
 
     class Trial:
-        """Takes the middle or the first, as Optuna's trials take anything."""
+        """A stand-in for Optuna's trials that suggests the middle or the first choice."""
 
         def suggest_float(self, _: str, low: float, high: float, *, log: bool) -> float:
             assert not log
@@ -165,7 +165,7 @@ def test_an_explorer_computes_what_an_optimiser_asks_for(tmp_path: Path) -> None
     assert [r["camera.depth_mm"] for r in sweep.rows()] == ["6.7", "70"]
 
 
-def test_what_workers_send_is_looked_at(plan: Path, tmp_path: Path) -> None:
+def test_data_from_workers_is_validated(plan: Path, tmp_path: Path) -> None:
     loaded = fabkit.sweep.load(plan)
     native = loaded._native  # pyright: ignore[reportPrivateUsage]
     store = _fabkit.SweepStore.open(str(tmp_path / "out"), native, False)
@@ -203,12 +203,12 @@ def test_figures_of_the_bench_are_columns(tmp_path: Path) -> None:
     assert figures == {"depth_mae_mm": float(row["depth_mae_mm"])}
 
 
-def test_what_the_bench_cannot_press_is_an_empty_cell_with_a_note() -> None:
+def test_impossible_bench_press_is_an_empty_cell_with_a_note() -> None:
     pytest.importorskip("sklearn")
     row = fabkit.sweep.load(
         {
             "sensor": "rtac0",
-            # Thinner than the semi-domes of the bench are deep.
+            # A gel thinner than the depth of the bench's semi-domes.
             "axes": {"translucent_gel.thickness": ["0.9 mm"]},
             "metrics": ["depth_mae_mm", "coverage"],
         }

@@ -43,7 +43,7 @@ def test_a_killed_worker_loses_nothing(client, tmp_path: Path) -> None:
     killed: list[int] = []
 
     def kill() -> None:
-        # In the middle: some rows are there, others are not.
+        # In the middle of the sweep: some rows are finished, others are not.
         while not shown or shown[-1] < 8:
             time.sleep(0.01)
         pids = list(client.run(os.getpid).values())
@@ -63,12 +63,12 @@ def test_a_killed_worker_loses_nothing(client, tmp_path: Path) -> None:
         assert (tmp_path / "dask" / name).read_bytes() == (tmp_path / "local" / name).read_bytes()
 
 
-def test_functions_travel_and_their_errors_come_back(client, tmp_path: Path) -> None:
+def test_metrics_are_pickled_and_their_errors_returned(client, tmp_path: Path) -> None:
     few = {"sensor": "rtac0", "axes": {"camera.depth": ["6 mm", "6.5 mm"]}, "metrics": ["coverage"]}
     metrics = {"twice": lambda sensor: 2 * sensor.parameters["camera.depth"].value}
     sweep = fabkit.sweep.run(few, tmp_path / "out", executor=client, metrics=metrics)
     assert [row["twice"] for row in sweep.rows()] == ["12", "13"]
-    # The text of 6.5 mm is no whole number.
+    # `int` of the text "6.5 mm" raises.
     bad = {"bad": lambda sensor: int(sensor.parameters["camera.depth"].written[:-3])}
     with pytest.raises(fabkit.sweep.MetricError, match="`bad` of variant 1 raised ValueError"):
         fabkit.sweep.run(few, tmp_path / "bad", executor=client, metrics=bad)
@@ -76,7 +76,7 @@ def test_functions_travel_and_their_errors_come_back(client, tmp_path: Path) -> 
 
 def test_a_data_set_is_cast_on_the_cluster(client, tmp_path: Path) -> None:
     presses = tmp_path / "presses.txt"
-    # Twenty patterns are three shards of halves.
+    # The halves of twenty patterns fill three shards.
     presses.write_text("".join(f"semi-dome-{number:03}\n" for number in range(1, 21)))
     there = fabkit.dataset.write("rtac0", tmp_path / "there", presses=presses, executor=client)
     here = fabkit.dataset.write("rtac0", tmp_path / "here", presses=presses)

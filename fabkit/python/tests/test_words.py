@@ -1,4 +1,4 @@
-"""Errors speak to those who call functions: no message or hint names an option of the command."""
+"""Messages and hints name arguments of functions, never options of the command."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import fabkit
 from fabkit import _fabkit
 
 OPTION = re.compile(r"(?:^|[\s`(\"'])(--?[a-zA-Z][\w-]*)")
-"""An option of a command, wherever it stands; the arrow of a place is none."""
+"""Matches an option of a command anywhere in a text, but not the arrow before a place."""
 
 PRINTER = """\
 format: 1
@@ -31,7 +31,7 @@ SMALL = {"camera.width_px": "64", "camera.height_px": "48", "fixtures.semi_domes
 
 
 def hold(*calls: tuple[str, Callable[[], object]]) -> None:
-    """Each call fails with a text that holds a word, and names no option."""
+    """Assert that each call raises an error whose text contains a word and no option."""
     wrong: list[str] = []
     for word, call in calls:
         try:
@@ -63,7 +63,7 @@ def test_sensors_and_fixtures(tmp_path: Path) -> None:
         ("did you mean", lambda: load("rtac0", coat__thicknes="1 mm")),
         ("overrides", lambda: load("rtac0", coat__thickness="4 mm")),
         ("section", lambda: load("rtac0", {"coat": "1 mm"})),
-        # Two parameters that cannot be fulfilled together: both are named.
+        # Two parameters contradict each other: the error names both.
         ("overrides", lambda: load("rtac0", surface__radius="8 mm")),
         ("thickness", lambda: load(broken)),
         ("No such file", lambda: load(tmp_path / "none.yaml")),

@@ -1,13 +1,12 @@
-"""Each paper's experiment, simulated, and its figures beside those that are published.
+"""Simulated experiments of papers, compared with their published figures.
 
-Every figure is simulated: layers at small strain, pictures with the constants that
-:attr:`Report.constants` names. Beside it stand what the paper says and what a trivial guess would
-score; its note says what differs. Nothing is tuned to a published figure: where one disagrees, that
-is what was found.
+Every figure is simulated: layers at small strain, images with the constants that
+:attr:`Report.constants` names. Each is reported with the paper's figure, the score of a trivial
+guess, and a note on the differences. Nothing is tuned to a published figure; disagreements are
+reported as they are.
 
-What was trained on the way is kept as ONNX: :attr:`Report.networks`.
-
-What learns needs scikit-learn: ``pip install fabkit-cad[bench]``.
+Trained networks are kept as ONNX: :attr:`Report.networks`. Training requires scikit-learn:
+``pip install fabkit-cad[bench]``.
 
 >>> import fabkit_bench
 >>> report = fabkit_bench.run("rtac0", rows=["slip"])

@@ -1,4 +1,4 @@
-"""``python -m fabkit_bench SENSOR -o DIR``: the paper's table beside the simulated one."""
+"""Command ``python -m fabkit_bench SENSOR -o DIR``: published and simulated figures in a table."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fabkit_bench._run import run
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; 0, or the exit code of what went wrong."""
+    """Run the command and return its exit code: 0, or that of the error."""
     asked = _parser().parse_args(arguments)
     try:
         overrides = dict(_override(text) for text in asked.set)
@@ -64,7 +64,7 @@ def _override(text: str) -> tuple[str, str]:
     path, equals, value = text.partition("=")
     if not equals or not path:
         hint = "write it like `--set translucent_gel.thickness=1.2mm`"
-        raise invalid(f"`{text}` is no parameter and value", hint)
+        raise invalid(f"`{text}` is not of the form PATH=VALUE", hint)
     return path, value
 
 

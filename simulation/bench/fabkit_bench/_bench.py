@@ -1,4 +1,4 @@
-"""What every experiment uses: a design, seeds, sensors that are made ready once, presses."""
+"""State and helpers that all experiments share: the design, seeds, prepared sensors, presses."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fabkit.designs import Sensor
-    from fabkit_bench._onnx import Written
+    from fabkit_bench._onnx import OnnxNetwork
 
 __all__ = ["Bench", "Family", "first_line", "press", "reference", "row_of_failure"]
 
 T = TypeVar("T")
 
-# Where one of some cannot be pressed, all of them are pressed again, one by one.
+# Presses in one call: if one of them fails, all of them are repeated one by one.
 _TOGETHER = 20
 
 
@@ -37,27 +37,27 @@ class Family:
     """The experiments of a family of sensors."""
 
     experiments: dict[str, Callable[[Bench], list[Row]]]
-    """By name, in the order of the table."""
+    """Functions that compute the rows of each experiment, by name, in the order of the table."""
     figures: dict[str, Callable[[Bench], float]]
-    """The few that tell designs apart, by name; what they share is made once."""
+    """Functions that compute the metrics for sweeps, by name; intermediate results are shared."""
     quick: Any
-    """Counts for minutes."""
+    """Sizes (numbers of presses, epochs and the like) for a run of minutes."""
     full: Any
-    """Counts nearer to the paper's."""
+    """Sizes nearer to the paper's."""
     small: Any
-    """Counts for :attr:`figures`."""
+    """Sizes for :attr:`figures`."""
     choices: tuple[str, ...]
-    """What is chosen, in words."""
+    """Choices that the paper does not state, in words."""
     left_out: tuple[str, ...]
-    """What of the paper is not run."""
+    """Experiments of the paper that are not run, in words."""
     plain: frozenset[str] = frozenset()
-    """Experiments that need no scikit-learn."""
+    """Names of experiments that need no scikit-learn."""
     deep: frozenset[str] = frozenset()
-    """Those that need PyTorch: they are run in full, and when asked for by name."""
+    """Names of experiments that need PyTorch: run with ``--full``, or when selected by name."""
 
 
 class Bench:
-    """One run: what experiments share."""
+    """State of one run, shared by its experiments."""
 
     def __init__(
         self,
@@ -71,12 +71,12 @@ class Bench:
         self.design = design
         self.seed = seed
         self.size = size
-        self.said: list[str] = []
-        """What was drawn, for the report."""
+        self.notes: list[str] = []
+        """Notes for the report, such as random draws and presses that were left out."""
         self.experiment = ""
-        """The one that runs."""
+        """Name of the running experiment."""
         self.networks: dict[str, Network] = {}
-        """What was trained and is kept, by name."""
+        """Trained networks to keep, by name."""
         self._keeps = keeps
         self._tell = tell
         self._made: dict[str, Any] = {}
@@ -84,14 +84,17 @@ class Bench:
         self._asked = 0
 
     def tell(self, what: str) -> None:
-        """Say what begins."""
+        """Report progress: ``what`` begins."""
         if self._tell is not None:
             self._tell(what)
 
-    def keep(self, name: str, written: Written, card: Card, design: Sensor | None = None) -> None:
-        """Keep a network for the report: the first of its name, which is that of the first fold.
+    def keep(
+        self, name: str, written: OnnxNetwork, card: Card, design: Sensor | None = None
+    ) -> None:
+        """Keep a network for the report, unless there is one of the name.
 
-        ``design`` is what was pressed, where that is not the bench's own.
+        With cross-validation that is the network of the first fold. ``design`` is the design that
+        was pressed, if it is not the bench's own.
         """
         name = re.sub("[^a-z0-9]+", "-", name.lower()).strip("-")
         if not self._keeps or name in self.networks:
@@ -110,32 +113,32 @@ class Bench:
         self.networks[name] = Network(written.onnx, {**about, **card.document(written)})
 
     def random(self, of: str) -> np.random.Generator:
-        """Make the source of random numbers of one purpose: others do not change what it gives."""
+        """Create the random generator of one purpose, independent of all other purposes."""
         return np.random.default_rng([self.seed, zlib.crc32(of.encode())])
 
     def noise(self, of: str, count: int) -> list[int]:
-        """Draw seeds of pictures' noise."""
+        """Draw seeds for the noise of ``count`` images."""
         return [int(one) for one in self.random(f"noise of {of}").integers(2**31, size=count)]
 
     def once(self, name: str, make: Callable[[], T]) -> T:
-        """Make something that several experiments need, the first time one asks."""
+        """Compute something at the first call with ``name`` and return it at later ones."""
         if name not in self._made:
             self._made[name] = make()
         return self._made[name]
 
     def folder(self) -> Path:
-        """Make a folder that lasts as long as this does: sensors read their files again."""
+        """Return a temporary folder that lives as long as the bench; sensors reread its files."""
         kept = self.once("folder", lambda: tempfile.TemporaryDirectory(prefix="fabkit-bench-"))
         return Path(kept.name)
 
     def sensor(self, design: Sensor | None = None, **options: Any) -> sim.Sensor:
-        """Make a sensor ready, and remember what its pictures rest on."""
+        """Prepare a sensor for presses, and record the assumptions of its images."""
         ready = sim.Sensor(design or self.design, **options)
         self._documents.append(ready.document)
         return ready
 
     def document(self) -> dict[str, Any]:
-        """Tell what the first sensor's pictures rest on, and what any of them leave out."""
+        """Return the constants of the first sensor, and what any sensor's simulation leaves out."""
         first: dict[str, Any] = self._documents[0] if self._documents else {}
         left_out = [
             f"{what}, of {one}" if one else what
@@ -149,25 +152,28 @@ class Bench:
         }
 
     def press(self, sensor: sim.Sensor, asked: Sequence[sim.Asked]) -> tuple[sim.Many, list[int]]:
-        """Press, and leave out what cannot be: the rest, and the numbers of the presses kept."""
+        """Simulate presses and leave out impossible ones.
+
+        Returns the results of the others, with their indices in ``asked``.
+        """
         many, kept, lost = press(sensor, asked)
         if lost:
             of = f"{len(asked) - len(kept)} of {len(asked)} presses left out"
-            self.said.append(f"{of}: {lost[0]}")
+            self.notes.append(f"{of}: {lost[0]}")
         return many, kept
 
 
 def press(sensor: sim.Sensor, asked: Sequence[sim.Asked]) -> tuple[sim.Many, list[int], list[str]]:
-    """Press some at once, one by one where that fails.
+    """Simulate presses in groups, and one by one where a group fails.
 
     Returns
     -------
-    What they do, the numbers of those that could be, and why the others could not.
+    The results, the indices of the presses that succeeded, and the errors of the others.
 
     Raises
     ------
     FabkitError
-        That of the first press, where none can be.
+        No press succeeds; the error is that of the first one.
     """
     done: list[sim.Many] = []
     kept: list[int] = []
@@ -194,7 +200,7 @@ def press(sensor: sim.Sensor, asked: Sequence[sim.Asked]) -> tuple[sim.Many, lis
 
 
 def reference(bench: Bench, sensor: sim.Sensor, of: str, pictures: int = 10) -> NDArray[np.uint8]:
-    """Take the mean of some pictures at rest: h x w, and colours where there are."""
+    """Take the mean of several reference images: h x w, or h x w x 3 in colour."""
     seeds = bench.noise(f"reference of {of}", pictures)
     at_rest = sensor.press_all([sim.Asked(seed=seed) for seed in seeds])
     mean: NDArray[np.float64] = at_rest.image.mean(axis=0)
@@ -202,10 +208,10 @@ def reference(bench: Bench, sensor: sim.Sensor, of: str, pictures: int = 10) -> 
 
 
 def first_line(error: FabkitError) -> str:
-    """Say what went wrong, without hints."""
+    """Return the error's message without hints."""
     return str(error).splitlines()[0]
 
 
 def row_of_failure(name: str, error: FabkitError) -> Row:
-    """Say in the table that an experiment could not be run."""
+    """Create the table row of an experiment that could not be run."""
     return Row(name, "", None, None, None, 0, f"could not be run: {first_line(error)}", name)

@@ -1,4 +1,4 @@
-"""Depth from darkness, pixel by pixel: what a small model learns, and how it is scored."""
+"""Indentation from darkness, pixel by pixel: features, a small model, and its scores."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fabkit_bench import _learn
+from fabkit_bench import _models
+from fabkit_bench._images import blurred, grey, neighbourhoods
 from fabkit_bench._networks import Card, HeldOut, Numbers
-from fabkit_bench._pictures import blurred, grey, neighbourhoods
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fabkit import sim
-    from fabkit_bench._onnx import Written
+    from fabkit_bench._onnx import OnnxNetwork
 
     Maps = NDArray[np.float32]
 
@@ -23,27 +23,27 @@ __all__ = [
     "DEEPEST_MM",
     "MASKS",
     "Model",
+    "PixelData",
     "Score",
-    "Seen",
     "guess",
     "held_out",
+    "prepare",
     "saturated",
     "score",
-    "seen",
 ]
 
-# The published script's: differences below the first are noise, above the second the same.
+# Limits of the published script: smaller differences are noise, larger ones are clipped.
 _LEAST_GREY = 3.0
 _MOST_GREY = 47.0
-# An 8-bit chip says no more; the mean of noisy pictures is a little less.
+# An 8-bit camera saturates at 255; the mean of noisy saturated images is a little less.
 _WHITE_GREY = 254.0
-# Its targets end there too, mm.
+# Largest indentation in the published script's targets, mm.
 DEEPEST_MM = 2.0
-# Its pictures' width and blur, px, and the side of the square of pixels that its network sees.
+# The published script's image width and blur, px, and the side of its network's field of view, px.
 _WIDTH_PX = 640
 _BLUR_PX = 5.0
 _FIELD_PX = 13
-# How far around a wider view sees, as parts of the picture's width.
+# Standard deviations of the blurs for the wider model, as fractions of the image's width.
 _AROUND = (0.02, 0.05)
 
 MASKS = {
@@ -54,27 +54,27 @@ MASKS = {
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
-    """Presses as the model sees them: p presses of h x w pixels."""
+class PixelData:
+    """Inputs and ground truth of the model for p presses of h x w pixels."""
 
     darkness: Maps
-    """How much darker than at rest, 0 to 1: p x h x w."""
+    """Darkening against the reference image, 0 to 1: p x h x w."""
     depth_mm: Maps
-    """Truth along each ray, from 0: p x h x w; 0 where no surface is seen."""
+    """True indentation along each ray, mm, at least 0: p x h x w; 0 where no surface is seen."""
     masks: dict[str, NDArray[np.bool_]]
-    """Over which pixels errors are averaged, by the names of :data:`MASKS`: p x h x w."""
+    """Pixels over which errors are averaged, by the names of :data:`MASKS`: p x h x w."""
 
     def __len__(self) -> int:
         return len(self.darkness)
 
-    def some(self, chosen: NDArray[np.bool_] | slice) -> Seen:
-        """Keep some presses."""
+    def some(self, chosen: NDArray[np.bool_] | slice) -> PixelData:
+        """Select some presses."""
         masks = {name: mask[chosen] for name, mask in self.masks.items()}
-        return Seen(self.darkness[chosen], self.depth_mm[chosen], masks)
+        return PixelData(self.darkness[chosen], self.depth_mm[chosen], masks)
 
 
-def seen(many: sim.Many, reference: NDArray[np.uint8]) -> Seen:
-    """Prepare pictures as the published script does: blurred, subtracted, cut off, scaled."""
+def prepare(many: sim.Many, reference: NDArray[np.uint8]) -> PixelData:
+    """Prepare images as the published script does: subtract, blur, clip and scale to 0 to 1."""
     width = many.image.shape[2]
     sigma_px = _BLUR_PX * width / _WIDTH_PX
     differences = blurred(grey(reference[None]) - grey(many.image), sigma_px)
@@ -88,34 +88,40 @@ def seen(many: sim.Many, reference: NDArray[np.uint8]) -> Seen:
         "contact": many.contact & on_surface,
         "loss": darkness > 0.0,
     }
-    return Seen(darkness, depth_mm, masks)
+    return PixelData(darkness, depth_mm, masks)
 
 
 class Model:
-    """A perceptron that sees each pixel's neighbours, as the paper's network does.
+    """A perceptron on each pixel's neighbourhood, as the paper's network has.
 
     Parameters
     ----------
+    seed
+        Seed of initial weights and of the order of samples.
+    epochs
+        Number of epochs.
     wide
-        Let it see where the pixel is, and the mean darkness farther around, which the paper's
-        network cannot.
+        Add the pixel's position and the mean darkness in larger neighbourhoods to the inputs,
+        which the paper's network does not have.
     """
 
     def __init__(self, seed: int, epochs: int, *, wide: bool = False) -> None:
         self._wide = wide
-        self._network = _learn.Network((64, 32), seed=seed, epochs=epochs, batch=500)
+        self._network = _models.Network((64, 32), seed=seed, epochs=epochs, batch=500)
 
-    def fit(self, seen: Seen, pixels: int, random: np.random.Generator) -> Model:
-        """Learn from so many pixels of each press, drawn from those with an input."""
+    def fit(self, seen: PixelData, pixels: int, random: np.random.Generator) -> Model:
+        """Train on at most ``pixels`` pixels of each press, drawn from those with an input."""
         self._network.fit(*self._drawn(seen, pixels, random))
         return self
 
-    def go_on(self, seen: Seen, pixels: int, epochs: int, random: np.random.Generator) -> None:
-        """Learn on from another unit's presses."""
-        self._network.go_on(*self._drawn(seen, pixels, random), epochs)
+    def fine_tune(
+        self, seen: PixelData, pixels: int, epochs: int, random: np.random.Generator
+    ) -> None:
+        """Continue training on another unit's presses."""
+        self._network.fine_tune(*self._drawn(seen, pixels, random), epochs)
 
-    def predict(self, seen: Seen) -> Maps:
-        """Depth, mm: p x h x w; 0 without an input."""
+    def predict(self, seen: PixelData) -> Maps:
+        """Predict the indentation, mm: p x h x w; 0 in pixels without an input."""
         depth_mm = np.zeros_like(seen.depth_mm)
         where = seen.masks["loss"]
         if where.any():
@@ -123,12 +129,12 @@ class Model:
             depth_mm[where] = np.clip(found, 0.0, DEEPEST_MM)
         return depth_mm
 
-    def written(self) -> Written:
-        """Write it as ONNX, one pixel a row."""
-        return self._network.written(within=(0.0, DEEPEST_MM))
+    def to_onnx(self) -> OnnxNetwork:
+        """Write the model as ONNX; each row of its input is a pixel."""
+        return self._network.to_onnx(within=(0.0, DEEPEST_MM))
 
-    def card(self, train: Seen, pixels: int, held_out: list[HeldOut]) -> Card:
-        """Say what it is; ``pixels`` of each press were drawn at most."""
+    def card(self, train: PixelData, pixels: int, held_out: list[HeldOut]) -> Card:
+        """Write the model's card; ``pixels`` is the most that were drawn of each press."""
         height, width = train.darkness.shape[1:]
         side = _side(width)
         takes = f"of each pixel the square of {side} x {side} around it, row by row, 0 outside"
@@ -152,7 +158,7 @@ class Model:
         )
 
     def _drawn(
-        self, seen: Seen, pixels: int, random: np.random.Generator
+        self, seen: PixelData, pixels: int, random: np.random.Generator
     ) -> tuple[NDArray[Any], NDArray[Any]]:
         kept = np.zeros(seen.darkness.shape, dtype=bool)
         for mask, into in zip(seen.masks["loss"], kept, strict=True):
@@ -162,7 +168,7 @@ class Model:
                 into.ravel()[some] = True
         return self._features(seen, kept), np.minimum(seen.depth_mm[kept], DEEPEST_MM)
 
-    def _features(self, seen: Seen, where: NDArray[np.bool_]) -> NDArray[Any]:
+    def _features(self, seen: PixelData, where: NDArray[np.bool_]) -> NDArray[Any]:
         _, height, width = seen.darkness.shape
         listed = [neighbourhoods(seen.darkness, _side(width))[where]]
         if self._wide:
@@ -174,22 +180,22 @@ class Model:
 
 
 def _side(width_px: int) -> int:
-    """Side of the square that a pixel is told from."""
+    """Compute the side of a pixel's neighbourhood, px, odd: the paper's, scaled to the width."""
     return max(3, 2 * round((_FIELD_PX * width_px / _WIDTH_PX - 1) / 2) + 1)
 
 
 @dataclass(frozen=True)
 class Score:
-    """Of one way to find depth, over one mask."""
+    """Score of one reconstruction over one mask."""
 
     mean_mm: float
-    """Mean of absolute errors, mm."""
+    """Mean absolute error, mm."""
     near: float
     """Share of errors below 0.1 mm, percent."""
 
 
-def score(found_mm: Maps, seen: Seen, mask: str) -> Score:
-    """Compare with the truth over a mask."""
+def score(found_mm: Maps, seen: PixelData, mask: str) -> Score:
+    """Compare a reconstruction with ground truth over a mask."""
     where = seen.masks[mask] & np.isfinite(found_mm)
     errors = np.abs(found_mm[where] - seen.depth_mm[where]).astype(np.float64)
     if not len(errors):
@@ -197,19 +203,18 @@ def score(found_mm: Maps, seen: Seen, mask: str) -> Score:
     return Score(float(errors.mean()), float(100.0 * (errors < 0.1).mean()))
 
 
-def saturated(seen: Seen, reference: NDArray[np.uint8]) -> float:
-    """Tell the share of the pixels in contact that say no more of depth.
+def saturated(seen: PixelData, reference: NDArray[np.uint8]) -> float:
+    """Compute the share of contact pixels whose intensity no longer changes with indentation.
 
-    They are darker by more than what the published script lets its network see, or so bright at
-    rest that the chip could not say more.
+    They are darkened beyond the limit of the published script, or saturated at rest.
     """
     is_over = (seen.darkness >= 1.0) | (grey(reference[None]) >= _WHITE_GREY)
     where = seen.masks["contact"]
     return float(is_over[where].mean()) if where.any() else float("nan")
 
 
-def held_out(found_mm: Maps, seen: Seen, of: str) -> list[HeldOut]:
-    """Say for a card how far depth is off over each mask."""
+def held_out(found_mm: Maps, seen: PixelData, of: str) -> list[HeldOut]:
+    """List the mean errors over each mask, for a card."""
     return [
         HeldOut(
             f"{of}, {words}: mean error", score(found_mm, seen, mask).mean_mm, "mm", len(found_mm)
@@ -218,7 +223,7 @@ def held_out(found_mm: Maps, seen: Seen, of: str) -> list[HeldOut]:
     ]
 
 
-def guess(train: Seen, mask: str) -> float:
-    """Find the depth that is the best guess without a picture: the median over a mask, mm."""
+def guess(train: PixelData, mask: str) -> float:
+    """Return the best guess without an image: the median indentation over a mask, mm."""
     depths = train.depth_mm[train.masks[mask]]
     return float(np.median(depths)) if len(depths) else 0.0

@@ -1,4 +1,4 @@
-"""Writes PyTorch's layers into a graph of ONNX, as they answer once they have learned."""
+"""Conversion of trained PyTorch layers to nodes of an ONNX graph."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["layer"]
 
 
 def layer(graph: Graph, module: Any, given: str) -> str:
-    """Write a module of a kind that the papers' networks have; the name of what it gives."""
+    """Write a module of a type that the papers' networks use; return its output's name."""
     return _LAYERS[type(module).__name__](graph, module, given)
 
 
@@ -62,7 +62,7 @@ def _linear(graph: Graph, module: Any, given: str) -> str:
 def _larger(graph: Graph, module: Any, given: str) -> str:
     factor = module.scale_factor
     scales = graph.constant(np.array([1, 1, factor, factor], np.float32))
-    # Each pixel becomes some of the same.
+    # Repeats each pixel, as PyTorch's nearest upsampling does.
     how = {"mode": "nearest", "nearest_mode": "floor"}
     how["coordinate_transformation_mode"] = "asymmetric"
     return graph.node("Resize", given, "", scales, **how)
@@ -78,7 +78,10 @@ def _block(graph: Graph, module: Any, given: str) -> str:
 
 
 def _last(graph: Graph, module: Any, given: str) -> str:
-    """Write the last step of an LSTM: ONNX has steps first, and gates in an order of its own."""
+    """Write an LSTM that predicts from its last step.
+
+    ONNX has steps as the first axis, and another order of gates than PyTorch.
+    """
     steps, width = module.steps, module.steps.hidden_size
     given = graph.node("Transpose", given, perm=[1, 0, 2])
     for k in range(steps.num_layers):
@@ -86,7 +89,7 @@ def _last(graph: Graph, module: Any, given: str) -> str:
         bias = np.concatenate(gates[2:])
         numbers = [graph.constant(one[None]) for one in (*gates[:2], bias)]
         given = graph.node("LSTM", given, *numbers, hidden_size=width)
-        # One direction.
+        # Remove the axis of directions, which has one.
         given = graph.node("Squeeze", given, _integers(graph, 1))
     last = graph.node("Gather", given, graph.constant(np.array(-1, np.int64)), axis=0)
     return layer(graph, module.out, last)
@@ -96,7 +99,10 @@ _GATES = ("weight_ih", "weight_hh", "bias_ih", "bias_hh")
 
 
 def _reordered(values: Any, width: int) -> NDArray[np.float32]:
-    """Input, forget, cell, output: to input, output, forget, cell."""
+    """Reorder gates from PyTorch's order to ONNX's.
+
+    PyTorch: input, forget, cell, output. ONNX: input, output, forget, cell.
+    """
     into, forget, cell, out = values.detach().numpy().reshape(4, width, *values.shape[1:])
     return np.concatenate([into, out, forget, cell])
 

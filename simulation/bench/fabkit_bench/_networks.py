@@ -1,4 +1,4 @@
-"""Networks that experiments have trained: each an ONNX file with a card beside it."""
+"""Networks that experiments train: an ONNX file each, with a card in JSON."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from fabkit_bench._onnx import Written
+    from fabkit_bench._onnx import OnnxNetwork
 
 __all__ = ["FORMAT", "Card", "HeldOut", "Network", "Numbers", "digest", "files", "remove_stale"]
 
@@ -25,27 +25,27 @@ _RAW = "none: what it was standardised by while it learned is part of the networ
 
 @dataclass(frozen=True)
 class Network:
-    """A network that an experiment has trained."""
+    """A network that an experiment trained."""
 
     onnx: bytes
-    """The file."""
+    """Content of the ONNX file."""
     card: dict[str, Any]
-    """What it takes and gives, how it was trained, how far off it is on what was held out."""
+    """Description: input, output, training, and errors on held-out samples."""
 
 
 @dataclass(frozen=True)
 class Numbers:
-    """What goes into a network, or comes out."""
+    """Description of a network's input or output."""
 
     what: str
-    """In words."""
+    """Meaning, in words."""
     units: Mapping[str, str] | str
-    """Of each number by its name, or of all of them."""
+    """Unit of each number by its name, or of all numbers."""
     more: dict[str, Any] = field(default_factory=dict[str, Any])
-    """What else is to be known: frame, names of marks, where they are."""
+    """Further facts: frame, names and positions of markers."""
 
     def document(self) -> dict[str, Any]:
-        """Make what the card says."""
+        """Return the card's entry."""
         if isinstance(self.units, str):
             return {"what": self.what, "unit": self.units, **self.more}
         named = [{"name": name, "unit": unit} for name, unit in self.units.items()]
@@ -54,35 +54,39 @@ class Numbers:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """How far a network is off on what it has not seen."""
+    """Error of a network on held-out samples."""
 
     what: str
-    """Which error, and of what."""
+    """Kind of error and of samples, in words."""
     value: float | None
-    """None where there is nothing to take the mean of."""
+    """Error, in ``unit``; ``None`` without samples."""
     unit: str
     samples: int
+    """Number of held-out samples."""
 
     def __post_init__(self) -> None:
         if self.value is not None and not np.isfinite(self.value):
-            # JSON has no word for it.
+            # JSON has no NaN or infinity.
             object.__setattr__(self, "value", None)
 
 
 @dataclass(frozen=True)
 class Card:
-    """What the experiment alone knows of a network."""
+    """The part of a network's card that its experiment knows."""
 
     takes: Numbers
+    """Input."""
     gives: Numbers
+    """Output."""
     mask: str | dict[str, Any]
-    """Which pixels or marks it sees, and where it answers."""
+    """Pixels or markers that it takes, and those for which its output holds."""
     training: tuple[int, str]
-    """How many samples, and what they are."""
+    """Number of training samples, and their kind in words."""
     held_out: list[HeldOut]
+    """Errors on held-out samples."""
 
-    def document(self, written: Written) -> dict[str, Any]:
-        """Make what the card says of such a file."""
+    def document(self, written: OnnxNetwork) -> dict[str, Any]:
+        """Return the whole card for an ONNX file."""
         return {
             "form": written.form,
             "takes": {
@@ -110,12 +114,12 @@ class Card:
 
 
 def digest(onnx: bytes) -> str:
-    """Tell which file a card belongs to."""
+    """Compute the SHA-256 by which a card names its ONNX file."""
     return hashlib.sha256(onnx).hexdigest()
 
 
 def files(networks: Mapping[str, Network]) -> dict[str, bytes]:
-    """List what is written, by its place in the folder of ``bench.json``."""
+    """Return the content of all files by path, relative to the folder of ``bench.json``."""
     found: dict[str, bytes] = {}
     for name, network in networks.items():
         found[f"{FOLDER}/{name}.onnx"] = network.onnx
@@ -125,10 +129,9 @@ def files(networks: Mapping[str, Network]) -> dict[str, bytes]:
 
 
 def remove_stale(folder: Path, networks: Mapping[str, Network]) -> None:
-    """Remove what an earlier run has left there, which would be taken for this one's.
+    """Remove networks and cards of an earlier run, which could be mistaken for this one's.
 
-    Those are cards and the files that they are of. What somebody else has put there, or made of
-    such a file, stays.
+    Files that fabkit did not write, or that were changed since, stay.
     """
     for path in sorted((folder / FOLDER).glob("*.json")):
         if path.stem in networks or (card := _own(path)) is None:
@@ -140,9 +143,9 @@ def remove_stale(folder: Path, networks: Mapping[str, Network]) -> None:
 
 
 def _own(path: Path) -> dict[str, Any] | None:
+    """Read a card; return ``None`` if the file is not a card of this package."""
     try:
         card: dict[str, Any] = json.loads(path.read_bytes())
         return card if card["format"] == FORMAT else None
     except (ValueError, TypeError, KeyError):
-        # Somebody else's.
         return None

@@ -1,4 +1,4 @@
-"""Heights that opaque markers hide: ShadowTac's pipeline, on pictures with dark printed dots."""
+"""Height that opaque markers hide: ShadowTac's pipeline on images with dark printed dots."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from fabkit import sim
 from fabkit.errors import invalid
 from fabkit_bench._bench import press
-from fabkit_bench._pictures import blurred
+from fabkit_bench._images import blurred
 from fabkit_bench._places import places
 from fabkit_bench._report import Row
 
@@ -23,24 +23,25 @@ if TYPE_CHECKING:
 
 __all__ = ["CHOICES", "heights_lost"]
 
-# How much lower the largest height is that opaque markers of 0.5 and 0.7 mm leave, percent.
+# Published loss of the largest height by opaque markers, percent, by their diameter in mm.
 _PAPER = {0.5: 12.0, 0.7: 20.0}
-# Of light that meets them: the capture engine's own figures for dark ink and for the coat.
+# Reflectance of dark ink: the capture simulation's own figure.
 _DARK = 0.05
 # Diameters of spheres, mm, and of a lying cylinder: three of the paper, and a small sphere.
 _SPHERES_MM = (8.0, 20.0, 50.0)
 _CYLINDER_MM, _LENGTH_MM = 40.0, 40.0
 _DEPTHS_MM = (0.8, 2.0)
-# Places lie above this share of the skin's height: contacts stay in the crop.
+# Press positions are above this share of the skin's height, so that contacts stay in the crop.
 _ABOVE = 0.8
-# The published pipeline: columns and rows of what it sums, and what it divides by at least, grey.
+# The published pipeline: side of the shrunk crop, px, and the least divisor, an intensity.
 _SHRUNK, _LEAST_GREY = 150, 1.0
-# Standard deviation, of the shrunk picture's pixels: what OpenCV takes for a window of 55.
+# Standard deviation of the blur in shrunk pixels: OpenCV's default for a window of 55.
 _BLUR_PX = 8.6
+# Number of images in the mean reference image.
 _AT_REST = 10
-# The window in which a marker is looked for, to each side, px.
+# Half width of the window around a marker's middle in which covered pixels are computed, px.
 _WINDOW_PX = 14
-# What a row's name and note say of each way to find heights.
+# Addition to the row's name, and note, for each method.
 _WAYS = (
     ("", "photometric stereo as published"),
     (", slopes under them taken as 0", "the same, told where dots are: ink may show no slope"),
@@ -64,16 +65,20 @@ CHOICES = (
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """Where rays end at rest, and how."""
+    """Surface points at rest and ray directions, for each pixel."""
 
     points_mm: Maps
-    """h x w x 3, sensor frame; NaN beside the surface."""
+    """Surface points at rest, h x w x 3, sensor frame; NaN where no surface is seen."""
     directions: Maps
-    """Unit, in the gel: h x w x 3."""
+    """Unit directions of the rays in the gel: h x w x 3."""
 
     @staticmethod
     def of(sensor: sim.Sensor) -> Camera:
-        """Find rays in the gel: they start on the plate's level face, z = 0, around the axis."""
+        """Compute the rays in the gel.
+
+        They start on the plate's plane face, z = 0; the sensor is symmetric about its axis, so
+        each ray lies in a plane with the axis.
+        """
         truth = sensor.scene.cast()
         points = truth.point_in_sensor
         cosine = points[..., 2] / truth.range_mm
@@ -83,14 +88,17 @@ class Camera:
         return Camera(points, np.concatenate([sideways, cosine[..., None]], axis=-1))
 
     def pressed_mm(self, depth_mm: NDArray[Any]) -> Maps:
-        """Where rays end, nearer by so much."""
+        """Compute surface points for an indentation map ``depth_mm`` along the rays."""
         return self.points_mm - np.nan_to_num(depth_mm)[..., None] * self.directions
 
 
 def covered(
     points_mm: Maps, middles_mm: Maps, middles_px: NDArray[Any], diameter_mm: float
 ) -> Maps:
-    """Which part of each pixel dots cover: those of its surface within a radius of a middle."""
+    """Compute the fraction of each pixel that dots cover, h x w.
+
+    A dot covers the surface within its radius of its middle.
+    """
     height, width = points_mm.shape[:2]
     share = np.zeros((height, width))
     for middle, px in zip(middles_mm, middles_px, strict=True):
@@ -104,9 +112,10 @@ def covered(
         if not np.isfinite(step_mm).any():
             continue
         squared = ((near - middle) ** 2).sum(axis=2)
-        # Coarser nodes than pixels tell where middles go, some 0.03 mm off the surface.
+        # Middles are interpolated between nodes coarser than pixels, some 0.03 mm off the surface:
+        # subtract the distance of the nearest pixel.
         away_mm = np.sqrt(squared - np.nanmin(squared))
-        # A pixel on the rim is covered by as much of it as lies within.
+        # Antialiasing: pixels on the rim are covered in part.
         inside = (diameter_mm / 2 - away_mm) / np.nanmedian(step_mm) + 0.5
         share[rows, columns] = np.maximum(share[rows, columns], np.nan_to_num(inside).clip(0, 1))
     return share
@@ -114,7 +123,7 @@ def covered(
 
 @dataclass(frozen=True)
 class Chip:
-    """The capture engine's noise, for means of as many of the chip's pixels."""
+    """Noise of the capture simulation, for pixels that average ``pixels`` of the chip's."""
 
     read: float
     shot: float
@@ -122,7 +131,7 @@ class Chip:
     pixels: float
 
     def takes(self, grey: Maps, random: np.random.Generator, pictures: int = 1) -> Maps:
-        """Take the mean of some pictures: grey values, not rounded."""
+        """Simulate the mean of several noisy images: intensities, 0 to 255, not rounded."""
         variance = (self.read**2 + self.shot**2 * grey) / (self.pixels * pictures)
         drift = self.drift / np.sqrt(pictures) * random.standard_normal()
         noisy = grey + drift + np.sqrt(variance) * random.standard_normal(grey.shape)
@@ -130,12 +139,12 @@ class Chip:
 
 
 class Stereo:
-    """The published pipeline, from its description: heights of the crop, in units of its own."""
+    """The published photometric stereo pipeline: heights of the crop, in arbitrary units."""
 
     def __init__(self, rest: Maps) -> None:
         crop = self._crop(rest)
         rows, columns = self._from_middle(len(crop))
-        # Colours over their sum: where each lamp alone would light the most.
+        # Each light's direction is that of the centroid of its colour's share of the intensity.
         share = crop / np.maximum(crop.sum(axis=2, keepdims=True), _LEAST_GREY)
         share = share * (np.hypot(rows, columns) < len(crop) / 2)[..., None]
         towards = [
@@ -152,7 +161,7 @@ class Stereo:
 
     @staticmethod
     def _crop(picture: Maps) -> Maps:
-        """Cut the middle square, and average squares of pixels."""
+        """Cut out the middle square and shrink it by averaging squares of pixels."""
         side = min(picture.shape[:2])
         top, left = ((length - side) // 2 for length in picture.shape[:2])
         factor = max(1, side // _SHRUNK)
@@ -161,10 +170,10 @@ class Stereo:
         return cut.reshape(side // factor, factor, side // factor, factor, -1).mean(axis=(1, 3))
 
     def height(self, picture: Maps, level: Maps | None = None) -> Maps:
-        """Sum slopes to heights, towards the camera; where ``level`` is 1, slopes count as 0."""
+        """Integrate slopes to heights, towards the camera; slopes are 0 where ``level`` is 1."""
         crop = self._crop(picture)
         side = len(crop)
-        # Along columns, along rows, towards the camera: times what the surface sends back.
+        # Normal times albedo: components along columns, along rows, towards the camera.
         normals: Maps = np.einsum("rcl,nl->rcn", crop, self._solve)
         seen = np.hypot(*self._from_middle(side)) < side / 2
         if level is not None:
@@ -172,6 +181,7 @@ class Stereo:
         up: Maps = np.maximum(normals[..., 2], _LEAST_GREY)
         across: Maps = -normals[..., 0] / up * seen
         down: Maps = -normals[..., 1] / up * seen
+        # Integration by Fourier transform, with the frequencies of Frankot and Chellappa.
         turns = 2j * np.pi * np.fft.fftfreq(side)
         square = np.abs(turns[:, None]) ** 2 + np.abs(turns) ** 2
         square[0, 0] = 1.0
@@ -180,7 +190,7 @@ class Stereo:
         return heights
 
     def largest(self, picture: Maps, rest: Maps, levels: tuple[Maps, Maps] | None = None) -> float:
-        """Find the largest height over that at rest, blurred; negative ones are cut."""
+        """Compute the largest height above the blurred height at rest, at least 0."""
         now, before = levels or (None, None)
         calm = blurred(self.height(rest, before)[None].astype(np.float32), _BLUR_PX)[0]
         return float(np.maximum(self.height(picture, now) - calm, 0).max())
@@ -188,17 +198,18 @@ class Stereo:
 
 @dataclass(frozen=True, eq=False)
 class Views:
-    """What one skin shows: at rest the mean of ten pictures, and each press."""
+    """Images of one skin: a reference image and one for each press."""
 
     rest: Maps
+    """Mean of ten reference images: h x w x 3."""
     pressed: Maps
-    """n x h x w x 3."""
+    """Images of the presses: n x h x w x 3."""
     dots: Maps
-    """Which part of each pixel they cover, at rest and then pressed: (1 + n) x h x w."""
+    """Fraction of each pixel that dots cover, at rest and then pressed: (1 + n) x h x w."""
 
 
 def _bodies(bench: Bench, sensor: sim.Sensor, count: int) -> list[sim.Body]:
-    """Draw what presses, where, and how deep."""
+    """Draw indenters, positions and indentations."""
     random = bench.random("occlusion")
     skin_mm = float(bench.design.parameters["skin.height"].value)
     drawn = places(sensor, random, count, margin_mm=_ABOVE * skin_mm)
@@ -212,7 +223,7 @@ def _bodies(bench: Bench, sensor: sim.Sensor, count: int) -> list[sim.Body]:
         if kind < len(_SPHERES_MM):
             bodies.append(sim.ball(radius).at(*at_mm))
             continue
-        # Its axis lies along the skin.
+        # The cylinder's axis is tangential to the skin.
         up = drawn.outward[k]
         first = np.cross(up, [np.cos(turn[k]), np.sin(turn[k]), 0.0])
         first /= np.linalg.norm(first)
@@ -224,21 +235,21 @@ def _bodies(bench: Bench, sensor: sim.Sensor, count: int) -> list[sim.Body]:
 
 
 def _centre_mm(bench: Bench) -> Maps:
-    """Find the middle of the sphere that the skin is a cap of."""
+    """Compute the centre of the sphere that the skin is a cap of, sensor frame, mm."""
     skin = bench.design.parameters
     height_mm, base_mm = (float(skin[f"skin.{name}"].value) for name in ("height", "base_diameter"))
     return np.array([0.0, 0.0, height_mm - (base_mm**2 / 4 + height_mm**2) / (2 * height_mm)])
 
 
 def _skins(bench: Bench) -> tuple[sim.Sensor, sim.Sensor]:
-    """Make two: a bare skin to take pictures of, and one whose dimples say where dots go."""
+    """Prepare two skins: a bare one for images, and one whose dimples track the dots' motion."""
     size = bench.size
-    # As shallow as a mold can have them: they go where the surface goes.
+    # As shallow as a mold allows, so that the dimples move with the surface.
     shallow = {"dimples.width": "0.3 mm", "dimples.height": "0.15 mm"}
     marked = bench.sensor(
         bench.design.replace(shallow), size_px=size.size_px, spacing_mm=size.picture_spacing_mm
     )
-    # A skin has one dimple at least: where the outermost are, above the crop.
+    # A skin needs at least one dimple: it stands at the outermost dimples' angle, above the crop.
     outward = marked.mark_place_mm - _centre_mm(bench)
     across_mm = np.linalg.norm(outward[:, :2], axis=1)
     polar = float(np.rad2deg(np.arctan2(across_mm, outward[:, 2])).max())
@@ -249,7 +260,10 @@ def _skins(bench: Bench) -> tuple[sim.Sensor, sim.Sensor]:
 
 
 def _views(bench: Bench, plain: sim.Sensor, marked: sim.Sensor) -> dict[float, Views]:
-    """Press both, and draw dots of no, of small and of large diameter: views by diameter, mm."""
+    """Press both skins and draw dots into the images; return views by dot diameter, mm.
+
+    Diameter 0 means no dots.
+    """
     size = bench.size
     asked = [sim.Asked(body, seed=None) for body in _bodies(bench, plain, size.presses)]
     many, kept = bench.press(plain, [sim.Asked(seed=None), *asked])
@@ -258,11 +272,11 @@ def _views(bench: Bench, plain: sim.Sensor, marked: sim.Sensor) -> dict[float, V
         raise invalid("dots of some presses are not known")
     camera = Camera.of(plain)
     centre_mm = _centre_mm(bench)
-    # From the dimples' ends to the surface that is seen.
+    # Move the dimples' ends radially onto the surface that the camera sees.
     outward = marked.mark_place_mm - centre_mm
     surface_mm = np.nanmedian(np.linalg.norm(camera.points_mm - centre_mm, axis=2))
     rest_mm = centre_mm + outward * surface_mm / np.linalg.norm(outward, axis=1, keepdims=True)
-    # Where layers have ended nothing moves.
+    # NaN beyond the solved layers: nothing moves there.
     middles_mm = rest_mm + np.nan_to_num(dots.mark_displacement_mm)
     middles_px = (dots.mark_px + 0.5) * size.picture_px[0] / size.size_px[0] - 0.5
     chip, dark = _chip(plain, bench.design.parameters["camera.width_px"].value, size.picture_px[0])
@@ -281,7 +295,7 @@ def _views(bench: Bench, plain: sim.Sensor, marked: sim.Sensor) -> dict[float, V
 
 
 def _chip(sensor: sim.Sensor, chip_px: float, width_px: int) -> tuple[Chip, float]:
-    """Its noise, and what dark ink sends back, as a part of what the coat does."""
+    """Return the chip's noise, and the reflectance of dark ink relative to the coat's."""
     known = {one["name"]: float(one["value"]) for one in sensor.document["constants"]}
     read, shot, drift = (known[f"{name}_grey"] for name in ("read_noise", "shot_noise", "drift"))
     chip = Chip(read, shot, drift, (chip_px / width_px) ** 2)
@@ -289,7 +303,7 @@ def _chip(sensor: sim.Sensor, chip_px: float, width_px: int) -> tuple[Chip, floa
 
 
 def _largest(view: Views) -> tuple[Maps, Maps]:
-    """Find the largest height of each press: as published, and told where dots are."""
+    """Compute the largest height of each press: as published, and with known dot positions."""
     stereo = Stereo(view.rest)
     published = [stereo.largest(one, view.rest) for one in view.pressed]
     told = [
@@ -300,7 +314,7 @@ def _largest(view: Views) -> tuple[Maps, Maps]:
 
 
 def heights_lost(bench: Bench) -> list[Row]:
-    """By how much largest heights are lower with opaque markers than without, percent."""
+    """Compute how much the largest heights fall with opaque markers, percent."""
     plain, marked = _skins(bench)
     bench.tell(f"  pressing {bench.size.presses} times, without markers and with them")
     views = _views(bench, plain, marked)

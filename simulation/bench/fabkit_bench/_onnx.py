@@ -1,8 +1,9 @@
-"""Writes ONNX without its package: any graph, chains of convolutions, perceptrons.
+"""Writer of ONNX files without the onnx package: graphs, chains of convolutions, perceptrons.
 
-Protocol buffers of a few kinds of field; their numbers are those of ``onnx.proto``. ONNX Runtime
-reads all that is written here, ``fabkit reconstruct`` the chains. PyTorch's own exporter is not
-used: it needs two more packages and writes the paths of the machine's modules into its files.
+It encodes the few kinds of Protocol Buffers fields that are needed; field numbers are those of
+``onnx.proto``. ONNX Runtime reads all files that are written here, ``fabkit reconstruct`` reads the
+chains. PyTorch's own exporter is not used: it needs two more packages and writes paths of the
+machine's modules into its files.
 """
 
 from __future__ import annotations
@@ -20,59 +21,62 @@ if TYPE_CHECKING:
 
     Axes = Sequence[int | str]
 
-__all__ = ["TYPES", "Convolution", "Dense", "Graph", "Relu", "Written", "chain", "perceptron"]
+__all__ = ["TYPES", "Convolution", "Dense", "Graph", "OnnxNetwork", "Relu", "chain", "perceptron"]
 
 TYPES = {"float32": 1, "uint8": 2, "uint16": 4, "int64": 7, "float64": 11}
-"""Numbers of types, by numpy's names."""
+"""ONNX data type numbers by numpy's type names."""
 
+# Attribute types of ONNX.
 _FLOAT, _INT, _STRING, _INTS = 1, 2, 3, 7
 
 
 @dataclass(frozen=True, eq=False)
-class Written:
-    """A network as ONNX, and what its card says of it."""
+class OnnxNetwork:
+    """A network as ONNX, with its shape and description for the card."""
 
     onnx: bytes
+    """Content of the ONNX file."""
     type: str
-    """Of the numbers that it takes and gives, as numpy names it."""
+    """Type of input and output, by numpy's name."""
     takes: tuple[int | str, ...]
-    """Axes of its input ``x``; those with a name are of any length."""
+    """Axes of its input ``x``; an axis with a name has any length."""
     gives: tuple[int | str, ...]
     """Axes of its output ``y``."""
     form: str
-    """What it is, in words."""
+    """Architecture, in words."""
     learned: str = ""
-    """How it was trained, in words."""
+    """Training, in words."""
 
 
 @dataclass(frozen=True, eq=False)
 class Convolution:
-    """A convolution that keeps a map's size."""
+    """A convolution with zero padding that keeps the map's size."""
 
     weights: NDArray[np.float32]
-    """Outputs x inputs of a group x rows x columns."""
+    """Weights, outputs x inputs of a group x rows x columns."""
     bias: NDArray[np.float32]
-    """One for each output."""
+    """Bias of each output."""
     groups: int = 1
+    """Number of groups of channels; each output sees the inputs of its group."""
 
 
 @dataclass(frozen=True)
 class Relu:
-    """Zero below zero."""
+    """The rectifier max(x, 0)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Dense:
-    """Sums of all numbers."""
+    """A fully connected layer."""
 
     weights: NDArray[np.float64]
-    """Inputs x outputs."""
+    """Weights, inputs x outputs."""
     bias: NDArray[np.float64]
-    """One for each output."""
+    """Bias of each output."""
 
 
 class Graph:
-    """A graph that grows node by node: each gives the name of what comes out of it."""
+    """An ONNX graph under construction; each added node returns its output's name."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -80,7 +84,7 @@ class Graph:
         self._constants: list[bytes] = []
 
     def constant(self, values: NDArray[Any], name: str = "") -> str:
-        """Add numbers of a type that numpy and ONNX have."""
+        """Add a constant tensor and return its name."""
         name = name or f"c{len(self._constants)}"
         self._constants.append(_tensor(name, values))
         return name
@@ -92,7 +96,10 @@ class Graph:
         out: str = "",
         **attributes: int | float | str | list[int],
     ) -> str:
-        """Add an operator of opset 13; an input that is left out has no name."""
+        """Add an operator of opset 13 and return its output's name.
+
+        An optional input is left out by an empty name.
+        """
         out = out or f"t{len(self._nodes) + 1}"
         node = b"".join(_bytes(1, name) for name in inputs) + _bytes(2, out) + _bytes(4, operator)
         node += b"".join(_bytes(5, _attribute(*one)) for one in attributes.items())
@@ -100,7 +107,7 @@ class Graph:
         return out
 
     def model(self, takes: Axes, gives: Axes, type: str = "float32") -> bytes:
-        """Write the graph from ``x`` to ``y``."""
+        """Return the content of an ONNX file with input ``x`` and output ``y``."""
         graph = b"".join(_bytes(1, node) for node in self._nodes) + _bytes(2, self._name)
         graph += b"".join(_bytes(5, constant) for constant in self._constants)
         graph += _bytes(11, _value("x", takes, type)) + _bytes(12, _value("y", gives, type))
@@ -109,7 +116,7 @@ class Graph:
 
 
 def chain(layers: Sequence[Convolution | Relu]) -> bytes:
-    """Write a model of these layers one after the other, from one channel to one."""
+    """Write a chain of layers from one channel to one as ONNX."""
     graph, last = Graph("chain"), "x"
     for i, layer in enumerate(layers):
         out = "y" if i + 1 == len(layers) else ""
@@ -132,17 +139,17 @@ def perceptron(
     *,
     learned: str,
     within: tuple[float, float] | None = None,
-) -> Written:
-    """Write dense layers with ReLU between them, from rows of numbers to rows of numbers.
+) -> OnnxNetwork:
+    """Write a perceptron as ONNX: dense layers with ReLU between them, n x f to n x t.
 
     Parameters
     ----------
     layers
-        At least one.
+        Layers, at least one.
     learned
-        How it was trained, in words.
+        Training, in words.
     within
-        Cut off what comes out.
+        Limits to clip the output at.
     """
     type = "float32"
     graph, last = Graph("perceptron"), "x"
@@ -158,10 +165,11 @@ def perceptron(
     form = f"perceptron {'-'.join(map(str, sizes))}, ReLU between layers"
     form = form if len(layers) > 1 else f"{sizes[1]} linear sums of {sizes[0]} numbers"
     form += "" if within is None else f", cut off at {within[0]:g} and {within[1]:g}"
-    return Written(graph.model(takes, gives, type), type, takes, gives, form, learned)
+    return OnnxNetwork(graph.model(takes, gives, type), type, takes, gives, form, learned)
 
 
 def _varint(value: int) -> bytes:
+    """Encode a number in groups of 7 bits, the lowest first, as Protocol Buffers does."""
     found = bytearray()
     while value >= 0x80:
         found.append(value & 0x7F | 0x80)
@@ -171,15 +179,18 @@ def _varint(value: int) -> bytes:
 
 
 def _integer(number: int, value: int) -> bytes:
+    """Encode a field with an integer (wire type 0)."""
     return _varint(number << 3) + _varint(value)
 
 
 def _bytes(number: int, value: bytes | str) -> bytes:
+    """Encode a field with bytes, a text or a message (wire type 2)."""
     value = value.encode() if isinstance(value, str) else value
     return _varint(number << 3 | 2) + _varint(len(value)) + value
 
 
 def _tensor(name: str, values: NDArray[Any]) -> bytes:
+    """Encode a ``TensorProto``."""
     about = b"".join(_integer(1, size) for size in values.shape)
     about += _integer(2, TYPES[values.dtype.name]) + _bytes(8, name)
     little = values.astype(f"<{values.dtype.kind}{values.dtype.itemsize}")
@@ -187,6 +198,7 @@ def _tensor(name: str, values: NDArray[Any]) -> bytes:
 
 
 def _attribute(name: str, value: int | float | str | list[int]) -> bytes:
+    """Encode an ``AttributeProto``."""
     if isinstance(value, list):
         written, kind = b"".join(_integer(8, one) for one in value), _INTS
     elif isinstance(value, str):
@@ -199,7 +211,7 @@ def _attribute(name: str, value: int | float | str | list[int]) -> bytes:
 
 
 def _value(name: str, axes: Axes, type: str) -> bytes:
-    """Say what goes in or comes out."""
+    """Encode a ``ValueInfoProto``: name, type and axes of an input or output."""
     sizes = [_bytes(2, one) if isinstance(one, str) else _integer(1, one) for one in axes]
     shape = _bytes(2, b"".join(_bytes(1, size) for size in sizes))
     return _bytes(1, name) + _bytes(2, _bytes(1, _integer(1, TYPES[type]) + shape))

@@ -1,4 +1,4 @@
-"""Where on its surface a sensor is pressed: places that its camera sees."""
+"""Press positions on the surface, drawn where the camera sees it."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ class Places:
 
     points_mm: NDArray[np.float64]
     outward: NDArray[np.float64]
-    """Unit normals there: n x 3."""
+    """Unit outward normals at the points: n x 3."""
 
     def __len__(self) -> int:
         return len(self.points_mm)
 
     def beyond(self, distance_mm: NDArray[np.float64] | float) -> NDArray[np.float64]:
-        """Go outwards by a distance: n x 3."""
+        """Move the points outwards along their normals by a distance: n x 3."""
         return self.points_mm + np.asarray(distance_mm)[..., None] * self.outward
 
 
 def places(
     sensor: sim.Sensor, random: np.random.Generator, count: int, *, margin_mm: float = 3.0
 ) -> Places:
-    """Draw places evenly by area, of those that the camera sees.
+    """Draw press positions on the surface that the camera sees, uniformly by area.
 
-    They keep ``margin_mm`` away, along the axis on domes and to all sides on pads, from the lowest
-    and outermost points that are seen: a presser there meets what is rigid.
+    On domes they are ``margin_mm`` above the lowest visible point, on pads ``margin_mm`` inside the
+    outermost ones: an indenter nearer to the edge would touch rigid bodies.
     """
     truth = sensor.scene.cast()
     points = truth.point_in_sensor
@@ -47,7 +47,7 @@ def places(
     lowest, highest = points[seen].min(axis=0), points[seen].max(axis=0)
     inside = points[..., 2] > lowest[2] + margin_mm
     if np.ptp(points[seen][:, 2]) < margin_mm:
-        # A pad: what it has is sides.
+        # A flat pad: keep the margin from its sides, not from its base.
         sides = (points[..., :2] > lowest[:2] + margin_mm) & (
             points[..., :2] < highest[:2] - margin_mm
         )

@@ -1,4 +1,4 @@
-"""What a bench found: a table, as JSON, as text and as a page."""
+"""The report of a bench: a table as JSON, as text and as an HTML page."""
 
 from __future__ import annotations
 
@@ -21,57 +21,57 @@ __all__ = ["Report", "Row"]
 
 @dataclass(frozen=True)
 class Row:
-    """One figure: what a paper says of it, and what simulation does."""
+    """One figure of an experiment, published and simulated."""
 
     name: str
-    """What is measured."""
+    """Measured quantity, in words."""
     unit: str
-    """For example ``mm``; empty for ratios."""
+    """Unit, for example ``mm``; empty for ratios."""
     paper: float | None
-    """As published; ``None`` where nothing is."""
+    """Published value; ``None`` if there is none."""
     simulated: float | None
-    """As simulated here; ``None`` where that could not be done: the note says why."""
+    """Simulated value; ``None`` if it could not be simulated: the note says why."""
     baseline: float | None
-    """What a guess scores that looks at no picture."""
+    """Score of a trivial guess that uses no image."""
     samples: int
-    """How many presses the figure rests on."""
+    """Number of presses behind the simulated value."""
     note: str
-    """What differs from the paper, and what was chosen."""
+    """Differences from the paper, and choices."""
     experiment: str = ""
-    """The experiment that it belongs to."""
+    """Name of the experiment."""
 
 
 @dataclass(frozen=True)
 class Report:
-    """A sensor's table. Simulated."""
+    """Published and simulated figures of a sensor."""
 
     sensor: str
-    """The design's name."""
+    """Name of the design."""
     title: str
-    """The same for people."""
+    """Title of the design."""
     reference: str
-    """The publication."""
+    """Publication of the experiments."""
     design_hash: str
-    """Of everything that shapes the design."""
+    """BLAKE3 hash over fabkit's version and all parameters of the design."""
     seed: int
-    """Of places, noise and models."""
+    """Seed of press positions, noise and models."""
     quick: bool
-    """Whether counts were made small."""
+    """True for small sizes, false for those nearer to the paper's."""
     rows: list[Row]
-    """The table."""
+    """Rows of the table."""
     choices: list[str]
-    """What the paper does not state, or what is done otherwise here, in words."""
+    """Choices that the paper does not state or that differ from it, in words."""
     constants: list[dict[str, Any]]
-    """What pictures rest on, with sources."""
+    """Constants of the simulated images, with sources."""
     left_out: list[str]
-    """What is not simulated, and what of the paper is not run."""
+    """Effects that are not simulated, and experiments of the paper that are not run."""
     seconds: float = 0.0
-    """How long it took: the one figure that differs from run to run."""
+    """Duration of the run; the only value that differs between runs with one seed."""
     networks: dict[str, Network] = field(default_factory=dict[str, Network])
-    """What was trained on the way, by name."""
+    """Trained networks by name."""
 
     def document(self) -> dict[str, Any]:
-        """Make what ``bench.json`` holds: the same for the same seed, but for ``seconds``."""
+        """Return the content of ``bench.json``; except ``seconds``, the seed determines it."""
         return {
             "format": "fabkit-bench",
             "version": 1,
@@ -94,7 +94,7 @@ class Report:
         }
 
     def text(self) -> str:
-        """Write the table for a terminal."""
+        """Return the table as text for a terminal."""
         head = ("what", "unit", "paper", "simulated", "trivial", "samples")
         lines = [f"{self.title}: simulated, seed {self.seed}, {self._how()}"]
         for experiment, rows in self._groups():
@@ -107,7 +107,7 @@ class Report:
         return "\n".join(lines)
 
     def html(self) -> str:
-        """Make one page that needs no network, light or dark as the reader's system is."""
+        """Return the report as one HTML page that works offline, in light or dark colours."""
         parts: list[str] = []
         for experiment, rows in self._groups():
             head = "".join(f"<th scope='col'>{word}</th>" for word in _HEAD)
@@ -134,15 +134,16 @@ class Report:
         )
 
     def save(self, folder: str | PathLike[str]) -> list[Path]:
-        """Write ``bench.json``, ``bench.html`` and ``networks/`` into a folder, each file whole.
+        """Write ``bench.json``, ``bench.html`` and ``networks/`` into a folder; return the paths.
 
-        Networks and cards of an earlier run are removed. ``bench.json`` is the last to be replaced,
-        and names each network with its hash: where a save was cut short, they do not agree.
+        Each file is replaced atomically. Networks and cards of an earlier run are removed.
+        ``bench.json`` is replaced last and has each network's hash: after an interrupted save the
+        hashes do not match.
 
         Raises
         ------
         FabkitError
-            A folder that cannot be made or written to.
+            The folder cannot be created or written to.
         """
         folder = Path(folder)
         contents = files(self.networks)
@@ -150,7 +151,7 @@ class Report:
         contents["bench.json"] = (json.dumps(self.document(), indent=2) + "\n").encode()
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            # All are written before any takes its place.
+            # Write all files aside first, so that a full disk leaves the old ones.
             with tempfile.TemporaryDirectory(dir=folder, prefix=".bench-") as aside:
                 for name, content in contents.items():
                     path = Path(aside) / name
@@ -186,7 +187,7 @@ def _cells(row: Row) -> tuple[str, ...]:
 
 
 def _line(cells: tuple[str, ...], widths: list[int]) -> str:
-    # Words to the left, figures to the right.
+    # The first two columns are words, the others numbers.
     placed = [
         cell.ljust(width) if k < 2 else cell.rjust(width)
         for k, (cell, width) in enumerate(zip(cells, widths, strict=True))
@@ -204,7 +205,7 @@ def _e(text: str) -> str:
 def _html_row(row: Row) -> str:
     cells = [*_cells(row), row.note]
     kinds = ["what", "unit", *["figure"] * 4, "note"]
-    # Narrow screens show a row as a card: each cell then needs its column's name.
+    # Narrow screens show a row as a card, where each cell needs its column's name.
     return (
         "<tr>"
         + "".join(

@@ -1,4 +1,4 @@
-"""Which experiments a sensor's family has, and running them."""
+"""Running of the experiments of a sensor's family."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from fabkit.designs import Sensor, load
 from fabkit.errors import FabkitError, invalid, unknown
-from fabkit_bench import _learn
+from fabkit_bench import _models
 from fabkit_bench import families as _experiments
 from fabkit_bench._bench import Bench, Family, row_of_failure
 from fabkit_bench._report import Report, Row
@@ -22,7 +22,7 @@ __all__ = ["experiments", "figures", "run"]
 
 
 def families() -> list[str]:
-    """Names of the families that have experiments."""
+    """List the families that have experiments."""
     return sorted(
         module.name.replace("_", "-") for module in pkgutil.iter_modules(_experiments.__path__)
     )
@@ -37,29 +37,30 @@ def run(
     tell: Callable[[str], None] | None = None,
     size: Any = None,
 ) -> Report:
-    """Run the experiment of the paper that a sensor's family is from.
+    """Run the experiments of the paper that introduced a sensor's family.
 
     Parameters
     ----------
     design
-        A sensor, or the name of one. A file that extends a built-in sensor is run as that is.
+        A sensor, or the name of one. A file that extends a built-in sensor gets the experiments of
+        the same family.
     quick
-        Few presses and small models: minutes. Else larger counts, with the same models.
+        Run few presses and small sizes, in minutes; otherwise larger sizes, with the same models.
     seed
-        Of places, noise and models, 0 or more. The same seed gives the same figures.
+        Seed of press positions, noise and models, 0 or more. The same seed gives the same figures.
     rows
-        Only these of :func:`experiments`. Without, those that need PyTorch are run if not
-        ``quick``.
+        Names of the experiments to run, of :func:`experiments`. Default: all, but if ``quick``
+        only those that do not need PyTorch.
     tell
-        Is told what begins, in words.
+        Function that is called with a text when something begins.
     size
-        Counts of one's own, a ``Size`` of the family's module; for tests.
+        Own sizes, a ``Size`` of the family's module; for tests.
 
     Raises
     ------
     FabkitError
-        A sensor of a family without an experiment, an unknown experiment, a seed that is none,
-        scikit-learn that is missing; a sensor of which no experiment can be run.
+        The family has no experiments, an experiment is unknown, the seed is out of range,
+        scikit-learn is missing, or no experiment can be run on the sensor.
 
     >>> import fabkit_bench
     >>> fabkit_bench.run("rtac0", rows=["slip"]).rows[0].name
@@ -74,18 +75,18 @@ def run(
         if name not in known:
             raise unknown("experiment", name, known)
     if not set(names) <= family.plain:
-        # Before minutes of presses.
-        _learn.needed()
+        # Fail now, not after minutes of presses.
+        _models.require()
     found: list[Row] = []
     failures: list[FabkitError] = []
-    with _learn.one_thread():
+    with _models.one_thread():
         for name in names:
             bench.experiment = name
             bench.tell(f"{bench.design.name}: {name}")
             try:
                 rows_of = family.experiments[name](bench)
             except FabkitError as error:
-                # What a changed design cannot do shall not hide what it can.
+                # A changed design may not support one experiment: the others still run.
                 failures.append(error)
                 rows_of = [row_of_failure(name, error)]
             found += [replace(row, experiment=name) for row in rows_of]
@@ -100,7 +101,7 @@ def run(
         seed=seed,
         quick=quick,
         rows=found,
-        choices=[*family.choices, *bench.said],
+        choices=[*family.choices, *bench.notes],
         constants=document["constants"],
         left_out=[*family.left_out, *document["left_out"]],
         seconds=time.monotonic() - started,
@@ -115,19 +116,20 @@ def figures(
     names: Collection[str] | None = None,
     size: Any = None,
 ) -> dict[str, float]:
-    """Compute the few figures that tell designs apart, for sweeps: some seconds.
+    """Compute a few metrics of a design for sweeps, in seconds.
 
     Parameters
     ----------
     design, seed, size
         As for :func:`run`.
     names
-        Only these, of those that the family has: what no other needs is not computed.
+        Names of the metrics to compute. Default: all of the family.
 
     Returns
     -------
-    By name: ``depth_mae_mm`` on domes and flat gels, ``localisation_mm`` and ``force_mae_n`` on
-    half ellipsoids, and so on; errors, so that smaller is better, unless the name says otherwise.
+    Metrics by name: ``depth_mae_mm`` on domes and flat gels, ``localisation_mm`` and
+    ``force_mae_n`` on half ellipsoids, and so on. They are errors, so smaller is better, unless
+    the name says otherwise.
 
     Raises
     ------
@@ -135,14 +137,14 @@ def figures(
         As for :func:`run`.
     """
     bench, family = _ready(design, seed, True, size, None, small=True)
-    _learn.needed()
-    with _learn.one_thread():
+    _models.require()
+    with _models.one_thread():
         wanted = [name for name in family.figures if names is None or name in names]
         return {name: family.figures[name](bench) for name in wanted}
 
 
 def experiments(design: Sensor | str) -> list[str]:
-    """List what :func:`run` can be asked for.
+    """List the names of a sensor's experiments, for :func:`run`.
 
     >>> import fabkit_bench
     >>> fabkit_bench.experiments("rtac0")
@@ -165,11 +167,12 @@ def _ready(
     family = _family(design)
     if size is None:
         size = family.small if small else family.quick if quick else family.full
-    # Sweeps ask for figures alone.
+    # Sweeps need metrics only: no networks are kept.
     return Bench(design, seed, size, tell, keeps=not small), family
 
 
 def _family(design: Sensor) -> Family:
+    """Import the experiments of a sensor's family."""
     name = design.family
     if name not in families():
         hint = f"there are experiments for {', '.join(families())}"

@@ -1,9 +1,9 @@
-"""Networks that tell depth from a pixel's neighbours, trained with numpy alone.
+"""Networks that predict indentation from a pixel's neighbourhood, trained with numpy.
 
-A convolution, another one (of each channel for itself, which is cheap, or of all), and a perceptron
-at each pixel: the form of R-Tac0's published network. Learning looks at single pixels with the
-square around them: the same as looking at whole pictures, but at their borders, and less to compute
-where few pixels are touched.
+Their form is that of R-Tac0's published network: a convolution, a second one (separable by
+channel, which is cheap, or full), and a perceptron at each pixel. Training uses single pixels with
+the square around them. Apart from image borders that equals training on whole images, and it costs
+less when the contact covers few pixels.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 __all__ = ["PAPER", "SMALL", "Form", "Small"]
 
-# Errors below that count by their square, in units of what the network gives as 1.
+# Huber loss: smaller errors count by their square; in units of the network's output.
 _SQUARE_BELOW = 0.02
 
 
 RATE = 5e-3
-"""How fast networks learn at first."""
+"""Initial learning rate."""
 
 
 @dataclass(frozen=True)
@@ -38,17 +38,17 @@ class Form:
     """Sizes of a network."""
 
     first: tuple[int, int]
-    """Channels and side of the first convolution's window, px."""
+    """Channels, and side of the window in px, of the first convolution."""
     second: tuple[int, int]
-    """The same of the second one."""
+    """Channels, and side of the window in px, of the second convolution."""
     hidden: tuple[int, ...]
-    """Channels of the perceptron between its first and its last layer."""
+    """Widths of the perceptron's hidden layers."""
     is_separable: bool
-    """Whether each channel of the second convolution sees its own one alone."""
+    """True if each channel of the second convolution sees only its own input channel."""
 
     @property
     def side_px(self) -> int:
-        """Side of the square that a pixel is told from."""
+        """Side of the receptive field, px."""
         return self.first[1] + self.second[1] - 1
 
 
@@ -57,7 +57,7 @@ PAPER = Form((64, 7), (128, 7), (64,), is_separable=False)
 
 
 class Small:
-    """Such a network with its numbers."""
+    """A network with its weights."""
 
     def __init__(self, form: Form, seed: int) -> None:
         self.form = form
@@ -75,11 +75,11 @@ class Small:
         self.biases: list[Array] = [np.zeros(n, np.float32) for n in outs]
 
     def predict(self, squares: Array) -> Array:
-        """Answer (n,) for squares (n, side, side)."""
+        """Predict outputs (n,) for squares (n, side, side)."""
         return self._forward(squares)[-1][:, 0]
 
     def _forward(self, squares: Array) -> list[Array]:
-        """List what each layer is given, and at the end what comes out."""
+        """Compute the input of each layer, and as the last item the output."""
         (c1, k1), (_, k2) = self.form.first, self.form.second
         windows: NDArray[Any] = np.lib.stride_tricks.sliding_window_view(
             squares, (k1, k1), axis=(1, 2)
@@ -100,7 +100,7 @@ class Small:
         return given
 
     def loss(self, squares: Array, targets: Array) -> tuple[float, list[Array], list[Array]]:
-        """Tell the mean of errors, and its derivatives by weights and biases."""
+        """Compute the mean Huber loss and its derivatives by weights and biases."""
         given = self._forward(squares)
         error = given[-1][:, 0] - targets
         size = np.abs(error)
@@ -117,7 +117,7 @@ class Small:
             else:
                 by_weights[i] = np.transpose(given[i]) @ slope
                 slope = slope @ np.transpose(self.weights[i]) if i else slope
-            # What a layer is given went through a Relu, but for what a separable one gives.
+            # A layer's input went through a ReLU, except the separable convolution's output.
             if i > (2 if self.form.is_separable else 0) or i == 1:
                 slope = slope * (given[i] > 0)
             if i == 1:
@@ -134,7 +134,7 @@ class Small:
         rate: float = RATE,
         tell: Callable[[str], None] | None = None,
     ) -> None:
-        """Learn by Adam, with steps that shrink; squares (n, side, side), targets (n,)."""
+        """Train with Adam and cosine decay on squares (n, side, side) and targets (n,)."""
         parameters = [*self.weights, *self.biases]
         means = [np.zeros_like(one) for one in parameters]
         squared = [np.zeros_like(one) for one in parameters]
@@ -148,6 +148,7 @@ class Small:
                 losses.append(loss)
                 now = rate * 0.5 * (1 + np.cos(np.pi * step / steps))
                 step += 1
+                # Adam with its usual decay rates, 0.9 and 0.999, and bias correction.
                 scale = now * np.sqrt(1 - 0.999**step) / (1 - 0.9**step)
                 every = zip(parameters, means, squared, [*slopes[0], *slopes[1]], strict=True)
                 for one, mean, square, slope in every:
@@ -158,7 +159,7 @@ class Small:
                 tell(f"  epoch {epoch + 1} of {epochs}: {np.mean(losses):.4f}")
 
     def onnx(self) -> bytes:
-        """Write it as ONNX; what comes out is no less than 0."""
+        """Write the network as ONNX, with a last ReLU: the output is at least 0."""
         (c1, k1), (c2, k2) = self.form.first, self.form.second
         first: Array = np.reshape(np.transpose(self.weights[0]), (c1, 1, k1, k1))
         layers: list[Convolution | Relu] = [Convolution(first, self.biases[0]), Relu()]

@@ -1,4 +1,4 @@
-"""Another unit of the same design: sizes, lens, pose and light drawn within what is usual."""
+"""Simulated units of one design, with randomly drawn dimensions, lens, pose and light."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ if TYPE_CHECKING:
     from fabkit import sim
     from fabkit_bench._bench import Bench
 
-__all__ = ["Spread", "another"]
+__all__ = ["Spread", "draw_unit"]
 
-# Constants that a file of a unit's light holds; such a file has all of them.
+# Light constants in a file of `fabkit fit-light`; such a file has all of them.
 _LIGHT = ("layer_grey", "ground_grey", "scatter_per_mm", "spread_mm")
 
 
 @dataclass(frozen=True)
 class Spread:
-    """How far units of one design differ; standard deviations, if not said otherwise."""
+    """Standard deviations between units of one design."""
 
     sizes_mm: dict[str, float]
-    """Of lengths, by parameter; no draw is farther off than two of them."""
-    and_then: dict[str, object] = field(default_factory=dict[str, object])
-    """What else has to be said so that such a unit can be described."""
+    """Standard deviation of lengths, by parameter; draws are clipped at two of them."""
+    overrides: dict[str, object] = field(default_factory=dict[str, object])
+    """Further overrides that a unit's design needs to be valid."""
     shift_mm: float = 0.2
-    """Of the camera's place along each axis."""
+    """Standard deviation of the camera's position along each axis."""
     turn_deg: float = 0.5
-    """Of the camera's turn about each axis."""
+    """Standard deviation of the camera's rotation about each axis."""
     light: float = 0.1
-    """Of each constant of the light, as a part of it."""
+    """Relative standard deviation of each light constant."""
 
     def words(self) -> str:
-        """Say it for the report."""
+        """Return a description for the report."""
         sizes = ", ".join(f"{path} {sigma:g} mm" for path, sigma in self.sizes_mm.items())
         return (
             f"a new unit has drawn of it: {sizes}; camera {self.shift_mm:g} mm and "
@@ -43,20 +43,30 @@ class Spread:
         )
 
 
-def another(
+def draw_unit(
     bench: Bench, of: sim.Sensor, number: int, spread: Spread, **options: Any
 ) -> sim.Sensor:
-    """Make another unit ready.
+    """Draw another unit of the bench's design and prepare it for presses.
 
-    Units have numbers; each draws on its own. The exposure of the nominal unit ``of`` is kept, as a
-    fixed one would be. ``options`` are those of :class:`fabkit.sim.Sensor`.
+    Parameters
+    ----------
+    bench
+        The run, with the design.
+    of
+        The nominal unit. Its exposure is kept, as a fixed one would be.
+    number
+        Number of the unit, the seed of its draws.
+    spread
+        Standard deviations of the draws.
+    options
+        Arguments of :class:`fabkit.sim.Sensor`.
     """
     random = bench.random(f"unit {number}")
     sizes: dict[str, object] = {
         path: float(bench.design.parameters[path].value + sigma * np.clip(random.normal(), -2, 2))
         for path, sigma in spread.sizes_mm.items()
     }
-    design = bench.design.replace({**spread.and_then, **sizes})
+    design = bench.design.replace({**spread.overrides, **sizes})
     camera = design.camera
     lens = camera.parameters
     longer = 1.0 + random.uniform(-1, 1) * design.values.camera.focal_tolerance
@@ -69,7 +79,7 @@ def another(
             "cy_px": lens["cy_px"] + aside[1],
         }
     )
-    # The small motion is the camera's own, in its frame.
+    # The small motion is in the camera frame.
     moved = np.linalg.inv(design.sensor_from_camera)
     moved = _motion(random, spread) @ moved
     factors = 1.0 + spread.light * random.standard_normal(len(_LIGHT))
@@ -90,7 +100,7 @@ def another(
 def _motion(random: np.random.Generator, spread: Spread) -> np.ndarray[Any, Any]:
     """Draw a small rigid motion, (4, 4), mm."""
     x, y, z = np.deg2rad(spread.turn_deg) * random.standard_normal(3)
-    # The nearest rotation to the small one: orthogonal to the last digit.
+    # The nearest exact rotation to the linearised one: poses must be orthogonal to rounding.
     turn, _, back = np.linalg.svd(np.array([[1, -z, y], [z, 1, -x], [-y, x, 1]]))
     motion = np.eye(4)
     motion[:3, :3] = turn @ back
@@ -99,7 +109,7 @@ def _motion(random: np.random.Generator, spread: Spread) -> np.ndarray[Any, Any]
 
 
 def _light_file(sensor: str, values: dict[str, float]) -> dict[str, Any]:
-    """Make what ``fabkit fit-light`` writes, of constants that were drawn."""
+    """Return a document like that of ``fabkit fit-light``, with drawn constants."""
     return {
         "format": "fabkit-fit-light",
         "version": 1,

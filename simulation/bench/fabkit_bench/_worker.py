@@ -1,7 +1,8 @@
-"""Rows of a sweep for ``fabkit sweep``: the source of a plan on the first line, then numbers.
+"""A worker process that computes rows of a sweep for ``fabkit sweep``.
 
-Each line is answered by one line of JSON: ``version``, then ``row`` each time; ``missing`` or
-``error`` where something is wrong.
+It reads the source of a plan on the first line of standard input, then numbers of variants. It
+answers each line with one line of JSON: ``version``, then ``row`` for each number; ``missing`` if
+scikit-learn is missing, or ``error``.
 """
 
 from __future__ import annotations
@@ -14,14 +15,14 @@ import sys
 from fabkit import _fabkit
 from fabkit.errors import FabkitError
 from fabkit.sweep import Plan
-from fabkit_bench import _learn
+from fabkit_bench import _models
 
 
 def main() -> None:
-    """Answer lines until there are no more."""
-    # An interrupted sweep shall not end in a traceback for each thread.
+    """Answer lines of standard input until its end."""
+    # Without Python's handler Ctrl-C ends the process without a traceback.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    # What a library prints is no answer.
+    # Text that a library prints must not reach the answers: standard output becomes standard error.
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
 
@@ -31,7 +32,7 @@ def main() -> None:
     try:
         plan = Plan(_fabkit.SweepPlan.of_source(sys.stdin.readline()))
         try:
-            _learn.needed()
+            _models.require()
         except FabkitError as error:
             return answer(missing=str(error).splitlines()[0])
         answer(version=_fabkit.__version__)

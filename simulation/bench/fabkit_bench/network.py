@@ -1,9 +1,9 @@
-"""``python -m fabkit_bench.network SENSOR -o FILE.onnx``: a small depth network, with its card.
+"""Command ``python -m fabkit_bench.network SENSOR -o FILE.onnx``: trains a small depth network.
 
-For sensors whose light shows thickness and that have semi-domes (R-Tac0). It learns from simulated
-pictures of the size that the camera takes: most of the semi-domes, pins, balls and hemispheres; the
-other semi-domes are held out. ``fabkit reconstruct --network FILE.onnx`` evaluates it. Seeded, on
-one thread of numpy's.
+It is for sensors whose light shows thickness and that have semi-domes (R-Tac0). The network learns
+from simulated captures of the camera's size: of most semi-domes, pins, balls and hemispheres; the
+other semi-domes are held out. ``fabkit reconstruct --network FILE.onnx`` evaluates it. Training is
+seeded and uses one thread of numpy.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 from fabkit import sim
 from fabkit.designs import load
 from fabkit.errors import FabkitError, invalid
-from fabkit_bench._learn import one_thread
+from fabkit_bench._models import one_thread
 from fabkit_bench._onnx import chain
 from fabkit_bench._small import PAPER, RATE, SMALL, Small
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Maps", "card", "main", "maps", "presses", "train"]
 
-# As R-Tac0's authors prepare pictures; but a picture that is darker as a whole is scaled first.
+# Image preparation of R-Tac0's authors, except that images of another brightness are scaled first.
 INPUT = {
     "blur_px": 5,
     "blur_sigma_px": 5.0,
@@ -42,26 +42,27 @@ INPUT = {
     "offset_grey": 3.0,
     "maximum_grey": 47.0,
 }
-# What a network gives as 1, mm; what is deeper is taken for that.
+# Indentation of the network's output 1, mm; deeper targets are clipped.
 OUTPUT_MM = 2.0
 _AT_ONCE = 8
 
 
 @dataclass(frozen=True, eq=False)
 class Maps:
-    """One press as a network sees it."""
+    """Input and ground truth of a network for one press."""
 
     darkness: NDArray[np.float32]
-    """0 to 1, 0 where nothing touches: rows x columns."""
+    """Network input, 0 to 1, 0 where nothing touches: rows x columns."""
     depth_mm: NDArray[np.float32]
-    """Truth, from 0 to 2 mm; 0 where no surface is seen."""
+    """True indentation, 0 to 2 mm; 0 where no surface is seen."""
     contact: NDArray[np.bool_]
-    """Where something presses."""
+    """True where the pixel sees the contact with an indenter."""
     image: NDArray[np.uint8]
+    """Capture."""
 
 
 def presses(design: Design, seed: int) -> tuple[list[str], list[str]]:
-    """Draw what to learn from, and what is held out: a fifth of the semi-domes."""
+    """Draw training presses, and held-out ones: a fifth of the semi-domes."""
     random = np.random.default_rng(seed)
     known = sorted(design.presses)
     domes = [name for name in known if name.startswith("semi-dome-")]
@@ -80,9 +81,9 @@ def presses(design: Design, seed: int) -> tuple[list[str], list[str]]:
 
 
 def maps(sensor: sim.Sensor, names: list[str], rest: sim.Felt, seed: int) -> Iterator[Maps]:
-    """Press one after the other, and take pictures."""
+    """Simulate presses by name and prepare their images as network inputs."""
     with tempfile.TemporaryDirectory() as folder:
-        # It gives what it is given: what is made of pictures is said in one place alone.
+        # A network that returns its input: `reconstruct` then prepares images as for real ones.
         file = Path(folder) / "same.onnx"
         file.write_bytes(chain([]))
         file.with_suffix(".json").write_text(json.dumps({**card(None, rest), "output_mm": 1.0}))
@@ -99,7 +100,7 @@ def maps(sensor: sim.Sensor, names: list[str], rest: sim.Felt, seed: int) -> Ite
 def _squares(
     seen: Maps, side: int, count: int, random: np.random.Generator
 ) -> tuple[NDArray[np.float16], NDArray[np.float32]]:
-    """Draw pixels that are touched: squares around them, and what depth is there."""
+    """Draw pixels with contact; return the squares around them and their indentation."""
     reach = side // 2
     windows: NDArray[Any] = np.lib.stride_tricks.sliding_window_view(
         np.pad(seen.darkness, reach), (side, side)
@@ -120,28 +121,28 @@ def train(
     is_paper: bool = False,
     tell: Callable[[str], None] | None = None,
 ) -> tuple[Small, dict[str, Any]]:
-    """Train a network, and say how far off it is on what was held out.
+    """Train a network and measure its errors on held-out presses.
 
     Parameters
     ----------
     design
         A sensor with semi-domes.
     seed
-        Of patterns, noise, pixels and first numbers.
+        Seed of patterns, noise, pixels and initial weights.
     pixels
-        To learn from, of each press.
+        Number of training pixels of each press.
     epochs
-        How often each is looked at.
+        Number of epochs.
     rate
-        How fast it learns at first.
+        Initial learning rate.
     is_paper
-        Take the form of R-Tac0's published network, 413,057 numbers, instead of the small one.
+        Use the form of R-Tac0's published network, with 413,057 weights, instead of the small one.
     tell
-        Is called with what is going on.
+        Function that is called with a text at each stage.
 
     Returns
     -------
-    The network, and the card that says what it takes and gives.
+    The network, and its card with input, output and errors.
     """
     tell = tell or (lambda _: None)
     form = PAPER if is_paper else SMALL
@@ -181,7 +182,7 @@ def train(
 
 
 def card(design: Design | None, rest: sim.Felt) -> dict[str, Any]:
-    """Say what such networks take and give; the mask holds all that is seen of the surface."""
+    """Return a card with input and output of such networks; the mask is the visible surface."""
     about: dict[str, Any] = {"format": "fabkit-network-card", "version": 1}
     if design is not None:
         about |= {"sensor": design.name, "design_hash": design.design_hash}
@@ -199,7 +200,7 @@ def _save(file: Path, network: Small, about: dict[str, Any]) -> Path:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; 0, or the exit code of what went wrong."""
+    """Run the command and return its exit code: 0, or that of the error."""
     parser = argparse.ArgumentParser(
         prog="python -m fabkit_bench.network",
         description="Train a small depth network on simulated presses; write it with its card.",

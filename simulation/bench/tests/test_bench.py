@@ -1,4 +1,4 @@
-"""Benches: figures that the seed decides, tables that need no network, errors that help."""
+"""Benches: reproducible figures, reports that work offline, helpful errors."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ pytest.importorskip("sklearn")
 
 import fabkit_bench as bench
 from fabkit_bench import (
-    _deep,
     _depth,
-    _learn,
-    _likeness,
+    _images,
+    _models,
     _occlusion,
-    _pictures,
     _run,
+    _similarity,
+    _torch_networks,
     dome,
     flat_gel,
     half_ellipsoid,
@@ -89,7 +89,7 @@ def test_learning_beats_a_guess(report: bench.Report) -> None:
     assert row.simulated < 0.8 * row.baseline
 
 
-def test_what_cannot_be_pressed_is_said(report: bench.Report) -> None:
+def test_impossible_presses_are_reported(report: bench.Report) -> None:
     row = next(row for row in report.rows if "0 deg, 2 mm pressed" in row.name)
     assert row.simulated is None
     assert row.paper is not None
@@ -116,7 +116,7 @@ def test_the_slip_law_is_said_to_be_fitted() -> None:
     assert all(abs(row.simulated - row.paper) < 0.2 for row in rows)
 
 
-def test_columns_tell_markers() -> None:
+def test_columns_predict_markers() -> None:
     size = sheet_mold.Size(places=6, depths=3, spacing_mm=3.0, folds=3)
     rows = {row.name: row for row in bench.run("fluidic", size=size).rows}
     row = rows["markers from columns, split at random: rms error"]
@@ -126,39 +126,39 @@ def test_columns_tell_markers() -> None:
     assert alike.baseline < alike.simulated < 1
 
 
-def test_likeness_is_that_of_its_formula() -> None:
+def test_ssim_follows_its_formula() -> None:
     random = np.random.default_rng(5)
     one, other = random.uniform(size=(2, 3, 16, 16))
-    same = _likeness.likeness(one, one)
+    same = _similarity.ssim(one, one)
     assert np.allclose(same, 1, rtol=0, atol=1e-12)
-    assert np.array_equal(_likeness.likeness(one, other), _likeness.likeness(other, one))
-    # Two even greys have no form: what is left is the law of light.
+    assert np.array_equal(_similarity.ssim(one, other), _similarity.ssim(other, one))
+    # Constant images have no structure: only the luminance term of SSIM remains.
     dark, light = np.full((1, 16, 16), 0.2), np.full((1, 16, 16), 0.7)
     expected = (2 * 0.2 * 0.7 + 1e-4) / (0.2**2 + 0.7**2 + 1e-4)
-    assert abs(_likeness.likeness(dark, light)[0] - expected) < 1e-9
-    # One window: means, and variances of samples, by numpy's own names.
+    assert abs(_similarity.ssim(dark, light)[0] - expected) < 1e-9
+    # A single window: means and sample variances by numpy.
     a, b = one[:, :7, :7], other[:, :7, :7]
-    for x, y, found in zip(a, b, _likeness.likeness(a, b), strict=True):
+    for x, y, found in zip(a, b, _similarity.ssim(a, b), strict=True):
         (xx, xy), (_, yy) = np.cov(x.ravel(), y.ravel())
         mx, my = x.mean(), y.mean()
         light_part = (2 * mx * my + 1e-4) / (mx**2 + my**2 + 1e-4)
         assert abs(found - light_part * (2 * xy + 9e-4) / (xx + yy + 9e-4)) < 1e-12
 
 
-def test_a_code_keeps_what_it_has_learned() -> None:
+def test_a_code_reproduces_its_training_images() -> None:
     places = np.random.default_rng(6).uniform(4, 20, (12, 5, 2))
-    pictures = _likeness.drawn(places, 2.0, 24)
+    pictures = _similarity.draw_discs(places, 2.0, 24)
     assert pictures.min() == 0
     assert pictures.max() == 1
-    # Area of five discs, where none overlaps another: at most that.
+    # Upper bound: the area of five discs without overlap.
     assert pictures.sum(axis=(1, 2)).max() < 5 * np.pi * 2.5**2
-    code = _likeness.Code(pictures, 11)
+    code = _similarity.Code(pictures, 11)
     assert np.allclose(code.decode(code.encode(pictures)), pictures, rtol=0, atol=1e-9)
-    short = _likeness.Code(pictures, 2)
+    short = _similarity.Code(pictures, 2)
     assert short.encode(pictures).shape == (12, 2)
 
 
-def test_figures_are_finite_and_the_same_again() -> None:
+def test_figures_are_finite_and_reproducible() -> None:
     size = flat_gel.Size(size_px=(48, 36), spacing_mm=1.0, train=20, test=3, pixels=60, epochs=3)
     first, again = (bench.figures("digit-like", size=size) for _ in range(2))
     assert first == again
@@ -166,7 +166,7 @@ def test_figures_are_finite_and_the_same_again() -> None:
 
 
 @pytest.mark.parametrize("seed", [-1, 2**31, 0.5, True])
-def test_a_seed_that_is_none(seed) -> None:
+def test_invalid_seed_is_an_error(seed) -> None:
     with pytest.raises(fabkit.FabkitError, match="the seed is"):
         bench.run("rtac0", seed=seed, rows=["slip"])
 
@@ -185,7 +185,7 @@ def test_without_scikit_learn(monkeypatch) -> None:
         raise ImportError(name)
 
     bench.experiments("rtac0")
-    monkeypatch.setattr(_learn.importlib, "import_module", missing)
+    monkeypatch.setattr(_models.importlib, "import_module", missing)
     monkeypatch.setattr(_run, "_family", lambda _: dome.FAMILY)
     assert len(bench.run("rtac0", rows=["slip"]).rows) == 4
     with pytest.raises(fabkit.FabkitError, match="scikit-learn") as caught:
@@ -199,15 +199,15 @@ def test_papers_networks_need_pytorch_and_say_so(monkeypatch) -> None:
 
     family = sheet_mold.FAMILY
     asked = family.experiments["networks"]
-    # In minutes nobody waits for them, and nobody is told off for not having them.
+    # A quick run neither runs them nor complains that PyTorch is missing.
     quick = {name: lambda _: [] for name in family.experiments if name not in family.deep}
     monkeypatch.setattr(_run, "_family", lambda _: replace(family, experiments={**quick}))
     assert bench.run("fluidic").rows == []
     both = replace(family, experiments={**quick, "networks": asked})
     monkeypatch.setattr(_run, "_family", lambda _: both)
     assert bench.run("fluidic").rows == []
-    monkeypatch.setattr(_learn, "needed", lambda: None)
-    monkeypatch.setattr(_deep.importlib, "import_module", missing)
+    monkeypatch.setattr(_models, "require", lambda: None)
+    monkeypatch.setattr(_torch_networks.importlib, "import_module", missing)
     (row,) = bench.run("fluidic", quick=False).rows
     assert (row.experiment, row.simulated) == ("networks", None)
     assert "PyTorch" in row.note
@@ -224,7 +224,7 @@ def test_a_press_remembers_the_shallower_ones_at_its_place() -> None:
     assert series[6].tolist() == [4.0] * 8 + [5.0, 6.0]
 
 
-def test_papers_networks_learn_and_are_the_same_again() -> None:
+def test_papers_networks_learn_reproducibly() -> None:
     torch = pytest.importorskip("torch")
     random = np.random.default_rng(0)
     series = random.normal(size=(120, 10, 4))
@@ -232,8 +232,8 @@ def test_papers_networks_learn_and_are_the_same_again() -> None:
     threads = torch.get_num_threads()
 
     def learned() -> np.ndarray:
-        form = lambda: _deep.recurrent(4, 2, layers=1, width=32)  # noqa: E731
-        network = _deep.Network(form, seed=1, epochs=40, rate=1e-2, batch=20)
+        form = lambda: _torch_networks.recurrent(4, 2, layers=1, width=32)  # noqa: E731
+        network = _torch_networks.Network(form, seed=1, epochs=40, rate=1e-2, batch=20)
         return network.fit(series, truth).predict(series)
 
     found = learned()
@@ -241,12 +241,12 @@ def test_papers_networks_learn_and_are_the_same_again() -> None:
     assert (learned() == found).all()
     assert torch.get_num_threads() == threads
     pictures = random.uniform(size=(6, 1, 40, 50))
-    network = _deep.Network(
-        lambda: _deep.resnet_18(3), seed=1, epochs=1, rate=1e-4, batch=3, loss="L1Loss"
+    network = _torch_networks.Network(
+        lambda: _torch_networks.resnet_18(3), seed=1, epochs=1, rate=1e-4, batch=3, loss="L1Loss"
     )
     assert network.fit(pictures, random.normal(size=(6, 3))).predict(pictures).shape == (6, 3)
     dots = (random.uniform(size=(8, 68, 68)) > 0.9).astype(float)
-    code = _deep.Autoencoder(dots, seed=1, epochs=2)
+    code = _torch_networks.Autoencoder(dots, seed=1, epochs=2)
     numbers = code.encode(dots)
     assert numbers.shape == (8, sheet_mold._CODE)
     assert code.decode(numbers).shape == dots.shape
@@ -254,7 +254,7 @@ def test_papers_networks_learn_and_are_the_same_again() -> None:
 
 def test_an_edge_is_followed() -> None:
     size = pin_tip.Size(
-        # The sensor's own alone.
+        # Only the sensor's own pin layout.
         tips=(),
         angles_deg=(-40, 0, 40),
         radii_mm=(-4, 0, 4),
@@ -269,11 +269,11 @@ def test_an_edge_is_followed() -> None:
     for row in rows:
         assert 1 <= row.samples <= 4
         assert row.simulated is not None
-        # It began on the edge: a class is no farther off than the classes are apart.
+        # It starts on the edge: the error is at most the distance of classes.
         assert row.simulated < {"deg": 60.0, "mm": 6.0}[row.unit]
 
 
-def test_a_file_that_extends_a_sensor_is_run_as_that(tmp_path) -> None:
+def test_extended_sensor_runs_the_same_experiments(tmp_path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text("format: 1\nextends: rtac0\nname: mine\ncamera: {frame_rate: 200}\n")
     report = bench.run(str(path), rows=["slip"])
@@ -295,7 +295,7 @@ def test_the_command(capsys, tmp_path) -> None:
     assert main(["rtac0", "--set", "coat"]) == 2
 
 
-def test_folds_try_each_sample_once_and_part_no_group() -> None:
+def test_folds_test_each_sample_once_and_keep_groups() -> None:
     groups = np.repeat(np.arange(7), 3)
     masks = list(half_ellipsoid.folds(groups, 3, np.random.default_rng(0)))
     assert (np.sum(masks, axis=0) == 1).all()
@@ -303,25 +303,25 @@ def test_folds_try_each_sample_once_and_part_no_group() -> None:
         assert not set(groups[mask]) & set(groups[~mask])
 
 
-def test_slopes_are_summed_to_heights() -> None:
+def test_slopes_are_integrated_to_heights() -> None:
     rows, columns = np.mgrid[0:40, 0:50]
     heights = np.exp(-((rows - 18) ** 2 + (columns - 27) ** 2) / 50.0)
     down, across = np.gradient(heights)
-    assert np.abs(flat_gel._summed(down, across) - heights).max() < 0.05
+    assert np.abs(flat_gel._integrate_slopes(down, across) - heights).max() < 0.05
 
 
 def test_blur_and_neighbours() -> None:
     picture = np.zeros((1, 21, 21), dtype=np.float32)
     picture[0, 10, 10] = 1.0
-    soft = _pictures.blurred(picture, 1.5)
+    soft = _images.blurred(picture, 1.5)
     assert soft.sum() == pytest.approx(1.0, abs=1e-5)
     assert soft[0, 10, 10] == soft.max()
-    assert _pictures.neighbourhoods(picture, 3)[0, 9, 11].tolist() == [0, 0, 0, 0, 0, 0, 1, 0, 0]
+    assert _images.neighbourhoods(picture, 3)[0, 9, 11].tolist() == [0, 0, 0, 0, 0, 0, 1, 0, 0]
 
 
 def test_scores_are_over_their_mask() -> None:
     mask = np.array([[[True, False]]])
-    seen = _depth.Seen(
+    seen = _depth.PixelData(
         darkness=mask.astype(np.float32),
         depth_mm=np.array([[[1.0, 9.0]]], dtype=np.float32),
         masks={"all": mask},
@@ -335,9 +335,9 @@ def test_components_and_ridge_find_a_plane() -> None:
     random = np.random.default_rng(0)
     features = random.normal(size=(60, 4))
     targets = features @ np.array([1.0, -2.0, 0.5, 3.0]) + 1.0
-    kept = _learn.Components(4).fit(features)(features)
-    with _learn.one_thread():
-        assert np.abs(_learn.Ridge().fit(kept, targets).predict(kept) - targets).max() < 0.01
+    kept = _models.Components(4).fit(features)(features)
+    with _models.one_thread():
+        assert np.abs(_models.Ridge().fit(kept, targets).predict(kept) - targets).max() < 0.01
 
 
 def test_the_command_asks_this_interpreter(tmp_path):
@@ -364,10 +364,10 @@ _PIXEL_MM = 0.08
 
 
 def _covered(diameter_mm: float) -> np.ndarray:
-    """Cover a level surface by dots 1.4 mm apart: 120 x 120 pixels of 0.08 mm."""
+    """Cover a plane surface with dots 1.4 mm apart: 120 x 120 pixels of 0.08 mm."""
     rows, columns = (np.mgrid[:120, :120] - 59.5) * _PIXEL_MM
     points_mm = np.stack([columns, rows, np.zeros((120, 120))], axis=-1)
-    # Middles may be followed to beside the surface.
+    # Tracked middles may be slightly off the surface.
     middles_mm = np.column_stack([_DOTS_MM, np.full(len(_DOTS_MM), 0.1)])
     return _occlusion.covered(points_mm, middles_mm, _DOTS_MM / _PIXEL_MM + 59.5, diameter_mm)
 
@@ -375,17 +375,17 @@ def _covered(diameter_mm: float) -> np.ndarray:
 @pytest.mark.parametrize("diameter_mm", [0.5, 0.7])
 def test_opaque_markers_cover_their_area(diameter_mm) -> None:
     area_mm2 = _covered(diameter_mm).sum() * _PIXEL_MM**2
-    # Dots of some pixels on a grid that does not fit theirs: 3 % is a tenth of a pixel of radius.
+    # Discretisation: dots of a few pixels; 3 % of the area is a tenth of a pixel in radius.
     assert area_mm2 == pytest.approx(len(_DOTS_MM) * np.pi * diameter_mm**2 / 4, rel=0.03)
 
 
 def test_larger_opaque_markers_hide_more_of_a_bump() -> None:
-    # Three lamps at 120 degrees light a level ground with a bump, 1 mm high, 6 mm wide.
+    # Three light sources at 120 degrees illuminate a plane with a bump, 1 mm high, 6 mm wide.
     rows, columns = (np.mgrid[:120, :120] - 59.5) * _PIXEL_MM
     height_mm = np.maximum(1 - (rows**2 + columns**2) / 9, 0) ** 2
     down, across = np.gradient(height_mm, _PIXEL_MM)
     angles = np.deg2rad([90, 210, 330])
-    # Each lamp is a little brighter on its own side, as lamps at the rim are.
+    # Each light is slightly brighter on its own side, like light sources at the rim.
     lit = [1 - across * np.cos(a) - down * np.sin(a) for a in angles]
     near = [1 + 0.02 * (columns * np.cos(a) + rows * np.sin(a)) for a in angles]
     bump, level = 80 * np.stack(lit, axis=-1), 80 * np.stack(near, axis=-1)
@@ -393,10 +393,10 @@ def test_larger_opaque_markers_hide_more_of_a_bump() -> None:
     ground = np.full_like(level, 80.0)
     shares = [np.zeros((120, 120)), _covered(0.5), _covered(0.7)]
     dark = [1 - 0.9 * share[..., None] for share in shares]
-    # Ink that is lit as the coat is shows the same slopes, however dark.
+    # Ink that reflects like the coat shows the same slopes, however dark it is.
     as_lit = [stereo.largest(bump * one, ground * one) for one in dark]
     assert as_lit == pytest.approx([as_lit[0]] * 3, rel=1e-6)
-    # Its own unit is the pixel, and sums of waves are 0 in the mean. Bends between pixels: 1 %.
+    # Heights are in pixels with mean 0. Curvature between pixels: 1 %.
     assert as_lit[0] * _PIXEL_MM == pytest.approx(1 - height_mm.mean(), rel=0.01)
     bare, small, large = (
         stereo.largest(bump * one, ground * one, (share, share))

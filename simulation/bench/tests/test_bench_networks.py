@@ -1,4 +1,4 @@
-"""What benches have trained, as ONNX with cards: the same answers, and files of one run."""
+"""ONNX files of trained networks give the same outputs, and their cards are consistent."""
 
 from __future__ import annotations
 
@@ -14,12 +14,20 @@ import fabkit
 pytest.importorskip("sklearn")
 
 import fabkit_bench as bench
-from fabkit_bench import _deep, _learn, _likeness, _run, half_ellipsoid, pin_tip, sheet_mold
+from fabkit_bench import (
+    _models,
+    _run,
+    _similarity,
+    _torch_networks,
+    half_ellipsoid,
+    pin_tip,
+    sheet_mold,
+)
 from fabkit_bench._networks import Card, HeldOut, Numbers
 
 onnxruntime = pytest.importorskip("onnxruntime")
 RANDOM = np.random.default_rng(0)
-# Far from 0 and of unlike sizes, as pixels and greys are; one of them does not vary.
+# Features far from 0 and of different sizes, like pixels and intensities; one of them is constant.
 FEATURES = RANDOM.normal([100.0, -3.0, 0.02, 7.0], [40.0, 0.5, 0.01, 0.0], (80, 4))
 TARGETS = np.column_stack(
     [20 + 0.05 * FEATURES[:, 0], np.abs(FEATURES[:, 1]) + 30 * FEATURES[:, 2]]
@@ -35,17 +43,17 @@ def answered(onnx: bytes, given: np.ndarray) -> np.ndarray:
 
 
 def bound(layers, given: np.ndarray) -> np.ndarray:
-    """How far layers in float32 may be off, by rounding alone, from what they are in float64."""
+    """Compute the largest rounding error of layers in float32, compared with float64."""
     unit = 2.0**-24
     error = unit * np.abs(given)
     for i, layer in enumerate(layers):
         sizes = np.abs(layer.weights)
-        # A weight, a product and all sums of an output are rounded.
+        # Rounding of a weight, of a product, and of all sums of an output.
         rounded = (len(sizes) + 2) * unit * (np.abs(given) @ sizes + np.abs(layer.bias))
         error = error @ sizes + rounded
         given = given @ layer.weights + layer.bias
         given = np.maximum(given, 0) if i + 1 < len(layers) else given
-    # What is of second order is left out above.
+    # Allows for terms of second order, which are left out above.
     return 1.01 * error
 
 
@@ -54,57 +62,57 @@ def agree(onnx: bytes, layers, given: np.ndarray, wanted: np.ndarray) -> None:
     wanted = wanted.reshape(found.shape)
     within = bound(layers, given)
     assert (np.abs(found - wanted) <= within).all()
-    # It says something.
+    # The bound is meaningful only if it is small.
     assert within.max() < 1e-3 * np.ptp(wanted)
 
 
 @pytest.mark.parametrize("targets", [TARGETS, TARGETS[:, 1]])
 def test_a_perceptron_answers_the_same(targets) -> None:
-    network = _learn.Network((16, 8), seed=1, epochs=20, batch=20).fit(FEATURES, targets)
+    network = _models.Network((16, 8), seed=1, epochs=20, batch=20).fit(FEATURES, targets)
     wanted = network.predict(FEATURES)
-    written = network.written()
+    written = network.to_onnx()
     agree(written.onnx, network.layers(), FEATURES, wanted)
     assert written.form.startswith(f"perceptron 4-16-8-{written.gives[1]},")
     low, high = float(np.quantile(wanted, 0.3)), float(np.quantile(wanted, 0.7))
-    cut = network.written(within=(low, high))
+    cut = network.to_onnx(within=(low, high))
     agree(cut.onnx, network.layers(), FEATURES, np.clip(wanted, low, high))
 
 
 @pytest.mark.parametrize("targets", [TARGETS, TARGETS[:, 1]])
 def test_a_ridge_answers_the_same(targets) -> None:
-    ridge = _learn.Ridge().fit(FEATURES, targets)
-    agree(ridge.written().onnx, ridge.layers(), FEATURES, ridge.predict(FEATURES))
+    ridge = _models.Ridge().fit(FEATURES, targets)
+    agree(ridge.to_onnx().onnx, ridge.layers(), FEATURES, ridge.predict(FEATURES))
 
 
-def test_components_are_part_of_the_first_layer() -> None:
+def test_components_are_folded_into_the_first_layer() -> None:
     samples = RANDOM.normal(size=(60, 5)) @ RANDOM.normal(size=(5, 30)) + 2.0
-    components = _learn.Components(4).fit(samples)
-    network = _learn.Network((8,), seed=2, epochs=20, batch=20)
+    components = _models.Components(4).fit(samples)
+    network = _models.Network((8,), seed=2, epochs=20, batch=20)
     network.fit(components(samples), samples[:, 0])
     wanted = network.predict(components(samples))
-    written = network.written(of=components)
+    written = network.to_onnx(of=components)
     assert written.takes == ("n", 30)
     agree(written.onnx, network.layers(components), samples, wanted)
 
 
-def test_pictures_of_a_code_are_part_of_the_last_layer() -> None:
-    pictures = _likeness.drawn(RANDOM.uniform(3, 13, (20, 4, 2)), 1.5, 16)
-    code = _likeness.Code(pictures, 6)
+def test_decoding_is_folded_into_the_last_layer() -> None:
+    pictures = _similarity.draw_discs(RANDOM.uniform(3, 13, (20, 4, 2)), 1.5, 16)
+    code = _similarity.Code(pictures, 6)
     numbers = code.encode(pictures)
     features = numbers @ RANDOM.normal(size=(6, 3))
-    ridge = _learn.Ridge().fit(features, numbers)
-    written = ridge.written(into=code, within=(0, 1))
+    ridge = _models.Ridge().fit(features, numbers)
+    written = ridge.to_onnx(into=code, within=(0, 1))
     wanted = code.decode(ridge.predict(features))
     agree(written.onnx, ridge.layers(code), features, wanted)
 
 
 def test_a_gaussian_process_answers_the_same() -> None:
     for features in (FEATURES[:40, :1], FEATURES[:40, :3]):
-        process = _learn.Process(3).fit(features, TARGETS[:40, 1])
+        process = _models.Process(3).fit(features, TARGETS[:40, 1])
         beside = features + 0.3 * FEATURES.std(axis=0)[: features.shape[1]]
-        written = process.written()
+        written = process.to_onnx()
         found = answered(written.onnx, beside)
-        # Weights of both signs times numbers up to 1, rounded in float64.
+        # Rounding in float64: weights of both signs times numbers up to 1.
         weights = np.abs(process._model.alpha_).sum() * process._model.kernel_.k1.k1.constant_value
         within = 100 * 2.0**-53 * (1 + weights) * (TARGETS[:, 1].max() + 1)
         assert np.abs(found[:, 0] - process.predict(beside)).max() <= within < 1e-6
@@ -117,14 +125,14 @@ def test_histograms_find_the_same_class() -> None:
     likelihood = np.log(counts / 4 + pin_tip._EPSILON)
     classes = np.array([(a, r) for r, a in enumerate([-40.0, -20.0, 0.0, 20.0, 40.0])])
     small = counts.astype(np.uint8)
-    taught = pin_tip.Perceived(classes, small, 4, (4, 3), likelihood, train[:, :0])
-    # All steps of grey, each of the brightnesses that the chip reads as it.
+    taught = pin_tip.EdgeClassifier(classes, small, 4, (4, 3), likelihood, train[:, :0])
+    # All 8-bit intensities, including all that map to the same step of the chip.
     pictures = RANDOM.integers(0, 256, (40, 4, 3)).astype(np.uint8)
     pictures[0] = 0
     pictures[1] = 255
     read = pin_tip._chip(pictures).reshape(40, -1)
     wanted = [taught.classes[taught.find(one)] for one in read]
-    assert (answered(taught.written().onnx, pictures) == np.array(wanted)).all()
+    assert (answered(taught.to_onnx().onnx, pictures) == np.array(wanted)).all()
 
 
 def test_papers_networks_answer_the_same() -> None:
@@ -132,20 +140,22 @@ def test_papers_networks_answer_the_same() -> None:
 
     def near(onnx, given, wanted) -> None:
         found = answered(onnx, given).reshape(wanted.shape)
-        # Sums of hundreds of numbers in float32, layer after layer.
+        # Rounding: sums of hundreds of numbers in float32 in each layer.
         assert np.abs(found - wanted).max() < 1e-5 * max(1.0, np.abs(wanted).max())
 
     pictures, forces = RANDOM.normal(3, 20, (8, 1, 30, 41)), RANDOM.normal(1, 2, (8, 3))
     form = {"seed": 1, "epochs": 1, "rate": 1e-3, "batch": 4}
-    deep = _deep.Network(lambda: _deep.resnet_18(3), loss="L1Loss", **form).fit(pictures, forces)
-    near(deep.written("").onnx, pictures, deep.predict(pictures))
+    deep = _torch_networks.Network(lambda: _torch_networks.resnet_18(3), loss="L1Loss", **form).fit(
+        pictures, forces
+    )
+    near(deep.to_onnx("").onnx, pictures, deep.predict(pictures))
     series, ways = RANDOM.normal(2, 1, (20, 10, 4)), RANDOM.normal(5, 2, (20, 3))
-    of = lambda: _deep.recurrent(4, 3, layers=3, width=16)  # noqa: E731
-    last = _deep.Network(of, **form).fit(series, ways)
-    near(last.written("").onnx, series, last.predict(series))
+    of = lambda: _torch_networks.recurrent(4, 3, layers=3, width=16)  # noqa: E731
+    last = _torch_networks.Network(of, **form).fit(series, ways)
+    near(last.to_onnx("").onnx, series, last.predict(series))
     dots = (RANDOM.uniform(size=(6, 68, 68)) > 0.9).astype(float)
-    code = _deep.Autoencoder(dots, seed=1, epochs=1)
-    encoder, decoder = code.written()
+    code = _torch_networks.Autoencoder(dots, seed=1, epochs=1)
+    encoder, decoder = code.to_onnx()
     numbers = code.encode(dots)
     near(encoder.onnx, dots[:, None], numbers)
     near(decoder.onnx, numbers, code.decode(numbers))
@@ -156,7 +166,7 @@ def report() -> bench.Report:
     return bench.run("fluidic", seed=2, size=TOUCHES, rows=["markers", "images"])
 
 
-def test_cards_say_what_files_take_and_give(report, tmp_path) -> None:
+def test_cards_describe_inputs_and_outputs(report, tmp_path) -> None:
     written = report.save(tmp_path)
     document = json.loads((tmp_path / "bench.json").read_text())
     assert [one["name"] for one in document["networks"]] == list(report.networks)
@@ -188,7 +198,7 @@ def test_cards_say_what_files_take_and_give(report, tmp_path) -> None:
 
 def test_the_error_of_a_card_is_that_of_its_file(report) -> None:
     again, _ = _run._ready("fluidic", 2, True, TOUCHES, None)
-    touches = sheet_mold._touches(again)
+    touches = sheet_mold._press_results(again)
     network = report.networks["markers-split-by-place"]
     test = next(half_ellipsoid.folds(touches.place, TOUCHES.folds, again.random("folds")))
     found = answered(network.onnx, np.round(touches.column_px)[test])
@@ -204,7 +214,7 @@ def test_networks_of_an_earlier_run_are_not_left_there(report, tmp_path) -> None
     report.save(tmp_path)
     folder = tmp_path / "networks"
     changed, *_, last = sorted(report.networks)
-    # Somebody else's, and what somebody has made of one of these.
+    # Foreign files, and one of these files after a change.
     (folder / "mine.json").write_text('{"format": "mine"}')
     (folder / "odd.json").write_text("no JSON")
     (folder / "list.json").write_text("[1]")
@@ -231,14 +241,14 @@ def test_nothing_is_replaced_where_networks_cannot_be_written(report, tmp_path) 
 
 
 def test_the_first_of_a_name_is_kept_and_sweeps_keep_none() -> None:
-    ridge = _learn.Ridge().fit(FEATURES, TARGETS)
+    ridge = _models.Ridge().fit(FEATURES, TARGETS)
     numbers = Numbers("numbers", "")
     for small, kept in ((False, 1), (True, 0)):
         made, _ = _run._ready("fluidic", 0, True, None, None, small=small)
         for value in (float("nan"), 1.0):
             held_out = [HeldOut("error", value, "mm", 3)]
             card = Card(numbers, numbers, "all", (5, "numbers"), held_out)
-            made.keep("Markers, all of 2 mm", ridge.written(), card)
+            made.keep("Markers, all of 2 mm", ridge.to_onnx(), card)
         assert len(made.networks) == kept
         for name, network in made.networks.items():
             assert name == "markers-all-of-2-mm"

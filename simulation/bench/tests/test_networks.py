@@ -1,4 +1,4 @@
-"""Networks that are trained with numpy, what is written of them, and what reads that."""
+"""Networks that are trained with numpy, their ONNX files, and fabkit's evaluation of these."""
 
 import json
 
@@ -16,7 +16,7 @@ WHOLE = Form((3, 3), (4, 5), (5,), is_separable=False)
 
 
 @pytest.mark.parametrize("form", [SEPARABLE, WHOLE])
-def test_derivatives_are_those_of_the_loss(form):
+def test_derivatives_equal_finite_differences_of_the_loss(form):
     network, random = Small(form, 1), np.random.default_rng(2)
     network.weights = [one.astype(float) for one in network.weights]
     network.biases = [one.astype(float) + 0.05 for one in network.biases]
@@ -36,7 +36,7 @@ def test_derivatives_are_those_of_the_loss(form):
 
 
 @pytest.mark.parametrize("form", [SEPARABLE, WHOLE])
-def test_what_is_written_is_what_was_trained(form, tmp_path):
+def test_onnx_file_equals_the_trained_network(form, tmp_path):
     sensor = sim.Sensor("rtac0", size_px=(80, 60), spacing_mm=0.6)
     felt, rest = sensor.press("hemisphere@20deg,90deg,1mm", seed=4), sensor.press(seed=9)
     network = Small(form, 3)
@@ -56,7 +56,7 @@ def test_what_is_written_is_what_was_trained(form, tmp_path):
     wide = np.pad(darkness, side // 2)
     squares = np.lib.stride_tricks.sliding_window_view(wide, (side, side))[contact]
     wanted = 2 * np.maximum(network.predict(squares.astype(np.float32)), 0)
-    # At the border the second convolution sees zeros where the square still sees what is beyond.
+    # Borders differ: the second convolution pads with zeros, training squares contain real pixels.
     inner = np.zeros_like(contact)
     inner[side:-side, side:-side] = True
     assert inner[contact].sum() > 50

@@ -1,6 +1,6 @@
-"""Light through a sensor's bodies, followed by NumPy from what `fabkit export --format light` says.
+"""Independent ray tracer in NumPy for a sensor's bodies, as `fabkit export --format light` describes them.
 
-An oracle: it reads that document, knows the model that docs/light.md describes, and shares nothing with
-fabkit's own tracer. Solids are asked where straight lines cross them; where a formula offers several
-places, points between them decide.
+It implements the model of docs/light.md and shares nothing with fabkit's own tracer. Each solid computes the
+candidate crossings of straight lines with its faces; points between neighbouring candidates decide which stretches
+are inside.
 """

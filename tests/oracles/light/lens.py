@@ -1,4 +1,4 @@
-"""From pixels to directions, by the formula of the lens."""
+"""Directions of pixels, by the lens model."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from .roots import Array
 
 
 def directions(camera: dict[str, Any], column: Array, row: Array) -> Array:
-    """Unit directions in the camera frame: x along rows, y along columns, z ahead.
+    """Computes unit directions of pixels in the camera frame: x along rows, y along columns, z ahead.
 
-    Kannala and Brandt's polynomial: r = theta (1 + k1 theta^2 + ... + k4 theta^8), from the angle to the axis.
+    It inverts Kannala and Brandt's polynomial of the angle theta to the axis, r = theta (1 + k1 theta^2 + ... + k4
+    theta^8), by Newton's method.
     """
     if camera["lens"] != "kannala-brandt":
         raise ValueError(f"unknown lens: {camera['lens']}")

@@ -1,4 +1,4 @@
-"""The distance from an ellipsoid of revolution, and where lines are so far from it."""
+"""Distances from an ellipsoid of revolution, and crossings of lines with its parallel surfaces."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ import numpy as np
 
 from .roots import Array, quadratic
 
-# Steps that halve a bracket, and of Newton's method for the nearest point.
+# Largest number of steps of Newton's method.
 MOST_STEPS = 80
 
 
 class Ellipse:
-    """Turned around z."""
+    """An ellipsoid of revolution around z."""
 
     def __init__(self, equatorial_mm: float, polar_mm: float):
         self.a, self.b = equatorial_mm, polar_mm
 
     def distance(self, p: Array) -> tuple[Array, Array]:
-        """Signed distances of points (..., 3), below 0 inside, and unit directions out of the ellipsoid.
+        """Computes signed distances of points (..., 3), negative inside, and unit directions out of the ellipsoid.
 
-        The nearest point of a point (u, z) is (a^2 u / (s + a^2), b^2 z / (s + b^2)), for the s beyond the poles of
-        its equation at which that lies on the ellipse. The equation is convex there, so that Newton's
-        method never passes the root when it begins on its near side.
+        The nearest point to (u, z) is (a^2 u / (s + a^2), b^2 z / (s + b^2)), for the s beyond the poles of its
+        equation at which that point is on the ellipse. The equation is convex there, so Newton's method does not
+        overshoot if it starts on the side of the poles.
         """
         a2, b2 = self.a**2, self.b**2
         u, z = np.hypot(p[..., 0], p[..., 1]), np.abs(p[..., 2])
         s = np.maximum(self.a * u - a2, self.b * z - b2)
-        # A point of the plane z = 0 deep inside has s at a pole.
+        # For a point in the plane z = 0 deep inside, s would be at a pole.
         s = np.maximum(s, -min(a2, b2) * (1.0 - 1e-12))
         for _ in range(MOST_STEPS):
             x, y = self.a * u / (s + a2), self.b * z / (s + b2)
@@ -46,13 +46,12 @@ class Ellipse:
         return away, np.stack([p[..., 0] * share, p[..., 1] * share, z_out], axis=-1)
 
     def crossings(self, o: Array, d: Array, offset: float) -> Array:
-        """The two lengths along unit rays at which they are so far from it; (rays, 2), NaN for none.
+        """Returns the two lengths along unit rays at which their distance is `offset`; (rays, 2), NaN for none.
 
-        The distance is convex along a line, so that there are two at most, one on each side of where it is
-        least.
+        The distance is convex along a line, so there are at most two, one on each side of its minimum.
         """
         result = np.full((len(o), 2), np.nan)
-        # A box of spheres around: the ends of what must be looked at.
+        # A bounding sphere limits the search.
         wide = max(self.a, self.b) + max(offset, 0.0) + 1.0
         foot = -(o * d).sum(-1)
         near = o + foot[:, None] * d
@@ -65,12 +64,12 @@ class Ellipse:
         return result
 
     def _lowest(self, o: Array, d: Array, foot: Array, half: Array, offset: float) -> Array:
-        """A length at which a ray is inside; NaN where there is none."""
+        """Returns a length at which a ray is inside; NaN if it never is."""
         axes = np.array([self.a + offset, self.a + offset, self.b + offset])
         scaled_o, scaled_d = o / axes, d / axes
         guess = -(scaled_o * scaled_d).sum(-1) / (scaled_d * scaled_d).sum(-1)
         away, _ = self.distance(o + guess[:, None] * d)
-        # Those that the first guess does not settle: halve where the slope says so.
+        # Rays for which the first guess is outside: bisect towards the minimum by the sign of the slope.
         open_ = np.flatnonzero((away >= offset) & (half > 0.0))
         low, high = foot[open_] - half[open_], foot[open_] + half[open_]
         for _ in range(60):
@@ -83,7 +82,7 @@ class Ellipse:
         return np.where(away < offset, guess, np.nan)
 
     def _between(self, o: Array, d: Array, inner: Array, outer: Array, offset: float) -> Array:
-        """The root between a length inside and one outside, by Newton's method kept within its bracket."""
+        """Finds the root between a length inside and one outside, by Newton's method within the bracket."""
         axes = np.array([self.a + offset, self.a + offset, self.b + offset])
         scaled_o, scaled_d = o / axes, d / axes
         half_b, a = (scaled_o * scaled_d).sum(-1), (scaled_d * scaled_d).sum(-1)

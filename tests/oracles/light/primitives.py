@@ -1,4 +1,4 @@
-"""Where lines cross the primitives of docs/tree.md, each in its own frame, mm."""
+"""Primitives of docs/tree.md and their crossings with lines, each in its own frame, mm."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from .roots import Array, quadratic, quartic
 
 
 class Primitive:
-    """A solid: where a line may cross it, and what is inside.
+    """A solid: candidate crossings with lines, and a test of what is inside.
 
-    Places that a line does not cross may be among `places` too; `inside` decides between two of them.
+    `places` may contain false crossings too; `inside` decides for the stretch between two of them.
     """
 
     bounds: Array
 
     def places(self, o: Array, d: Array) -> tuple[Array, Array]:
-        """Lengths along unit rays, (rays, k), NaN for none, and the face of each, (k,)."""
+        """Returns candidate crossings as lengths along unit rays, (rays, k), NaN for none, and their faces, (k,)."""
         raise NotImplementedError
 
     def inside(self, p: Array) -> Array:
-        """Whether points, (..., 3), are in it."""
+        """Returns for points (..., 3) whether they are inside."""
         raise NotImplementedError
 
     def normal(self, p: Array, face: Array) -> Array:
-        """Unit normals, on either side, of points (n, 3) on faces (n,)."""
+        """Returns unit normals, of arbitrary sign, at points (n, 3) on faces (n,)."""
         raise NotImplementedError
 
 
@@ -41,7 +41,7 @@ def _unit(v: Array) -> Array:
 
 
 class Ellipsoid(Primitive):
-    """A ball too."""
+    """An ellipsoid or a ball."""
 
     def __init__(self, semi_axes_mm: list[float]):
         self.axes = np.array(semi_axes_mm)
@@ -50,7 +50,7 @@ class Ellipsoid(Primitive):
     def places(self, o: Array, d: Array) -> tuple[Array, Array]:
         o, d = o / self.axes, d / self.axes
         a = (d * d).sum(-1)
-        # From the foot of the perpendicular, where nothing cancels.
+        # Measure lengths from the foot of the perpendicular, to avoid cancellation.
         foot = -(o * d).sum(-1) / a
         near = o + foot[:, None] * d
         t = quadratic(a, np.zeros_like(a), (near * near).sum(-1) - 1.0)
@@ -65,7 +65,7 @@ class Ellipsoid(Primitive):
 
 
 class Cone(Primitive):
-    """A cylinder too."""
+    """A cone, truncated cone or cylinder."""
 
     def __init__(self, bottom_radius_mm: float, top_radius_mm: float, height_mm: float):
         self.radius, self.height = bottom_radius_mm, height_mm
@@ -110,7 +110,7 @@ class Cuboid(Primitive):
 
 
 class HalfSpace(Primitive):
-    """Everything with z <= 0. Its spans have no ends: see `solids.py`."""
+    """The half space z <= 0. Its spans have no ends: see `solids.py`."""
 
     bounds = _box([-np.inf] * 3, [np.inf, np.inf, 0.0])
 
@@ -141,14 +141,14 @@ class Torus(Primitive):
 
 
 def turned_ellipse(o: Array, d: Array, centre: list[float], axes: list[float]) -> Array:
-    """Where lines may cross an ellipse of the half plane (distance from z, z) that is turned around z.
+    """Computes candidate crossings with an ellipse in the half plane (distance from z, z) that is revolved around z.
 
-    With u the distance from z and q = u^2 + c^2 - a^2 + (a/b)^2 (z - h)^2 the surface is q = 2 c u; its square
-    has no root in it.
+    With u the distance from z and q = u^2 + c^2 - a^2 + (a/b)^2 (z - h)^2, the surface is q = 2 c u. Squaring both
+    sides gives a quartic polynomial without square roots.
     """
     (c, h), (a, b) = centre, axes
     k = (a / b) ** 2
-    # From the place nearest to the middle, so that lengths are as small as can be.
+    # Measure lengths from the point nearest to the middle, to keep them small.
     middle = np.array([0.0, 0.0, h])
     foot = -((o - middle) * d).sum(-1)
     p = o + foot[:, None] * d
@@ -167,7 +167,7 @@ def turned_ellipse(o: Array, d: Array, centre: list[float], axes: list[float]) -
 
 
 class Extrusion(Primitive):
-    """Faces 0 and 1 are its ends, then one for each segment."""
+    """An extruded profile. Faces 0 and 1 are its ends, then one for each segment."""
 
     def __init__(self, profile: dict[str, Any], height_mm: float):
         self.outline, self.height = Outline(profile), height_mm
@@ -190,7 +190,7 @@ class Extrusion(Primitive):
 
 
 class Revolution(Primitive):
-    """A face for each segment."""
+    """A revolved profile, with a face for each segment."""
 
     def __init__(self, profile: dict[str, Any]):
         self.outline = Outline(profile)
@@ -213,7 +213,7 @@ class Revolution(Primitive):
 
 
 class EllipsoidOffset(Primitive):
-    """All that is near enough to an ellipsoid of revolution, or deep enough in it. It is convex."""
+    """The solid within a signed distance of an ellipsoid of revolution. It is convex."""
 
     def __init__(self, equatorial_mm: float, polar_mm: float, offset_mm: float):
         self.ellipse, self.offset = Ellipse(equatorial_mm, polar_mm), offset_mm
@@ -231,7 +231,7 @@ class EllipsoidOffset(Primitive):
 
 
 def primitive(kind: str, of: dict[str, Any]) -> Primitive:
-    """A primitive of a tree by its kind."""
+    """Creates a primitive of a tree by its kind."""
     match kind:
         case "sphere":
             return Ellipsoid([of["radius_mm"]] * 3)

@@ -1,4 +1,4 @@
-"""Profiles: regions of a plane between lines and arcs, extruded or turned."""
+"""Profiles: plane regions bounded by lines and arcs, to extrude or revolve."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from .roots import Array, quadratic
 
-# Ends of segments reach beyond themselves by this, mm, so that no line slips between two of them.
+# Segments extend beyond their ends by this, mm, so that no line passes between two of them.
 SLACK_MM = 1e-9
 
 
@@ -28,29 +28,32 @@ class Segment:
     def bounds(self) -> Array:
         if self.is_line:
             return np.stack([np.minimum(self.start, self.end), np.maximum(self.start, self.end)])
-        # Of the whole ellipse: boxes may be too large.
+        # Box of the whole ellipse: it may be too large, not too small.
         return np.stack([self.centre - self.axes, self.centre + self.axes])
 
     def bulge(self, p: Array) -> Array:
-        """Whether points (..., 2) lie between the arc and its chord."""
+        """Returns for points (..., 2) whether they are between the arc and its chord."""
         if self.is_line:
             return np.zeros(p.shape[:-1], bool)
         q = (p - self.centre) / self.axes
         is_in = (q * q).sum(-1) < 1.0
         if np.hypot(*(self.end - self.start)) < SLACK_MM:
             return is_in
-        # An arc that turns to the left lies on the right of its chord.
+        # A counter-clockwise arc is on the right of its chord.
         return is_in & (self.is_left(p) != self.ccw)
 
     def is_left(self, p: Array) -> Array:
-        """Whether points lie on the left of the chord; those on it as if they were moved up a little, and to the
-        right by less, so that parity and arcs take them for the same."""
+        """Returns whether points are on the left of the chord.
+
+        Points on it count as moved up a little, and to the right by less, so that the even-odd rule and arcs treat
+        them in the same way.
+        """
         x, y = self.end - self.start
         left = x * (p[..., 1] - self.start[1]) - y * (p[..., 0] - self.start[0])
         return (left > 0.0) | ((left == 0.0) & ((x > 0.0) | ((x == 0.0) & (y < 0.0))))
 
     def _beyond(self, p: Array) -> Array:
-        """How far points lie on the arc's side of its chord; a full turn has none."""
+        """Returns the distance of points from the chord, positive on the arc's side; infinite for a full turn."""
         chord = self.end - self.start
         length = np.hypot(*chord)
         if length < SLACK_MM:
@@ -59,7 +62,7 @@ class Segment:
         return (-left if self.ccw else left) / length
 
     def holds(self, p: Array) -> Array:
-        """Whether points (..., 2) of the whole line or ellipse belong to the segment, ends with some slack."""
+        """Returns whether points (..., 2) of the whole line or ellipse belong to the segment, with some slack."""
         if not self.is_line:
             return self._beyond(p) > -SLACK_MM
         chord = self.end - self.start
@@ -76,7 +79,7 @@ class Segment:
 
 
 class Outline:
-    """All paths of a profile; segments are numbered as faces are."""
+    """All paths of a profile; a segment's number is that of its face."""
 
     def __init__(self, profile: dict[str, Any]):
         self.segments: list[Segment] = []
@@ -91,7 +94,7 @@ class Outline:
         self.arcs = [segment for segment in self.segments if not segment.is_line]
 
     def inside(self, p: Array) -> Array:
-        """Even-odd rule for the polygon of all chords; each arc adds or takes what is before its chord."""
+        """Returns whether points are inside: the even-odd rule for the chords, then toggled between arc and chord."""
         y = p[..., 1]
         result = np.zeros(y.shape, bool)
         for segment in self.segments:
@@ -103,7 +106,7 @@ class Outline:
         return result
 
     def normal(self, p: Array, face: Array) -> Array:
-        """Unit normals of points (n, 2) of segments (n,)."""
+        """Returns unit normals at points (n, 2) on segments (n,)."""
         result = np.ones_like(p)
         for number in np.unique(face):
             if 0 <= number < len(self.segments):
@@ -112,7 +115,7 @@ class Outline:
         return result
 
     def crossings(self, o: Array, d: Array) -> tuple[Array, Array]:
-        """Where lines of the plane may cross segments, and which."""
+        """Returns the lengths at which lines of the plane may cross segments, (rays, k), and the segments, (k,)."""
         found: list[Array] = []
         faces: list[int] = []
         for number, segment in enumerate(self.segments):
@@ -136,7 +139,7 @@ def _of_line(segment: Segment, o: Array, d: Array) -> Array:
 
 
 class Turned:
-    """An outline of the half plane (distance from z, z), turned around z."""
+    """An outline in the half plane (distance from z, z), revolved around z."""
 
     def __init__(self, outline: Outline, ellipse: Callable[..., Array]):
         self.outline, self.ellipse = outline, ellipse
@@ -148,7 +151,7 @@ class Turned:
             if not segment.is_line:
                 t = self.ellipse(o, d, segment.centre.tolist(), segment.axes.tolist())
             elif max(segment.start[0], segment.end[0]) <= 0.0:
-                continue  # On the axis.
+                continue  # A segment on the axis has no surface.
             else:
                 t = self._of_line(segment, o, d)
             t = self._on(segment, t, o, d)
@@ -170,7 +173,7 @@ class Turned:
 
     @staticmethod
     def _on(segment: Segment, t: Array, o: Array, d: Array) -> Array:
-        """Without places that are beside the segment, or on the side of the axis that is not drawn."""
+        """Removes crossings that are not on the segment itself, or are on its mirror image across the axis."""
         with np.errstate(invalid="ignore"):
             p = o[:, None] + t[..., None] * d[:, None]
             flat = np.stack([np.hypot(p[..., 0], p[..., 1]), p[..., 2]], axis=-1)

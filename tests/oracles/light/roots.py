@@ -1,4 +1,4 @@
-"""Real roots of polynomials, for many rays at once."""
+"""Real roots of quadratic and quartic polynomials, for many rays at once."""
 
 from __future__ import annotations
 
@@ -7,24 +7,25 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Imaginary parts below this share of a root are rounding, or two real roots that nearly meet. What is no
-# root at all does no harm: a place between two roots decides what is inside.
+# Relative imaginary part below which a root counts as real: rounding, or two real roots that nearly coincide. A false
+# root does no harm, because a point between two roots decides whether a stretch is inside.
 NEARLY_REAL = 1e-4
 
 
 def quadratic(a: Array, half_b: Array, c: Array) -> Array:
-    """Both roots of `a t^2 + 2 half_b t + c`, (rays, 2); NaN where there are none."""
+    """Returns both roots of `a t^2 + 2 half_b t + c`, (rays, 2); NaN if they are not real."""
     with np.errstate(invalid="ignore", divide="ignore"):
         root = np.sqrt(half_b * half_b - a * c)
-        # Of two forms of each root, the one without cancellation.
+        # The form of each root without cancellation.
         q = -(half_b + np.copysign(root, half_b))
         return np.stack([q / a, c / q], axis=-1)
 
 
 def quartic(coefficients: Array) -> Array:
-    """Roots that are nearly real of polynomials, (rays, 5) from the highest power down; (rays, 4), else NaN.
+    """Returns the nearly real roots of quartic polynomials, (rays, 4); NaN for the others.
 
-    The highest coefficient must not be 0. Eigenvalues of companion matrices, then Newton's method.
+    `coefficients` are (rays, 5) from the highest power down; the highest must not be 0. The roots are eigenvalues of
+    companion matrices, refined by Newton's method.
     """
     monic = coefficients / coefficients[:, :1]
     companion = np.zeros((len(monic), 4, 4))

@@ -1,4 +1,4 @@
-"""Solids as trees of primitives: the stretches of straight lines that lie in them."""
+"""Solids as trees of primitives, and the stretches of straight lines inside them."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from .roots import Array
 
 Indices = NDArray[np.int64]
 
-# Places nearer to each other than this along a line are one, mm.
+# Crossings nearer to each other than this along a line are one, mm.
 ONE_PLACE_MM = 1e-10
-# A face is known by the number of its leaf times this, plus its number there.
+# A face's code is the number of its leaf times this, plus its number there.
 FACES = 1 << 16
 
 
@@ -35,7 +35,7 @@ class Rays:
 
 @dataclass
 class Spans:
-    """Stretches in a solid: which ray, from where to where, through which faces."""
+    """Stretches of rays inside a solid: number of the ray, both distances, and the codes of both faces."""
 
     ray: Indices
     low: Array
@@ -52,20 +52,23 @@ class Spans:
         return Spans(e, f, f, e, e)
 
     def of_rays(self, numbers: Indices) -> Spans:
-        """The same with the numbers that rays have where they come from."""
+        """Returns the stretches with the rays' numbers in the caller's list."""
         return Spans(numbers[self.ray], self.low, self.high, self.face_low, self.face_high)
 
 
 def combine(parts: list[tuple[Spans, int]], least: int) -> Spans:
-    """Where the weights of the parts that a ray is in sum up to `least` (above 0) or more."""
+    """Combines stretches: a point is inside if the weights of the parts that contain it sum up to `least` or more.
+
+    `least` is above 0. Union, intersection and difference are special cases.
+    """
     ray = np.concatenate([s.ray for s, _ in parts for _ in range(2)])
     t = np.concatenate([x for s, _ in parts for x in (s.low, s.high)])
     face = np.concatenate([x for s, _ in parts for x in (s.face_low, s.face_high)])
     step = np.concatenate([np.full(len(s), sign * w) for s, w in parts for sign in (1, -1)])
-    # Of what meets, what begins comes first, so that touching stretches are one.
+    # At equal distances begins come before ends, so that touching stretches merge.
     order = np.lexsort((-step, t, ray))
     ray, t, face, step = ray[order], t[order], face[order], step[order]
-    # Every stretch ends, so that each ray's sum begins at 0.
+    # Every stretch that begins also ends, so the cumulative sum is 0 at the start of each ray.
     count = np.cumsum(step)
     is_in, was_in = count >= least, count - step >= least
     low, high = np.flatnonzero(is_in & ~was_in), np.flatnonzero(was_in & ~is_in)
@@ -75,12 +78,12 @@ def combine(parts: list[tuple[Spans, int]], least: int) -> Spans:
 
 
 class Node:
-    """A solid in the sensor frame with a box around it."""
+    """A solid in the sensor frame with a bounding box."""
 
     box: Array
 
     def spans(self, rays: Rays) -> Spans:
-        """The stretches of the whole lines; a ray's number is its place among `rays`."""
+        """Returns the stretches of whole lines inside the solid; a ray's number is its index in `rays`."""
         at = np.flatnonzero(crosses(self.box, rays))
         return self.near(rays.at(at)).of_rays(at) if len(at) else Spans.none()
 
@@ -89,7 +92,7 @@ class Node:
 
 
 def crosses(box: Array, rays: Rays) -> NDArray[np.bool_]:
-    """Which rays pass through a box ahead of their origin."""
+    """Returns for each ray whether it passes through a box ahead of its origin."""
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (box[0] - 1e-6 - rays.o) / rays.d, (box[1] + 1e-6 - rays.o) / rays.d
     enter, leave = np.fmin(a, b).max(-1), np.fmax(a, b).min(-1)
@@ -124,7 +127,7 @@ class Leaf(Node):
         row, column = np.nonzero(real)
         points = o[row] + middle[row, column][:, None] * d[row]
         inside[row, column] = self.of.inside(points)
-        # Two places that are one: what was before goes on.
+        # Between two crossings that are one, the state does not change.
         for k in range(1, inside.shape[1]):
             same = ~real[:, k] & np.isfinite(t[:, k + 1])
             inside[same, k] = inside[same, k - 1]
@@ -145,7 +148,7 @@ class Leaf(Node):
         return Spans(at, low[at], high[at], code, code)
 
     def normal(self, p: Array, face: Indices) -> Array:
-        """Unit normals at points of the sensor frame, on either side."""
+        """Returns unit normals at points of the sensor frame; the sign is arbitrary."""
         return self.of.normal((p - self.shift) @ self.rotation, face) @ self.rotation.T
 
 
@@ -186,13 +189,13 @@ class Difference(Node):
 
 
 class Forest:
-    """All trees of a document, with their leaves."""
+    """Trees of a document, with a common list of leaves."""
 
     def __init__(self) -> None:
         self.leaves: list[Leaf] = []
 
     def plant(self, tree: dict[str, Any], pose: dict[str, Any] | None = None) -> Node:
-        """A tree at its place; without a pose it is in the sensor frame."""
+        """Adds a tree at a pose and returns its node; without a pose it is in the sensor frame."""
         rotation = np.eye(3) if pose is None else np.array(pose["rotation"])
         shift = np.zeros(3) if pose is None else np.array(pose["translation_mm"])
         return self._node(tree, rotation, shift)
@@ -218,7 +221,7 @@ class Forest:
         return leaf
 
     def normals(self, points: Array, codes: Indices) -> Array:
-        """Unit normals at points of the sensor frame on faces known by their codes."""
+        """Returns unit normals at points of the sensor frame, on faces given by their codes."""
         result = np.full(points.shape, np.nan)
         for number in np.unique(codes // FACES):
             at = np.flatnonzero(codes // FACES == number)

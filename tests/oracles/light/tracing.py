@@ -1,4 +1,4 @@
-"""Following many rays from medium to medium, as docs/light.md says."""
+"""Tracing of many rays from medium to medium, by the model of docs/light.md."""
 
 from __future__ import annotations
 
@@ -13,40 +13,43 @@ from .solids import Forest, Indices, Node, Rays, Spans
 
 # Faces nearer to each other than this along a ray touch, mm: docs/light.md.
 TOUCH_MM = 1e-7
-# What ends nearer to where a ray begins is where it begins, mm.
+# Stretches that end nearer to a ray's origin are behind it, mm.
 START_MM = 1e-9
+# Largest number of refractions of a ray.
 MOST_BENDS = 64
+# Refractive index of air.
 AIR = 1.0
-# Of what ends a ray: numbers in `seen_by_names`.
+# Indices into `seen_by_names` for the end of a ray.
 NOTHING, SURFACE, FIRST_BODY = 0, 1, 2
 
 
 @dataclass
 class Item:
-    """One body at one place."""
+    """One body at one pose."""
 
     node: Node
     part: str
+    # Refractive index.
     index: float
     is_skin: bool
-    # Which of `seen_by_names`.
+    # Index into `seen_by_names`.
     name: int
 
 
 @dataclass
 class Paths:
-    """How rays went: what they saw, where (NaN for nothing), and how often they were bent."""
+    """Traced rays: the body that each sees, the point (NaN for nothing), and the number of refractions."""
 
     seen_by: Indices
     point: Array
     bends: Indices
-    # Corners of each path from the pupil on, one array per bend; NaN for rays that are not so long.
+    # Corners of each path, starting at the pupil, one array per refraction; NaN for rays that ended before.
     corners: list[Array]
 
 
 @dataclass
 class _Walk:
-    """Rays through stretches of all items, cut into pieces in which nothing changes; by ray, then place."""
+    """Rays cut into pieces between crossings of all items, sorted by ray, then by distance."""
 
     ray: Indices
     t: Array
@@ -54,16 +57,16 @@ class _Walk:
     length: Array
     stop: Array
     skin: Array
-    #: Gel that stops light where it is met before skin, and counts as skin behind it.
+    #: Opaque gel: it stops light that meets it before skin, and counts as skin behind it.
     backing: Array
     media: Array
-    # Stretches that begin or end where a piece begins; -1 at the origin.
+    # Index of the stretch that begins or ends where the piece begins; -1 at the origin.
     span: Indices
     enters: Array
 
 
 class Stack:
-    """What the document says, ready for rays."""
+    """Optical model of a sensor, built from a light document."""
 
     def __init__(self, light: dict[str, Any]):
         self.light, self.forest = light, Forest()
@@ -83,27 +86,27 @@ class Stack:
         self.surface = light.get("surface") and self.forest.plant(light["surface"]["solid"])
 
     def pixels(self, column: Array, row: Array) -> Rays:
-        """The rays of pixels; (0, 0) is the middle of the first."""
+        """Returns the rays of pixels; (0, 0) is the first pixel's centre."""
         camera = self.light["camera"]
         pose = camera["sensor_from_camera"]
         d = directions(camera, column, row) @ np.array(pose["rotation"]).T
         return Rays(np.broadcast_to(np.array(pose["translation_mm"]), d.shape).copy(), d)
 
     def exit(self, rays: Rays) -> Array:
-        """Where rays leave through the sensing surface; NaN where they do not."""
+        """Returns the distance at which rays leave through the sensing surface; NaN if they do not."""
         result = np.full(len(rays), np.nan)
         if not self.surface:
             return result
         spans = self.surface.spans(rays)
         ahead = np.flatnonzero(spans.high > START_MM)
-        # The first of each ray is written last.
+        # Sort descending: of several exits of a ray the nearest is written last and stays.
         ahead = ahead[np.argsort(-spans.high[ahead], kind="stable")]
         result[spans.ray[ahead]] = spans.high[ahead]
         z = rays.o[:, 2] + result * rays.d[:, 2]
         return np.where(z >= self.light["surface"]["foot_z_mm"], result, np.nan)
 
     def follow(self, rays: Rays, clear_only: bool = False) -> Paths:
-        """Follows rays to their ends; `clear_only`: as if nothing stopped them."""
+        """Traces rays to their ends. With `clear_only`, opaque bodies do not stop them."""
         n = len(rays)
         seen, point = np.zeros(n, int), np.full((n, 3), np.nan)
         bends, corners = np.zeros(n, int), [rays.o.copy()]
@@ -134,6 +137,7 @@ class Stack:
         return Paths(seen, point, bends, corners)
 
     def _walk(self, rays: Rays, clear_only: bool) -> tuple[_Walk, Spans, Indices]:
+        """Cuts rays into pieces; also returns all stretches and the item of each."""
         found: list[Spans] = [Spans.none()]
         owner: list[Indices] = [np.zeros(0, int)]
         for number, item in enumerate(self.items):
@@ -181,20 +185,23 @@ class Stack:
 
     def _piece(self, rays: Rays, index: Array, clear_only: bool
                ) -> tuple[Indices, Array, Array, Array]:
-        """What ends each straight piece: a number of `seen_by_names`, or -1 where it is bent; where; the index
-        behind and the face's normal."""
+        """Finds the end of each straight piece.
+
+        Returns an index into `seen_by_names`, or -1 where the ray is refracted; the distance; the refractive index
+        behind; and the face's normal.
+        """
         n = len(rays)
         walk, spans, item = self._walk(rays, clear_only)
         indices = np.array([m[0] for m in self.media] or [AIR])
         here = np.where(walk.media.any(0), indices[walk.media.argmax(0)], AIR)
         stops = walk.stop | walk.backing
         solid, real = stops | walk.skin, walk.length > TOUCH_MM
-        # The medium in which a ray starts is that of its first piece.
+        # A ray starts in the medium of its first real piece.
         first = np.flatnonzero(real & ~solid)
         first = first[np.unique(walk.ray[first], return_index=True)[1]]
         start = index.copy()
         unknown = np.isnan(start[walk.ray[first]])
-        # Not behind something solid: nothing is bent before that anyhow.
+        # A piece behind something opaque does not count, but then nothing is refracted before it either.
         start[walk.ray[first[unknown]]] = here[first[unknown]]
         event = np.flatnonzero(real & (solid | (here != start[walk.ray])))
         event = event[np.unique(walk.ray[event], return_index=True)[1]]
@@ -221,7 +228,7 @@ class Stack:
         return name, at, to_index, normal
 
     def _named(self, walk: _Walk, item: Indices, events: Indices, part: str) -> Indices:
-        """Names of what was entered last before pieces begin, of one part."""
+        """Returns the name of the item of one part that a ray entered last before each event."""
         is_part = np.array([i.part == part for i in self.items] + [False])
         entered = walk.enters & is_part[np.where(walk.span < 0, -1, item[walk.span])]
         last = np.maximum.accumulate(np.where(entered, np.arange(len(entered)), -1))[events]
@@ -229,7 +236,7 @@ class Stack:
 
     def _through_skin(self, walk: _Walk, item: Indices, events: Indices, exit_mm: Array,
                       name: Indices, at: Array) -> None:
-        """Whether from where skin is met there is skin alone up to the sensing surface."""
+        """Ends rays that meet skin: at the sensing surface if there is only skin up to it, else at the skin."""
         is_skin = np.array([m[1] for m in self.media] or [False])
         skin = walk.skin | walk.backing | (walk.media & is_skin[:, None]).any(0)
         gap = (walk.length > TOUCH_MM) & (walk.stop | ~skin)
@@ -246,11 +253,11 @@ class Stack:
         at[ray] = np.where(free, exit_mm[ray], at[ray])
 
     def _faces(self, walk: _Walk, spans: Spans, item: Indices, events: Indices) -> Indices:
-        """The face at which a piece begins: of a medium that is entered there, else of the one that is left."""
+        """Returns the face at which a piece begins: of a medium that is entered there, else of the one that is left."""
         result = np.full(len(events), -1)
         of = walk.ray[events]
         for sign in (False, True):
-            # What lies nearer than a touch before counts; the last is written last.
+            # Crossings within the touch distance before the event count too; the last one is written last and stays.
             for back in (3, 2, 1, 0):
                 k = events - back
                 near = (k >= 0) & (walk.ray[k] == of) & (walk.span[k] >= 0)
@@ -263,7 +270,7 @@ class Stack:
 
 
 def _part(body: dict[str, Any]) -> str:
-    """What a body is to light, from its properties; the document's own word must be the same."""
+    """Derives a body's role for light (medium, skin or stop) from its properties; checks that the document agrees."""
     shows = body["is_looked_at"]
     if body["clarity"] == "clear":
         part, is_skin = "medium", shows
@@ -276,8 +283,10 @@ def _part(body: dict[str, Any]) -> str:
 
 
 def refract(d: Array, normal: Array, ratio: Array) -> tuple[Array, Array]:
-    """Directions behind faces, and where there are none: the part along the face grows by the ratio of
-    indices (before over behind)."""
+    """Refracts directions by Snell's law; `ratio` is the index before over the one behind.
+
+    Returns the directions, and a mask of total reflection. The tangential component grows by the ratio.
+    """
     cosine = (d * normal).sum(-1)
     normal = np.where(cosine < 0.0, -1.0, 1.0)[:, None] * normal
     sine = d - np.abs(cosine)[:, None] * normal

@@ -1,4 +1,4 @@
-"""What cadquery and build123d have in common: OpenCascade's shapes, measured by OpenCascade."""
+"""OpenCascade shapes: construction and measurement that cadquery and build123d share."""
 
 from __future__ import annotations
 
@@ -34,30 +34,31 @@ from ..curves import Piece
 from ..measured import Mass, Rebuilt, RebuildError
 from .occt_moments import Moments, moments
 
-# What adaptive integration is asked for. Its own estimate is optimistic: asked for 1e-7, it was off
-# by 9e-6 on parallel surfaces of ellipsoids; asked for this, by 3e-9.
+# Requested accuracy of adaptive integration. Its own estimate is optimistic: with 1e-7 it was off by 9e-6
+# on parallel surfaces of ellipsoids, with this value by 3e-9.
 INTEGRATION = 1e-11
-# The same volume integrated twice, by OpenCascade and here, relative; and the largest error of a
+# Largest relative difference of a volume as integrated by OpenCascade and here; and largest error of a
 # centroid over the size of the solid.
 SAME_INTEGRAL = 1e-7
-# How closely a spline follows what STEP has no curve for, mm; far below OpenCascade's own 1e-7.
+# Tolerance of splines for curves that STEP cannot hold, mm; far below OpenCascade's own 1e-7.
 SPLINE_MM = 1e-9
-# Hits on both faces at an edge are one crossing, mm.
+# Nearer hits on both faces of an edge count as one crossing, mm.
 EDGE_MM = 1e-7
-# Faces' boxes are widened by this before lines are tested against them, mm.
+# Margin around the faces' bounding boxes before lines are tested against them, mm.
 BOX_MM = 1e-3
 
 
 def rigid(pose: dict) -> gp_Trsf:
-    """A placement as OpenCascade has it."""
+    """Converts a pose to OpenCascade's transform."""
     (a, b, c), t = pose["rotation"], pose["translation_mm"]
     motion = gp_Trsf()
     motion.SetValues(*a, t[0], *b, t[1], *c, t[2])
     return motion
 
 
-def stretched(sphere: TopoDS_Shape, factors: list[float]) -> TopoDS_Shape:
-    """An ellipsoid with three axes: a ball of radius 1 whose (rational) spline is scaled, exactly."""
+def scaled_ball(sphere: TopoDS_Shape, factors: list[float]) -> TopoDS_Shape:
+    """Creates an ellipsoid with three axes from a ball of radius 1, whose rational spline is scaled
+    exactly."""
     matrix = gp_Mat(factors[0], 0, 0, 0, factors[1], 0, 0, 0, factors[2])
     stretch = gp_GTrsf()
     stretch.SetVectorialPart(matrix)
@@ -65,10 +66,10 @@ def stretched(sphere: TopoDS_Shape, factors: list[float]) -> TopoDS_Shape:
 
 
 def parallel_of_half_ellipse(across_mm: float, along_mm: float, offset_mm: float) -> TopoDS_Edge:
-    """From the lower pole to the upper one, in the plane y = 0, at a distance from an ellipse.
+    """Creates a parallel curve of a half ellipse in the plane y = 0, from the lower to the upper pole.
 
-    OpenCascade evaluates an offset curve from its basis, so that this is exact; only curves in which
-    its revolution meets other faces are splines.
+    OpenCascade evaluates an offset curve from its basis, so this is exact; only the curves in which its
+    revolution intersects other faces are splines.
     """
     long, short = max(across_mm, along_mm), min(across_mm, along_mm)
     # Parameter 0 lies on the longer axis; the plane's normal turns so that x stays above 0.
@@ -80,8 +81,10 @@ def parallel_of_half_ellipse(across_mm: float, along_mm: float, offset_mm: float
 
 
 def storable(edge: TopoDS_Edge) -> TopoDS_Edge:
-    """The edge, or a spline in its place: OpenCascade leaves revolutions of offset curves out of STEP
-    files without a word."""
+    """Replaces an offset curve by a spline; returns other edges as they are.
+
+    OpenCascade silently leaves revolutions of offset curves out of STEP files.
+    """
     adaptor = BRepAdaptor_Curve(edge)
     if adaptor.GetType() != GeomAbs_CurveType.GeomAbs_OffsetCurve:
         return edge
@@ -94,9 +97,9 @@ def storable(edge: TopoDS_Edge) -> TopoDS_Edge:
 
 
 def elliptic_arc(piece: Piece, to_space, up: tuple[int, int, int]) -> TopoDS_Edge:
-    """An arc of an ellipse whose axes are those of its plane; `up` is the plane's normal."""
+    """Creates an arc of an ellipse along its plane's axes; `up` is the plane's normal."""
     centre, (x, y) = tuple(to_space(piece.centre)), piece.semi_axes_mm
-    # OpenCascade wants the longer axis first: where that is the second, turn by a quarter.
+    # OpenCascade takes the longer axis first: if that is y, the ellipse is turned by a quarter.
     along = (1.0, 0.0) if x >= y else (0.0, 1.0)
     tip = tuple(to_space((piece.centre[0] + along[0], piece.centre[1] + along[1])))
     axes = gp_Ax2(
@@ -109,28 +112,28 @@ def elliptic_arc(piece: Piece, to_space, up: tuple[int, int, int]) -> TopoDS_Edg
 
 
 def subshapes(shape: TopoDS_Shape, kind) -> TopTools_IndexedMapOfShape:
-    """All different parts of one kind."""
+    """Collects the different sub-shapes of one kind."""
     found = TopTools_IndexedMapOfShape()
     TopExp.MapShapes_s(shape, kind, found)
     return found
 
 
 def volume_mm3(shape: TopoDS_Shape) -> float:
-    """By OpenCascade's adaptive integration."""
+    """Computes the volume by OpenCascade's adaptive integration."""
     properties = GProp_GProps()
     BRepGProp.VolumeProperties_s(shape, properties, INTEGRATION, False, False)
     return properties.Mass()
 
 
 def area_mm2(shape: TopoDS_Shape) -> float:
-    """By OpenCascade's adaptive integration."""
+    """Computes the area by OpenCascade's adaptive integration."""
     properties = GProp_GProps()
     BRepGProp.SurfaceProperties_s(shape, properties, INTEGRATION, False)
     return properties.Mass()
 
 
 def face_types(shape: TopoDS_Shape) -> dict[str, int]:
-    """How many faces of which kind of surface."""
+    """Counts the faces by type of surface."""
     faces = subshapes(shape, TopAbs_FACE)
     names = Counter()
     for i in range(1, faces.Extent() + 1):
@@ -140,7 +143,7 @@ def face_types(shape: TopoDS_Shape) -> dict[str, int]:
 
 
 class Probe:
-    """Asks one shape where lines cross it, which points lie inside, and how far points are."""
+    """Computes line crossings, containment and distances of points for one shape."""
 
     def __init__(self, shape: TopoDS_Shape):
         self.shape = shape
@@ -157,7 +160,7 @@ class Probe:
         self.low, self.high = boxes[:, :3], boxes[:, 3:]
 
     def crossings(self, origins: numpy.ndarray, directions: numpy.ndarray) -> list[numpy.ndarray]:
-        """Where lines meet the surface, sorted, mm along their unit directions."""
+        """Returns where lines cross the surface, sorted, mm along their unit directions."""
         return [self._crossings(*line) for line in zip(origins, directions)]
 
     def _crossings(self, origin: numpy.ndarray, direction: numpy.ndarray) -> numpy.ndarray:
@@ -168,7 +171,7 @@ class Probe:
     def faces_met(
         self, origin: numpy.ndarray, direction: numpy.ndarray
     ) -> list[tuple[int, list[float]]]:
-        """The faces that a line crosses, by number, and where, mm along its unit direction."""
+        """Returns the numbers of the faces that a line crosses, and where, mm along its unit direction."""
         line = gp_Lin(gp_Pnt(*map(float, origin)), gp_Dir(*map(float, direction)))
         met = []
         for index in self._near(origin, direction):
@@ -179,7 +182,8 @@ class Probe:
         return met
 
     def _near(self, origin: numpy.ndarray, direction: numpy.ndarray) -> numpy.ndarray:
-        # Slabs: a coordinate along which the line does not move is either within or never.
+        """Returns the faces whose bounding boxes a line crosses, by the slab method."""
+        # A line perpendicular to an axis is inside that axis's slab everywhere or nowhere.
         with numpy.errstate(divide="ignore", invalid="ignore"):
             a, b = (self.low - origin) / direction, (self.high - origin) / direction
         still = direction == 0.0
@@ -189,7 +193,7 @@ class Probe:
         return numpy.flatnonzero((enter <= leave) & ~outside.any(1))
 
     def contains(self, points: numpy.ndarray) -> list[bool]:
-        """Whether each point lies inside."""
+        """Returns for each point whether it is inside."""
         classifier = BRepClass3d_SolidClassifier(self.shape)
         inside = []
         for point in points:
@@ -198,7 +202,7 @@ class Probe:
         return inside
 
     def distance_mm(self, point: numpy.ndarray) -> float:
-        """From a point to the nearest point of the surface."""
+        """Computes the distance from a point to the surface."""
         vertex = BRepBuilderAPI_MakeVertex(gp_Pnt(*map(float, point))).Vertex()
         shells = subshapes(self.shape, TopAbs_SHELL)
         distances = []
@@ -209,12 +213,11 @@ class Probe:
 
 
 def genus(shape: TopoDS_Shape) -> int | None:
-    """Through holes and handles, summed over shells, from Euler and Poincaré's formula.
+    """Counts through holes and handles, summed over shells, by the Euler-Poincaré formula.
 
     A face with k wires and no handle of its own counts 2 - k; every edge and vertex counts once. A
-    degenerate edge (the pole of a sphere) is no edge, a seam is one; a closed edge has one vertex.
-    None where two wires of a face touch: they bound more than one piece then, and it is not known
-    how many.
+    degenerate edge (the pole of a sphere) does not count, a seam does; a closed edge has one vertex.
+    None if two wires of a face touch: they then bound an unknown number of pieces.
     """
     total = 0
     shells = subshapes(shape, TopAbs_SHELL)
@@ -245,16 +248,16 @@ def _wires(face: TopoDS_Shape) -> list[TopoDS_Shape]:
 
 
 def bounds(shape: TopoDS_Shape) -> numpy.ndarray:
-    """Lower and upper corner of the smallest box, mm."""
+    """Computes the lower and upper corner of the smallest bounding box, mm."""
     box = Bnd_Box()
-    # Not by triangles, and without the shape's tolerance.
+    # From exact faces, not triangles, and without adding the shape's tolerance.
     BRepBndLib.AddOptimal_s(shape, box, False, False)
     values = box.Get()
     return numpy.array([values[:3], values[3:]])
 
 
 def rebuilt(name: str, shape: TopoDS_Shape) -> Rebuilt:
-    """A shape with everything that can be compared. Raises RebuildError for an invalid one."""
+    """Measures all properties of a shape. Raises RebuildError if it is invalid or no solid."""
     if shape is None or shape.IsNull() or subshapes(shape, TopAbs_SOLID).Extent() == 0:
         raise RebuildError(f"{name} leaves no solid")
     if not BRepCheck_Analyzer(shape).IsValid():
@@ -272,13 +275,13 @@ def rebuilt(name: str, shape: TopoDS_Shape) -> Rebuilt:
         crossings=probe.crossings,
         contains=probe.contains,
         distance_mm=probe.distance_mm,
-        complaints=_doubts(integrated, volume, corners),
+        complaints=_integration_faults(integrated, volume, corners),
         face_types=face_types(shape),
     )
 
 
-def _doubts(integrated: Moments, volume: float, corners: numpy.ndarray) -> list[str]:
-    """Why the integrals over a shape are not to be trusted."""
+def _integration_faults(integrated: Moments, volume: float, corners: numpy.ndarray) -> list[str]:
+    """Lists reasons not to trust the integrals over a shape."""
     found = []
     if not abs(integrated.volume_mm3 - volume) <= SAME_INTEGRAL * abs(volume):
         found.append(

@@ -1,7 +1,7 @@
-"""Points and normals of OpenCascade's surfaces, many at once.
+"""Vectorised evaluation of points and normals on OpenCascade's surfaces.
 
-Everything that is turned about an axis is evaluated here, from the curve that is turned; only for
-other surfaces is OpenCascade asked for each point.
+Surfaces of revolution and planes are evaluated here with numpy, from their meridians; for other surfaces
+OpenCascade is called for each point.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.GeomAbs import GeomAbs_SurfaceType
 from OCP.gp import gp_Pnt, gp_Vec
 
-# u [n, m] and v [n] to points and to the normals S_u x S_v, both [n, m, 3], mm.
+# Maps u [n, m] and v [n] to points and to the normals S_u x S_v, both [n, m, 3], mm.
 Surface = Callable[[numpy.ndarray, numpy.ndarray], tuple[numpy.ndarray, numpy.ndarray]]
-# v [n] to a point [n, 3] and its derivative [n, 3] in the frame whose z is the axis.
+# Maps v [n] to a point [n, 3] and its derivative [n, 3] in the frame whose z is the axis.
 Meridian = Callable[[numpy.ndarray], tuple[numpy.ndarray, numpy.ndarray]]
 
 
 def evaluator(adaptor: BRepAdaptor_Surface) -> Surface:
-    """The surface of a face."""
+    """Returns the function that evaluates a face's surface."""
     match adaptor.GetType():
         case GeomAbs_SurfaceType.GeomAbs_Plane:
             return _plane(adaptor)
@@ -48,7 +48,7 @@ def _triple(of) -> list[float]:
 
 
 def _axes(position) -> tuple[numpy.ndarray, numpy.ndarray]:
-    """Origin, and the three directions in rows; they may be left-handed."""
+    """Returns the origin, and the three directions in rows; they may be left-handed."""
     directions = position.XDirection(), position.YDirection(), position.Direction()
     return numpy.array(_triple(position.Location())), numpy.array([*map(_triple, directions)])
 
@@ -64,7 +64,7 @@ def _plane(adaptor: BRepAdaptor_Surface) -> Surface:
 
 
 def _line(radius_mm: float, slope: float) -> Meridian:
-    """At this distance from the axis where v is 0."""
+    """Creates a straight meridian, `radius_mm` from the axis at v = 0, `slope` rad from the axis."""
     sin, cos = numpy.sin(slope), numpy.cos(slope)
 
     def at(v):
@@ -76,7 +76,7 @@ def _line(radius_mm: float, slope: float) -> Meridian:
 
 
 def _circle(ring_mm: float, radius_mm: float) -> Meridian:
-    """Around a point at distance `ring_mm` from the axis."""
+    """Creates a circular meridian around a point `ring_mm` from the axis."""
 
     def at(v):
         still, sin, cos = numpy.zeros_like(v), radius_mm * numpy.sin(v), radius_mm * numpy.cos(v)
@@ -105,7 +105,7 @@ def _revolution(adaptor: BRepAdaptor_Surface) -> Surface:
 
 
 def _turned(origin: numpy.ndarray, directions: numpy.ndarray, meridian: Meridian) -> Surface:
-    """A curve that is turned by u about z."""
+    """Creates the surface of a meridian that is rotated by the angle u about z."""
 
     def at(u, v):
         (x, y, z), (dx, dy, dz) = (values.T[..., None] for values in meridian(v))
@@ -120,6 +120,7 @@ def _turned(origin: numpy.ndarray, directions: numpy.ndarray, meridian: Meridian
 
 
 def _any(adaptor: BRepAdaptor_Surface) -> Surface:
+    """Creates a surface that calls OpenCascade for each point."""
     def at(u, v):
         points, normals = numpy.empty((*u.shape, 3)), numpy.empty((*u.shape, 3))
         point, along_u, along_v = gp_Pnt(), gp_Vec(), gp_Vec()

@@ -1,4 +1,4 @@
-"""Integrals over closed triangle meshes, and where lines cross them."""
+"""Closed triangle meshes: integrals, containment and distances."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import numpy
 
 from ..measured import Mass
 
-# Three directions at odd angles to each other and to whatever people draw, of length 1.
+# Three unit directions at irregular angles, so that lines along them rarely lie in a design's faces.
 ASKEW = numpy.array([[0.362, 0.481, 0.797], [-0.738, 0.269, 0.619], [0.213, -0.851, 0.479]])
 ASKEW /= numpy.linalg.norm(ASKEW, axis=1)[:, None]
 
 
 def mass(corners: numpy.ndarray) -> Mass:
-    """Of n x 3 x 3 corners, counter-clockwise from outside: tetrahedra to a point on the mesh."""
+    """Integrates a mesh, n x 3 x 3 corners, counter-clockwise from outside, as a sum of tetrahedra."""
     origin = corners[0, 0]
     a, b, c = (corners[:, i] - origin for i in range(3))
     normal = numpy.cross(b - a, c - a)
@@ -31,10 +31,10 @@ def mass(corners: numpy.ndarray) -> Mass:
 
 
 def contains(points: numpy.ndarray, crossings) -> list[bool]:
-    """Whether points lie inside, by the parity of what lines from them cross.
+    """Returns for each point whether it is inside, by the parity of crossings of lines from it.
 
-    A line through an edge may meet one face or both, whether it goes in there or not: of three
-    lines, two decide.
+    A line through an edge may cross one of its faces or both, regardless of whether it enters the solid
+    there. So three lines vote.
     """
     inside = numpy.zeros(len(points), int)
     for direction in ASKEW:
@@ -44,7 +44,7 @@ def contains(points: numpy.ndarray, crossings) -> list[bool]:
 
 
 class Distances:
-    """Asks n x 3 x 3 triangles how far points are from them."""
+    """Computes distances of points from triangles, n x 3 x 3."""
 
     def __init__(self, corners: numpy.ndarray):
         self.corners = corners
@@ -52,16 +52,18 @@ class Distances:
         self.radii = numpy.linalg.norm(corners - self.centres[:, None], axis=2).max(1)
 
     def __call__(self, point: numpy.ndarray) -> float:
-        """From a point to the nearest point of the triangles."""
+        """Computes the distance from a point to the nearest triangle."""
         to_centres = numpy.linalg.norm(self.centres - point, axis=1)
-        # No farther than the nearest triangle's far end is enough.
+        # Upper bound by bounding spheres: triangles beyond it cannot be nearest.
         enough = (to_centres + self.radii).min()
         return _distance(self.corners[to_centres - self.radii <= enough], point)
 
 
 def _distance(corners: numpy.ndarray, point: numpy.ndarray) -> float:
-    """A point whose foot lies within a triangle is as far as its plane is; any other is as far as the
-    nearest edge."""
+    """Computes the distance from a point to the nearest of some triangles.
+
+    If the point's foot is inside a triangle, that is the distance to its plane, else to its nearest edge.
+    """
     a, b, c = (corners[:, i] for i in range(3))
     normal = numpy.cross(b - a, c - a)
     squared = numpy.einsum("ij,ij->i", normal, normal)

@@ -1,4 +1,5 @@
-"""build123d. Its booleans clean up after themselves, which silently ruins spheres, unless told not to."""
+"""The kernel build123d. Its booleans clean up their result, which silently ruins spheres: that is
+switched off here."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ _MERIDIAN_NORMAL = (0, -1, 0)
 
 
 class Build123d:
-    """Makes shapes through build123d's own constructors and booleans."""
+    """Builds shapes by build123d's own constructors and booleans."""
 
     def sphere(self, radius_mm):
         return Solid.make_sphere(radius_mm)
@@ -26,7 +27,7 @@ class Build123d:
         a, b, c = semi_axes_mm
         if a == b:
             return self.ellipsoid_offset(a, c, 0.0)
-        return Solid(occt.stretched(self.sphere(1.0).wrapped, semi_axes_mm))
+        return Solid(occt.scaled_ball(self.sphere(1.0).wrapped, semi_axes_mm))
 
     def cylinder(self, radius_mm, height_mm):
         return Solid.make_cylinder(radius_mm, height_mm)
@@ -78,7 +79,7 @@ class Build123d:
 
 
 def _one(result) -> Shape:
-    """Booleans give a shape, a list of shapes or nothing."""
+    """Converts a boolean's result (a shape, a list of shapes or nothing) to one shape."""
     if result is None:
         raise RebuildError(f"{NAME}: a boolean leaves nothing")
     if isinstance(result, Shape):

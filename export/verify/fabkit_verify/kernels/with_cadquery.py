@@ -1,4 +1,4 @@
-"""cadquery. Its `clean` silently ruins spheres and is never called."""
+"""The kernel cadquery. Its `clean` silently ruins spheres and is never called."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ NAME = "cadquery"
 
 
 class Cadquery:
-    """Makes shapes through cadquery's own constructors and booleans."""
+    """Builds shapes by cadquery's own constructors and booleans."""
 
     def sphere(self, radius_mm):
         return cadquery.Solid.makeSphere(radius_mm, angleDegrees1=-90, angleDegrees2=90)
@@ -22,7 +22,7 @@ class Cadquery:
         a, b, c = semi_axes_mm
         if a == b:
             return self.ellipsoid_offset(a, c, 0.0)
-        return cadquery.Shape.cast(occt.stretched(self.sphere(1.0).wrapped, semi_axes_mm))
+        return cadquery.Shape.cast(occt.scaled_ball(self.sphere(1.0).wrapped, semi_axes_mm))
 
     def cylinder(self, radius_mm, height_mm):
         return cadquery.Solid.makeCylinder(radius_mm, height_mm)
@@ -70,7 +70,7 @@ class Cadquery:
         return shapes[0].fuse(*shapes[1:]) if len(shapes) > 1 else shapes[0]
 
     def intersection(self, shapes):
-        # One at a time: several tools of one call would be united first.
+        # One at a time: several tools in one call would be united first.
         result = shapes[0]
         for other in shapes[1:]:
             result = result.intersect(other)
@@ -84,7 +84,7 @@ class Cadquery:
 
 
 class StorableCadquery(Cadquery):
-    """Makes only what STEP files can hold."""
+    """Builds only shapes that STEP files can hold."""
 
     def meridian(self, across_mm, along_mm, offset_mm):
         return occt.storable(super().meridian(across_mm, along_mm, offset_mm))
@@ -108,11 +108,11 @@ def _edge(piece: Piece, to_space, up) -> cadquery.Edge:
 
 
 def solid(tree: dict) -> cadquery.Shape:
-    """The solid of a tree document."""
+    """Builds the solid of a tree document."""
     return build(tree["solid"], Cadquery())
 
 
 def rebuild(tree: dict, samples: dict, folder: object) -> Rebuilt:
-    """The solid with its measures."""
+    """Builds the solid of a tree document and measures it."""
     del samples, folder
     return occt.rebuilt(NAME, solid(tree).wrapped)

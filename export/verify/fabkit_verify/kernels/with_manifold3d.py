@@ -1,6 +1,6 @@
-"""manifold3d, a kernel of triangles.
+"""The kernel manifold3d, which works with triangles.
 
-Its own spheres and circles do not reach a chord tolerance: everything round is a revolved or
+Its own spheres and circles have no chord tolerance, so every round body is built as a revolved or
 extruded polygon whose corners lie on the exact curve.
 """
 
@@ -18,23 +18,23 @@ from . import triangles
 
 NAME = "manifold3d"
 
-# No triangle may be farther than this from the exact surface, mm. Where a face bends two ways, each
+# Largest distance of a triangle from the exact surface, mm. If a face is curved in two directions, each
 # gets half of it.
 CHORD_MM = 0.01
 
-# Digits of a mm after the point to which corners are rounded: far below the chord, and above the steps of
-# 1e-8 in which cross-sections come.
+# Decimal places, in mm, to which corners are rounded: far below the chord, and above the steps of 1e-8 in
+# which cross-sections are stored.
 SNAP_DIGITS = 7
 
 
 class Manifold3d:
-    """Makes meshes of revolved and extruded polygons."""
+    """Builds meshes from revolved and extruded polygons."""
 
     def sphere(self, radius_mm):
         return self._turned(_half_ellipse(radius_mm, radius_mm, 0.0), radius_mm)
 
     def ellipsoid(self, semi_axes_mm):
-        # Stretching by at most the longest half axis stretches chord errors by as much.
+        # Start with a sphere of the longest half axis: scaling by at most 1 does not increase chord errors.
         longest = max(semi_axes_mm)
         unit = self.sphere(longest)
         return unit.scale([axis / longest for axis in semi_axes_mm])
@@ -44,7 +44,7 @@ class Manifold3d:
 
     def cone(self, bottom_radius_mm, top_radius_mm, height_mm):
         outline = [(0, 0), (bottom_radius_mm, 0), (top_radius_mm, height_mm), (0, height_mm)]
-        # An apex is one point, not two.
+        # A cone with an apex has one point there, not two equal ones.
         outline = [p for i, p in enumerate(outline) if p != outline[i - 1]]
         return self._turned(outline, max(bottom_radius_mm, top_radius_mm))
 
@@ -91,7 +91,8 @@ class Manifold3d:
 
 
 def _snapped(shapes: list[Manifold]) -> list[Manifold]:
-    """Faces that meet but for rounding meet exactly; else a film as thin as the rounding stays between two cuts."""
+    """Rounds corners, so that faces that should meet do so exactly: otherwise a film as thin as the rounding
+    remains between two cuts."""
     return [shape.warp_batch(lambda corners: corners.round(SNAP_DIGITS)) for shape in shapes]
 
 
@@ -103,9 +104,9 @@ def _on_circle(centre: float, radius: float, fraction: float) -> tuple[float, fl
 
 
 def _half_ellipse(across: float, along: float, offset: float) -> list[tuple[float, float]]:
-    """From the lower pole to the upper one; corners on the parallel curve of the ellipse."""
+    """Approximates a parallel curve of a half ellipse, from the lower to the upper pole."""
     longest = max(across, along)
-    # The sharpest bend of the ellipse, widened: no curve parallel to it needs shorter chords.
+    # The largest radius of curvature of the ellipse plus the offset: no part of the curve needs more steps.
     steps = 2 * steps_of_turn(math.pi, longest**2 / min(across, along) + abs(offset), CHORD_MM / 2)
     points = []
     for i in range(steps + 1):
@@ -127,7 +128,7 @@ def _section(profile, chord_mm) -> CrossSection:
 
 
 def rebuild(tree: dict, samples: dict, folder: object) -> Rebuilt:
-    """The solid as a mesh, with its measures."""
+    """Builds the solid of a tree document as a mesh and measures it."""
     del samples, folder
     manifold = build(tree["solid"], Manifold3d())
     if manifold.status() != Error.NoError or manifold.is_empty():

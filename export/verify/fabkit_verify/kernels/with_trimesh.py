@@ -1,4 +1,4 @@
-"""trimesh: reads the STL file that fabkit wrote, as a printer's software would."""
+"""The kernel trimesh: reads the STL file that fabkit wrote, as a printer's software would."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from . import triangles
 
 NAME = "trimesh"
 
-# trimesh keeps every pair of line and triangle whose boxes meet: gigabytes for thousands of lines.
+# Number of lines in one call: trimesh stores every pair of line and triangle whose boxes overlap, which is
+# gigabytes for thousands of lines.
 BATCH = 100
 
 
 def rebuild(tree: dict, samples: dict, folder: Path) -> Rebuilt:
-    """The mesh in `folder/NAME.stl`, moved back to the frame of the tree's root."""
+    """Measures the mesh in `folder/NAME.stl`, moved back to the frame of the tree's root."""
     del samples
     name = tree["name"]
     path = folder / f"{name}.stl"
@@ -26,7 +27,7 @@ def rebuild(tree: dict, samples: dict, folder: Path) -> Rebuilt:
         mesh = trimesh.load_mesh(path, process=False)
     except (OSError, ValueError) as error:
         raise RebuildError(f"{path.name} cannot be read: {error}") from error
-    # STL repeats each corner in each triangle; equal ones are one vertex.
+    # STL stores each triangle's corners; merge equal ones into one vertex.
     mesh.merge_vertices(digits_vertex=None)
     mesh.apply_transform(numpy.linalg.inv(_file_from_part(folder, name)))
     corners = numpy.asarray(mesh.triangles)
@@ -78,7 +79,7 @@ def _mass(mesh: trimesh.Trimesh) -> Mass:
 
 
 def _genus(mesh: trimesh.Trimesh) -> int:
-    # Euler's number of a sphere is 2, and each handle takes 2 away.
+    # The Euler characteristic is 2 for a sphere, less 2 for each handle.
     return mesh.body_count - mesh.euler_number // 2
 
 
@@ -91,7 +92,7 @@ def _crossings(mesh, origins, directions) -> list[numpy.ndarray]:
 
 
 def _crossings_of_batch(mesh, origins, directions) -> list[numpy.ndarray]:
-    # Rays have a start: behind everything.
+    # Rays start at a point: move it behind the whole mesh.
     middle = numpy.einsum("ij,ij->i", mesh.bounds.mean(0) - origins, directions)
     back = middle - mesh.scale - 1.0
     where, ray, _ = mesh.ray.intersects_location(

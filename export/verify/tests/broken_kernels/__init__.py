@@ -1,1 +1,1 @@
-"""Kernels with the faults that a process must survive."""
+"""Faulty kernels, to test that worker processes survive them."""

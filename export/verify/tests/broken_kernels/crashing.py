@@ -1,4 +1,4 @@
-"""Ends its process as a null pointer does."""
+"""A kernel that crashes its process with a segmentation fault."""
 
 import os
 import signal

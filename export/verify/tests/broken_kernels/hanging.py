@@ -1,4 +1,4 @@
-"""Never answers."""
+"""A kernel that never returns."""
 
 import time
 

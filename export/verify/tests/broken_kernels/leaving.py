@@ -1,4 +1,4 @@
-"""Ends its process without a word."""
+"""A kernel that exits its process silently."""
 
 import os
 

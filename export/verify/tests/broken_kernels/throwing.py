@@ -1,4 +1,4 @@
-"""Throws what nobody expects."""
+"""A kernel that raises an unexpected exception."""
 
 
 def rebuild(tree, samples, folder):

@@ -1,4 +1,4 @@
-"""R-Tac0's experiments: depth from darkness, the largest depth by angle, how far a ruler slips."""
+"""Experiments of R-Tac0: depth from darkness, largest depth by angle, slip of a falling ruler."""
 
 from __future__ import annotations
 
@@ -10,9 +10,19 @@ import numpy as np
 from fabkit import sim
 from fabkit.errors import FabkitError, invalid
 from fabkit_bench._bench import Family, first_line, reference
-from fabkit_bench._depth import MASKS, Model, Score, Seen, guess, held_out, saturated, score, seen
+from fabkit_bench._depth import (
+    MASKS,
+    Model,
+    PixelData,
+    Score,
+    guess,
+    held_out,
+    prepare,
+    saturated,
+    score,
+)
 from fabkit_bench._report import Row
-from fabkit_bench._unit import Spread, another
+from fabkit_bench._unit import Spread, draw_unit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,35 +32,35 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Size:
-    """How much is pressed and learned."""
+    """Numbers of presses and sizes of training."""
 
     size_px: tuple[int, int] = (160, 120)
     spacing_mm: float = 0.5
     train_patterns: int = 80
-    """Semi-domes to learn from; each is pressed twice, the second time turned by half a turn."""
+    """Number of training semi-domes; each is pressed twice, the second time after half a turn."""
     test_patterns: int = 20
-    """Others to be tried on."""
+    """Number of test semi-domes."""
     pixels: int = 300
-    """To learn from, of each press."""
+    """Number of training pixels of each press."""
     epochs: int = 20
     units: int = 3
-    """New units; figures are their means."""
+    """Number of new units; figures are their means."""
     tuning_patterns: int = 50
-    """Semi-domes on a new unit to learn on from."""
+    """Number of semi-domes for fine-tuning on a new unit."""
     tuning_epochs: int = 5
     trials: int = 10
-    """Presses at each angle."""
+    """Number of presses at each angle."""
     direct: bool = True
-    """Whether depth is found without a network too, which costs some seconds a unit."""
+    """True to reconstruct depth without a network too, which takes some seconds a unit."""
 
 
 SPREAD = Spread(
     {"translucent_gel.thickness": 0.05, "diffuser.height_above_board": 0.2},
-    # The same semi-domes press a unit whose layer came out thinner.
+    # Margin so that the same semi-domes fit a unit with a thinner layer.
     {"fixtures.semi_domes.depth.margin": "0.05 mm"},
 )
 
-# Mean L1 error, mm, and share of errors below 0.1 mm, percent.
+# Published mean L1 error, mm, and share of errors below 0.1 mm, percent.
 _PAPER = {"trained": Score(0.169, 75.78), "new": Score(0.328, 47.76), "tuned": Score(0.271, 71.32)}
 _WORDS = {
     "trained": "trained unit, unseen patterns",
@@ -60,14 +70,14 @@ _WORDS = {
 # Table II, the curved sensor: mm by angle, for a depth of 1 and 2 mm.
 _ANGLES_DEG = (-40, -20, 0, 20, 40)
 _DEEPEST = {1.0: (1.13, 1.08, 1.07, 1.10, 1.09), 2.0: (2.21, 2.08, 2.14, 2.05, 2.12)}
-# Frames a second, and how far a ruler at 2 m/s slipped, cm.
+# Published slip of a ruler at 2 m/s, cm, by frames a second.
 _SLIPS_CM = {120: 3.1, 90: 3.8, 60: 5.1, 30: 8.2}
 _RULER_CM_S = 200.0
 
 
 @dataclass(frozen=True, eq=False)
 class Unit:
-    """A unit, its reference picture, and what it sees of patterns."""
+    """A prepared unit with its reference image."""
 
     sensor: sim.Sensor
     reference: NDArray[np.uint8]
@@ -75,17 +85,17 @@ class Unit:
 
 @dataclass(frozen=True, eq=False)
 class Trained:
-    """The nominal unit and the model that was trained on it."""
+    """The nominal unit with its presses, and the model that was trained on it."""
 
     unit: Unit
-    train: Seen
-    test: Seen
+    train: PixelData
+    test: PixelData
     test_images: NDArray[np.uint8]
     model: Model
 
 
 def _patterns(bench: Bench) -> tuple[list[str], list[str]]:
-    """Draw semi-domes to learn from and others to be tried on."""
+    """Draw training and test semi-domes."""
     known = sorted(one for one in bench.design.presses if one.startswith("semi-dome-"))
     wanted = bench.size.train_patterns + bench.size.test_patterns
     if len(known) < wanted:
@@ -99,13 +109,13 @@ def _unit(bench: Bench, sensor: sim.Sensor, of: str) -> Unit:
     return Unit(sensor, reference(bench, sensor, of))
 
 
-def _pressed(bench: Bench, unit: Unit, patterns: list[str], of: str) -> tuple[sim.Many, Seen]:
-    """Press each pattern as it is and turned by half a turn."""
+def _pressed(bench: Bench, unit: Unit, patterns: list[str], of: str) -> tuple[sim.Many, PixelData]:
+    """Press each pattern as it is and after half a turn."""
     names = [name + turned for name in patterns for turned in ("", "-flipped")]
     seeds = bench.noise(of, len(names))
     asked = [sim.Asked(name, seed=seed) for name, seed in zip(names, seeds, strict=True)]
     many, _ = bench.press(unit.sensor, asked)
-    return many, seen(many, unit.reference)
+    return many, prepare(many, unit.reference)
 
 
 def _options(bench: Bench) -> dict[str, Any]:
@@ -129,7 +139,7 @@ def _trained(bench: Bench) -> Trained:
 
 
 def _found(bench: Bench) -> NDArray[np.float32]:
-    """Find depth on the trained unit's test, and keep the model with how far off it is there."""
+    """Predict depth on the trained unit's test presses; keep the model with its errors there."""
 
     def find() -> NDArray[np.float32]:
         trained = _trained(bench)
@@ -144,45 +154,45 @@ def _keep(
     bench: Bench, name: str, model: Model, trained: Trained, found_mm: NDArray[np.float32]
 ) -> None:
     errors = held_out(found_mm, trained.test, _WORDS["trained"])
-    bench.keep(name, model.written(), model.card(trained.train, bench.size.pixels, errors))
+    bench.keep(name, model.to_onnx(), model.card(trained.train, bench.size.pixels, errors))
 
 
 def _depth(bench: Bench) -> list[Row]:
-    """Errors on the trained unit, on new ones, and on these after some learning on."""
+    """Measure errors on the trained unit, on new units, and on these after fine-tuning."""
     size: Size = bench.size
     trained = _trained(bench)
-    found: dict[str, list[tuple[NDArray[np.float32], Seen]]] = {
+    found: dict[str, list[tuple[NDArray[np.float32], PixelData]]] = {
         "trained": [(_found(bench), trained.test)],
         "new": [],
         "tuned": [],
     }
     wide = Model(bench.seed, size.epochs, wide=True)
     wide.fit(trained.train, size.pixels, bench.random("pixels"))
-    wider: dict[str, list[tuple[NDArray[np.float32], Seen]]] = {
+    wider: dict[str, list[tuple[NDArray[np.float32], PixelData]]] = {
         "trained": [(wide.predict(trained.test), trained.test)],
         "new": [],
     }
     _keep(bench, "depth, wider view", wide, trained, wider["trained"][0][0])
-    direct: dict[str, list[tuple[NDArray[np.float32], Seen]]] = {"trained": [], "new": []}
+    direct: dict[str, list[tuple[NDArray[np.float32], PixelData]]] = {"trained": [], "new": []}
     if size.direct:
         _reconstructed(direct["trained"], trained.unit, trained.test_images, trained.test)
-    bench.said.append(SPREAD.words())
+    bench.notes.append(SPREAD.words())
     to_learn, to_try = _patterns(bench)
     for number in range(size.units):
         bench.tell(f"  new unit {number + 1} of {size.units}")
-        sensor = another(bench, trained.unit.sensor, number, SPREAD, **_options(bench))
+        sensor = draw_unit(bench, trained.unit.sensor, number, SPREAD, **_options(bench))
         unit = _unit(bench, sensor, f"unit {number}")
         many, test = _pressed(bench, unit, to_try, f"test of unit {number}")
         found["new"].append((trained.model.predict(test), test))
         wider["new"].append((wide.predict(test), test))
         if size.direct:
             _reconstructed(direct["new"], unit, many.image, test)
-        # Each unit starts from the same model.
+        # Fine-tuning starts from the same model on each unit: train it again with the same seed.
         model = Model(bench.seed, size.epochs)
         model.fit(trained.train, size.pixels, bench.random("pixels"))
         few = to_learn[: size.tuning_patterns]
         _, tuning = _pressed(bench, unit, few, f"tuning of unit {number}")
-        model.go_on(tuning, size.pixels, size.tuning_epochs, bench.random("tuning"))
+        model.fine_tune(tuning, size.pixels, size.tuning_epochs, bench.random("tuning"))
         found["tuned"].append((model.predict(test), test))
     rows: list[Row] = []
     for case, pairs in found.items():
@@ -205,12 +215,12 @@ def _depth(bench: Bench) -> list[Row]:
 
 
 def _reconstructed(
-    into: list[tuple[NDArray[np.float32], Seen]],
+    into: list[tuple[NDArray[np.float32], PixelData]],
     unit: Unit,
     images: NDArray[np.uint8],
-    test: Seen,
+    test: PixelData,
 ) -> None:
-    """Find depth without a network, where fabkit can for this light."""
+    """Reconstruct depth without a network and append it to ``into``."""
     depth_mm, _ = unit.sensor.reconstruct(images, unit.reference)
     into.append((np.nan_to_num(depth_mm).astype(np.float32), test))
 
@@ -218,12 +228,12 @@ def _reconstructed(
 def _rows(
     label: str,
     mask: str,
-    pairs: list[tuple[NDArray[np.float32], Seen]],
-    train: Seen,
+    pairs: list[tuple[NDArray[np.float32], PixelData]],
+    train: PixelData,
     paper: Score | None,
     note: str,
 ) -> list[Row]:
-    """Two rows: the mean error, and the share of small ones; means over units."""
+    """Create two rows: the mean error and the share of small errors; means over units."""
     scores = [score(depth_mm, test, mask) for depth_mm, test in pairs]
     constant = guess(train, mask)
     blind = [score(np.full_like(depth, constant), test, mask) for depth, test in pairs]
@@ -240,7 +250,7 @@ def _rows(
 
 
 def _largest(bench: Bench) -> list[Row]:
-    """Table II: the largest depth that is found, by the angle at which a hemisphere presses."""
+    """Measure the largest predicted depth by the angle of a hemisphere's press (Table II)."""
     trained = _trained(bench)
     _found(bench)
     usual = float(np.median([depth.max() for depth in trained.train.depth_mm]))
@@ -267,7 +277,7 @@ def _largest(bench: Bench) -> list[Row]:
 def _largest_at(
     bench: Bench, trained: Trained, angle_deg: int, deep_mm: float, of: str
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Press some times near one angle: largest depths along rays, true and found, mm."""
+    """Press several times near one angle; return the largest depths, true and predicted, mm."""
     trials: int = bench.size.trials
     random = bench.random(of)
     polar = np.abs(angle_deg + random.uniform(-1, 1, trials))
@@ -279,14 +289,14 @@ def _largest_at(
     seeds = bench.noise(of, trials)
     asked = [sim.Asked(name, seed=seed) for name, seed in zip(names, seeds, strict=True)]
     many = trained.unit.sensor.press_all(asked)
-    pressed = seen(many, trained.unit.reference)
+    pressed = prepare(many, trained.unit.reference)
     truth = pressed.depth_mm.reshape(trials, -1).max(axis=1)
     found = trained.model.predict(pressed).reshape(trials, -1).max(axis=1)
     return truth.astype(np.float64), found.astype(np.float64)
 
 
 def _slip(bench: Bench) -> list[Row]:
-    """How far a falling ruler slips: a delay of some frames and a way to brake, both fitted."""
+    """Model a falling ruler's slip by a delay in frames and a braking distance, both fitted."""
     rates = np.array(list(_SLIPS_CM), dtype=float)
     published = np.array(list(_SLIPS_CM.values()))
     frames, brake_cm = np.polyfit(_RULER_CM_S / rates, published, 1)

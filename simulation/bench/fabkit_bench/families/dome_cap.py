@@ -1,4 +1,4 @@
-"""ShadowTac's experiments: force from displacement, and how far from slipping a contact is."""
+"""Experiments of ShadowTac: force from displacement, margin to slip, height under markers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from fabkit import sim
 from fabkit.errors import FabkitError
-from fabkit_bench import _learn, _occlusion
+from fabkit_bench import _models, _occlusion
 from fabkit_bench._bench import Family
 from fabkit_bench._networks import Card, HeldOut, Numbers
 from fabkit_bench._places import places
@@ -25,25 +25,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Size:
-    """How much is pressed."""
+    """Numbers of presses and sizes of training."""
 
     size_px: tuple[int, int] = (96, 60)
-    """Of pictures, which these experiments do not use: markers are followed without error."""
+    """Image size where images are not used: markers are tracked without error."""
     spacing_mm: float = 0.9
     normal_steps: int = 20
     lateral_steps: int = 14
     trial_steps: int = 12
-    """Pictures of each slip trial."""
+    """Number of steps of each slip trial."""
     trials: int = 14
     epochs: int = 150
     presses: int = 24
-    """Of which pictures are taken, with opaque markers and without."""
+    """Number of presses that are imaged with opaque markers and without."""
     picture_px: tuple[int, int] = (480, 300)
     picture_spacing_mm: float = 0.7
 
 
+# Coefficients of friction, as the paper states them.
 _DRY, _WET = 0.35, 0.25
-# Diameter, mm; depth, mm; friction: the paper's fourteen trials. The one that it holds out is last.
+# The paper's fourteen trials: shape, diameter in mm, depth in mm, friction. It holds out the last.
 _TRIALS = (
     ("cylinder", 40.0, 1.0, _DRY),
     ("cylinder", 40.0, 2.0, _DRY),
@@ -60,8 +61,10 @@ _TRIALS = (
     ("sphere", 20.0, 4.0, _WET),
     ("sphere", 50.0, 3.0, _DRY),
 )
+# Length of the cylinder.
 _LENGTH_MM = 40.0
 _DEEPEST_MM = 3.0
+# Published mean error of the margin to slip.
 _GAMMA = 0.014
 
 
@@ -73,7 +76,7 @@ def _sensor(bench: Bench) -> sim.Sensor:
 
 
 def _body(bench: Bench, kind: str, diameter_mm: float, depth_mm: float) -> sim.Body:
-    """Place a sphere, or a cylinder that lies along y, as deep in the middle of the skin."""
+    """Place a sphere, or a cylinder along y, ``depth_mm`` deep in the middle of the skin."""
     radius = diameter_mm / 2
 
     def top() -> float:
@@ -88,7 +91,10 @@ def _body(bench: Bench, kind: str, diameter_mm: float, depth_mm: float) -> sim.B
 
 
 def _fit(force_n: NDArray[Any], moved_mm: NDArray[Any]) -> tuple[float, float, float]:
-    """Fit displacement to force by a line: R2, mean absolute error, mm, and that of the mean."""
+    """Fit a line to displacement by force.
+
+    Returns R2, the mean absolute error, mm, and that of the mean displacement as a guess, mm.
+    """
     slope, offset = np.polyfit(force_n, moved_mm, 1)
     left = moved_mm - (slope * force_n + offset)
     spread = moved_mm - moved_mm.mean()
@@ -96,13 +102,16 @@ def _fit(force_n: NDArray[Any], moved_mm: NDArray[Any]) -> tuple[float, float, f
     return r2, float(np.abs(left).mean()), float(np.abs(spread).mean())
 
 
-def _to_slip(
+def _press_until_slip(
     sensor: sim.Sensor, body: sim.Body, friction: float, steps: int
 ) -> tuple[NDArray[np.float64], sim.Many]:
-    """Press, then move along x until all slips: the ways, mm, and what is felt at each."""
+    """Press, then move along x until the whole contact slips.
+
+    Returns the tangential motions, mm, and the result at each.
+    """
     probe = sensor.press(body, shear_mm=(0.3, 0.0), friction=friction, seed=None)
     pressed, along = abs(float(probe.force_n[2])), abs(float(probe.force_n[0]))
-    # As a spring it would slip there; a contact that slips in parts takes twice as far.
+    # A linear spring slips at friction times force; partial slip needs about twice the motion.
     farthest = 0.3 * friction * pressed / max(along, 1e-9) * 2.2
     ways = np.linspace(0.0, min(farthest, 8.0), steps)
     asked = [sim.Asked(body, (float(way), 0.0), friction, None) for way in ways]
@@ -121,14 +130,14 @@ def _linear(bench: Bench) -> list[Row]:
     down = -np.nanmean(many.mark_displacement_mm[:, :, 2], axis=1)
     normal = _fit(-many.force_n[:, 2], down)
     ball = _body(bench, "sphere", 20.0, _DEEPEST_MM)
-    ways, many = _to_slip(sensor, ball, _DRY, size.lateral_steps)
+    ways, many = _press_until_slip(sensor, ball, _DRY, size.lateral_steps)
     along = np.nanmean(many.mark_displacement_mm[:, :, 0], axis=1)
-    # Up to where all slips: from there on force stays, and so do markers.
+    # Leave out full slip: there force and markers stay the same.
     tangential = np.abs(many.force_n[:, 0])
     held = tangential < 0.98 * tangential.max()
     share = tangential / (_DRY * np.abs(many.force_n[:, 2]))
     lateral = _fit(np.abs(many.force_n[held, 0]), along[held])
-    bench.said.append(
+    bench.notes.append(
         f"the sphere of 20 mm, 3 mm deep, bears {100 * share.max():.0f} % of friction times the "
         f"axial force within {ways[-1]:.2f} mm along: the skin is round, so that its normal turns"
     )
@@ -148,16 +157,16 @@ def _linear(bench: Bench) -> list[Row]:
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """Pictures of slip trials, with five turned copies of each."""
+    """Steps of slip trials, with five rotated copies of each."""
 
     features: NDArray[np.float64]
-    """How each dimple that is seen has moved: n x 3 m."""
+    """Displacement of each visible dimple, mm: n x 3 m."""
     margin: NDArray[np.float64]
-    """Gamma: 1 without shear, 0 where all slips: n."""
+    """Margin to slip, Gamma: 1 without shear, 0 at full slip: n."""
     trial: NDArray[np.int64]
     """Number of the trial: n."""
     dimples: list[str]
-    """Names of those that are seen: m."""
+    """Names of the visible dimples: m."""
 
 
 def _frames(bench: Bench) -> Frames:
@@ -172,16 +181,16 @@ def _frames(bench: Bench) -> Frames:
     features: list[NDArray[Any]] = []
     margins: list[NDArray[Any]] = []
     trials: list[int] = []
-    # The last is the one that is held out: it stays where trials are few.
+    # The last trial is the held-out one: keep it if only some trials are run.
     chosen = _TRIALS[-size.trials :]
     for number, (kind, diameter, depth, friction) in enumerate(chosen):
         bench.tell(f"  slip trial {number + 1} of {len(chosen)}: {kind} {diameter:g} mm")
         body = _body(bench, kind, diameter, depth)
         try:
-            _, many = _to_slip(sensor, body, friction, size.trial_steps)
+            _, many = _press_until_slip(sensor, body, friction, size.trial_steps)
         except FabkitError as error:
             what = f"{kind} {diameter:g} mm, {depth:g} mm deep"
-            bench.said.append(f"slip trial left out, {what}: {str(error).splitlines()[0]}")
+            bench.notes.append(f"slip trial left out, {what}: {str(error).splitlines()[0]}")
             continue
         moved = np.nan_to_num(many.mark_displacement_mm[:, seen])
         tangential = np.abs(many.force_n[:, 0])
@@ -198,7 +207,10 @@ def _frames(bench: Bench) -> Frames:
 def _turned(
     place_mm: NDArray[np.float64], angle_deg: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Turn about the axis: the rotation, and which dimple comes nearest to where each one is."""
+    """Rotate dimples about the axis.
+
+    Returns the rotation, (3, 3), and for each dimple the index of the rotated one nearest to it.
+    """
     cos, sin = np.cos(np.deg2rad(angle_deg)), np.sin(np.deg2rad(angle_deg))
     turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
     turned: NDArray[np.float64] = np.einsum("mi,ji->mj", place_mm, turn)
@@ -213,14 +225,17 @@ def _margin_errors(
     tests: list[NDArray[np.bool_]],
     among: NDArray[np.bool_],
 ) -> tuple[float, float, int]:
-    """Mean absolute errors of Gamma: of a network, of the mean in training; and samples."""
+    """Compute mean absolute errors of Gamma over tests.
+
+    Returns the error of a network, that of the training mean as a guess, and the number of samples.
+    """
     size: Size = bench.size
     errors: list[NDArray[Any]] = []
     blind: list[NDArray[Any]] = []
     for test in tests:
         train = among & ~test
-        components = _learn.Components(60).fit(frames.features[train])
-        network = _learn.Network((256, 128, 32), seed=bench.seed, epochs=size.epochs, batch=32)
+        components = _models.Components(60).fit(frames.features[train])
+        network = _models.Network((256, 128, 32), seed=bench.seed, epochs=size.epochs, batch=32)
         network.fit(components(frames.features[train]), frames.margin[train])
         found = np.clip(network.predict(components(frames.features[test])), 0.0, 1.0)
         errors.append(np.abs(found - frames.margin[test]))
@@ -243,7 +258,7 @@ def _margin_errors(
                 )
             ],
         )
-        written = network.written(of=components, within=(0, 1))
+        written = network.to_onnx(of=components, within=(0, 1))
         bench.keep(f"margin to slip, {split}", written, card)
     joined, guessed = np.concatenate(errors), np.concatenate(blind)
     return float(joined.mean()), float(guessed.mean()), len(joined)

@@ -1,4 +1,4 @@
-"""Flat gels: how well depth is found, without a network where light allows, and by small models."""
+"""Experiments of flat gels: depth by small models, and without a network if the light allows."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 
 from fabkit import sim
 from fabkit.errors import FabkitError
-from fabkit_bench import _learn
+from fabkit_bench import _models
 from fabkit_bench._bench import Family, first_line, reference
-from fabkit_bench._depth import MASKS, Model, Seen, guess, held_out, score, seen
+from fabkit_bench._depth import MASKS, Model, PixelData, guess, held_out, prepare, score
 from fabkit_bench._networks import Card, Numbers
 from fabkit_bench._places import places
 from fabkit_bench._report import Row
@@ -21,55 +21,55 @@ if TYPE_CHECKING:
 
     from fabkit_bench._bench import Bench
     from fabkit_bench._networks import HeldOut
-    from fabkit_bench._onnx import Written
+    from fabkit_bench._onnx import OnnxNetwork
 
     Maps = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
 class Size:
-    """How much is pressed and learned."""
+    """Numbers of presses and sizes of training."""
 
     size_px: tuple[int, int] = (160, 120)
     spacing_mm: float = 0.5
     train: int = 120
-    """Presses to learn from."""
+    """Number of training presses."""
     test: int = 40
-    """Others of the same kinds, and as many of a kind that was never seen."""
+    """Number of test presses of the same kinds, and of a kind that is not in training."""
     pixels: int = 300
     epochs: int = 60
     direct: bool = True
-    """Whether depth is found without a network too, which costs a minute where layers scatter."""
+    """True to reconstruct depth without a network too: a minute where layers scatter light."""
 
 
-# Depths of presses as parts of the gel's thickness: small strain, and what fingers do.
+# Indentations as fractions of the gel's thickness: small strain, and what fingers reach.
 _SHALLOWEST, _DEEPEST = 0.08, 0.35
 
 
 @dataclass(frozen=True, eq=False)
 class Pressed:
-    """Presses of one set."""
+    """Images of presses with inputs and ground truth."""
 
     images: NDArray[np.uint8]
-    seen: Seen
+    seen: PixelData
 
 
 @dataclass(frozen=True, eq=False)
 class Set:
-    """A sensor, its reference, and presses to learn from and to try."""
+    """A prepared sensor, its reference image, and training and test presses."""
 
     sensor: sim.Sensor
     reference: NDArray[np.uint8]
     train: Pressed
     test: Pressed
     other: Pressed
-    """Of a kind that is not in training."""
+    """Test presses of a kind that is not in training."""
 
 
 def _bodies(
     bench: Bench, sensor: sim.Sensor, of: str, count: int, *, other: bool
 ) -> list[sim.Asked]:
-    """Draw balls and lying capsules in all directions; or standing cylinders, as the other kind."""
+    """Draw presses of balls and lying capsules, or, if ``other``, of upright cylinders."""
     random = bench.random(of)
     drawn = places(sensor, random, count)
     thick_mm = float(bench.design.parameters["pad.thickness"].value)
@@ -86,7 +86,7 @@ def _bodies(
         elif is_ball[k]:
             body = sim.ball(radius[k]).at(*drawn.beyond(radius - depth)[k])
         else:
-            # Its axis lies along the pad.
+            # The capsule's axis is parallel to the pad.
             cos, sin = np.cos(turn[k]), np.sin(turn[k])
             pose = np.eye(4)
             pose[:3, :3] = np.array([[-sin, 0, cos], [cos, 0, sin], [0, 1, 0]])
@@ -105,7 +105,7 @@ def _set(bench: Bench) -> Set:
         def pressed(of: str, count: int, *, other: bool = False) -> Pressed:
             bench.tell(f"  pressing {count} times: {of}")
             many, _ = bench.press(sensor, _bodies(bench, sensor, of, count, other=other))
-            return Pressed(many.image, seen(many, calm))
+            return Pressed(many.image, prepare(many, calm))
 
         train, test = pressed("train", size.train), pressed("test", size.test)
         return Set(sensor, calm, train, test, pressed("other", size.test, other=True))
@@ -118,14 +118,14 @@ def _is_colored(made: Set) -> bool:
 
 
 class Slopes:
-    """The usual way for coloured light: slopes from each pixel's colours and place, then summed."""
+    """The usual method for coloured light: slopes from colour and position, then integration."""
 
     def __init__(self, seed: int, epochs: int, reference: NDArray[np.uint8]) -> None:
-        self._network = _learn.Network((64, 32), seed=seed, epochs=epochs, batch=500)
+        self._network = _models.Network((64, 32), seed=seed, epochs=epochs, batch=500)
         self._reference = reference.astype(np.float32)
 
     def fit(self, pressed: Pressed, pixels: int, random: np.random.Generator) -> Slopes:
-        """Learn from as many pixels of each press, half of them where it presses."""
+        """Train on ``pixels`` pixels of each press, half of them in contact."""
         features = self._features(pressed.images)
         down, across = (np.gradient(pressed.seen.depth_mm, axis=axis) for axis in (1, 2))
         slopes = np.stack([down, across], axis=-1)
@@ -145,21 +145,21 @@ class Slopes:
         return self
 
     def predict(self, pressed: Pressed) -> Maps:
-        """Depth, mm: p x h x w; 0 along the picture's edge."""
+        """Predict depth, mm: p x h x w; 0 along the image's edge."""
         features = self._features(pressed.images)
         found = np.zeros(pressed.seen.depth_mm.shape, dtype=np.float32)
         for k, one in enumerate(features):
             slopes = self._network.predict(one.reshape(-1, one.shape[-1]).astype(np.float64))
             down, across = np.moveaxis(slopes.reshape(*one.shape[:2], 2), 2, 0)
-            found[k] = np.maximum(_summed(down, across), 0.0)
+            found[k] = np.maximum(_integrate_slopes(down, across), 0.0)
         return found
 
-    def written(self) -> Written:
-        """Write it as ONNX, one pixel a row."""
-        return self._network.written()
+    def to_onnx(self) -> OnnxNetwork:
+        """Write the model as ONNX; each row of its input is a pixel."""
+        return self._network.to_onnx()
 
     def card(self, held_out: list[HeldOut]) -> Card:
-        """Say what it is."""
+        """Write the model's card."""
         height, width, colours = self._reference.shape
         place = {"column / width - 0.5": "", "row / height - 0.5": ""}
         return Card(
@@ -184,15 +184,15 @@ class Slopes:
         place = np.stack([columns / width - 0.5, rows / height - 0.5], axis=-1)
         places_of = np.broadcast_to(place, (count, height, width, 2))
         differences = (images.astype(np.float32) - self._reference) / 255.0
-        # Most of a picture is untouched: its middle value is how far brightness has drifted.
+        # Most of an image is untouched, so the median difference is the drift of brightness.
         differences -= np.median(differences, axis=(1, 2), keepdims=True)
         return np.concatenate([differences, places_of], axis=-1).astype(np.float32)
 
 
-def _summed(down: NDArray[Any], across: NDArray[Any]) -> NDArray[np.float64]:
-    """Find heights that have these slopes, (h, w) each, by least squares; 0 at the edge.
+def _integrate_slopes(down: NDArray[Any], across: NDArray[Any]) -> NDArray[np.float64]:
+    """Integrate slopes, (h, w) each, to heights by least squares, with 0 at the edge.
 
-    The Laplacian is diagonal in sines, so that Poisson's equation is two products of matrices.
+    This solves Poisson's equation with sine transforms, in which the Laplacian is diagonal.
     """
     height, width = (int(n) for n in down.shape)
     source = np.gradient(down, axis=0) + np.gradient(across, axis=1)
@@ -209,20 +209,20 @@ def _summed(down: NDArray[Any], across: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def _learned(bench: Bench, made: Set) -> tuple[Maps, Maps]:
-    """Depth by a small model, of both tests."""
+    """Predict depth with a small model, for both tests."""
     size: Size = bench.size
     random = bench.random("pixels")
     if _is_colored(made):
         slopes = Slopes(bench.seed, size.epochs, made.reference)
         slopes.fit(made.train, size.pixels, random)
         found = slopes.predict(made.test), slopes.predict(made.other)
-        bench.keep("slopes", slopes.written(), slopes.card(_errors(found, made)))
+        bench.keep("slopes", slopes.to_onnx(), slopes.card(_errors(found, made)))
         return found
     model = Model(bench.seed, size.epochs, wide=True)
     model.fit(made.train.seen, size.pixels, random)
     found = model.predict(made.test.seen), model.predict(made.other.seen)
     card = model.card(made.train.seen, size.pixels, _errors(found, made))
-    bench.keep("depth", model.written(), card)
+    bench.keep("depth", model.to_onnx(), card)
     return found
 
 
@@ -232,10 +232,10 @@ def _errors(found: tuple[Maps, Maps], made: Set) -> list[HeldOut]:
 
 
 def _reconstructed(made: Set) -> tuple[Maps, Maps] | str:
-    """Depth without a network, of both tests; or why not."""
+    """Reconstruct depth without a network for both tests, or return the error's message."""
     images = np.concatenate([made.test.images, made.other.images])
     try:
-        # At once: what the light does at rest is solved for each time it is asked.
+        # One call for both: each call solves for the light at rest first.
         depth_mm = np.nan_to_num(made.sensor.reconstruct(images, made.reference)[0])
     except FabkitError as error:
         return first_line(error)

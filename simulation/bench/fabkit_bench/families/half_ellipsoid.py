@@ -1,4 +1,4 @@
-"""UVDtact's experiments: where a tip touches, with what force, and what hides its markers."""
+"""Experiments of UVDtact: localisation of a tip, contact force, and contrast of its markers."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 
 from fabkit import sim
 from fabkit.errors import FabkitError
-from fabkit_bench import _deep, _learn
+from fabkit_bench import _models, _torch_networks
 from fabkit_bench._bench import Family, first_line, reference
+from fabkit_bench._images import grey, shrunk
 from fabkit_bench._networks import Card, HeldOut, Numbers
-from fabkit_bench._pictures import grey, shrunk
 from fabkit_bench._places import places
 from fabkit_bench._report import Row
 
@@ -23,43 +23,44 @@ if TYPE_CHECKING:
 
     from fabkit.designs import Sensor
     from fabkit_bench._bench import Bench
-    from fabkit_bench._onnx import Written
+    from fabkit_bench._onnx import OnnxNetwork
 
 
 @dataclass(frozen=True)
 class Size:
-    """How much is pressed and learned."""
+    """Numbers of presses and sizes of training."""
 
     probe_px: tuple[int, int] = (200, 200)
     probe_places: int = 150
     probe_depths: int = 8
-    """At each place, evenly up to 1.6 mm."""
+    """Number of depths at each position, evenly up to 1.6 mm."""
     probe_epochs: int = 100
     force_px: tuple[int, int] = (100, 100)
     force_presses: int = 60
-    """Of each indenter."""
+    """Number of presses with each indenter."""
     shrink: int = 2
-    """Side of the squares of pixels of a force picture that are averaged."""
+    """Side of the squares of pixels that are averaged in images for forces."""
     spacing_mm: float = 0.5
     folds: int = 5
     network_epochs: int = 5
-    """Of ResNet-18; 100 in the paper."""
+    """Epochs of ResNet-18; 100 in the paper."""
     network_folds: int = 3
-    """Two of the six indenters are tested in each."""
+    """Number of folds for ResNet-18: each tests two of the six indenters."""
 
 
 _RADIUS_MM = 2.0
 _DEEPEST_MM = 1.6
-# A probe that is deeper is darker than noise is.
+# Deeper probes darken the image by more than its noise.
 _SHALLOW_MM = 0.5
 _SHAPES = ("flat", "cone", "square", "triangle", "ridge", "ring")
 _FARTHEST_MM = 1.4
-# Mean errors of Fx, Fy, Fz, N, by the number of markers.
+# Published mean errors of Fx, Fy, Fz, N, by the number of markers.
 _FORCE_N = {85: (0.110, 0.116, 0.134), 43: (0.166, 0.167, 0.256), 0: (0.266, 0.239, 0.384)}
-# Of what the paper says is reached.
+# Largest force in the paper.
 _LARGEST_N = 8.0
+# Published mean localisation error.
 _LOCALISATION_MM = 0.172
-# Dry silicone on a smooth solid, as the ShadowTac paper has it; where the design says nothing.
+# Dry silicone on a smooth solid, from the ShadowTac paper; the design states none.
 _FRICTION = 0.35
 
 _DARKEST = Numbers(
@@ -79,18 +80,18 @@ _FORCES = Numbers(
 
 @dataclass(frozen=True, eq=False)
 class Probes:
-    """What is known of probes: one of each a row."""
+    """Features and ground truth of n probes, one in each row."""
 
     features: NDArray[np.float64]
     """Column and row of the pixel of largest difference, and that difference: n x 3."""
     azimuth: NDArray[np.float64]
-    """Of that pixel's ray about the sensor's axis, rad: n."""
+    """Azimuth of that pixel's ray about the sensor's axis, rad: n."""
     depth_mm: NDArray[np.float64]
-    """How deep each is: n."""
+    """Indentation of each probe: n."""
     tip_mm: NDArray[np.float64]
-    """Of the probe, sensor frame: n x 3."""
+    """Deepest point of the probe, sensor frame: n x 3."""
     place: NDArray[np.int64]
-    """Number of its place: n."""
+    """Number of the press position: n."""
 
 
 def _probes(bench: Bench) -> Probes:
@@ -110,7 +111,7 @@ def _probes(bench: Bench) -> Probes:
     many, kept = bench.press(sensor, asked)
     calm = grey(reference(bench, sensor, "probes")[None])
     differences = calm - grey(many.image)
-    # What no press shows is beside the surface.
+    # Ignore pixels that do not see the surface.
     differences *= np.isfinite(many.depth_mm)
     flat = differences.reshape(len(differences), -1)
     largest = flat.argmax(axis=1)
@@ -132,7 +133,7 @@ def _probes(bench: Bench) -> Probes:
 def _localised(
     bench: Bench, split: str, groups: NDArray[np.int64], probes: Probes
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Distances between tips and where they are found, and where a guess puts them, mm."""
+    """Compute distances of the true tips to the predicted ones, and to a guess, mm: n each."""
     size: Size = bench.size
     tips = probes.tip_mm
     polar = np.column_stack(
@@ -141,7 +142,7 @@ def _localised(
     errors = np.zeros(len(tips))
     blind = np.zeros(len(tips))
     for test in folds(groups, size.folds, bench.random("folds")):
-        network = _learn.Network(
+        network = _models.Network(
             (32, 32, 32), seed=bench.seed, epochs=size.probe_epochs, batch=64
         ).fit(probes.features[~test], polar[~test])
         answer = network.predict(probes.features[test])
@@ -168,14 +169,14 @@ def _localised(
                 )
             ],
         )
-        bench.keep(f"place, {split}", network.written(), card)
+        bench.keep(f"place, {split}", network.to_onnx(), card)
     return errors, blind
 
 
 def folds(
     groups: NDArray[np.int64], count: int, random: np.random.Generator
 ) -> Iterator[NDArray[np.bool_]]:
-    """Deal groups to so many tests, each sample to one: masks of the tests."""
+    """Split samples into ``count`` tests by groups; yield the mask of each test."""
     names = np.unique(groups)
     dealt = dict(zip(random.permutation(names), np.arange(len(names)) % count, strict=True))
     of = np.array([int(dealt[group]) for group in groups])
@@ -219,24 +220,24 @@ def _localisation(bench: Bench) -> list[Row]:
 
 @dataclass(frozen=True, eq=False)
 class Pushes:
-    """Pictures of presses with shear, and their forces."""
+    """Images of presses with shear, and their forces."""
 
     pictures: NDArray[np.float64]
-    """Differences from rest, made small: n x pixels."""
+    """Differences from the reference image, shrunk: n x pixels."""
     force_n: NDArray[np.float64]
-    """Sensor frame: n x 3."""
+    """Forces, sensor frame, N: n x 3."""
     shape: NDArray[np.int64]
     """Number of the indenter: n."""
     design: Sensor
-    """What was pressed."""
+    """The design that was pressed."""
 
 
 def _asked(bench: Bench, shapes: tuple[str, ...]) -> list[sim.Asked]:
-    """Draw presses with shear: the same whatever the markers."""
+    """Draw presses with shear; they do not depend on the number of markers."""
     size: Size = bench.size
     random = bench.random("forces")
     count = size.force_presses * len(shapes)
-    # Evenly by the sphere's area, where all of the indenter meets soft layers.
+    # Uniform on a sphere, up to 60 degrees: there the whole indenter meets soft layers.
     polar = np.rad2deg(np.arccos(random.uniform(np.cos(np.deg2rad(60)), 1.0, count)))
     azimuth, turn = random.uniform(-180, 180, (2, count))
     depth = random.uniform(0.2, _FARTHEST_MM, count)
@@ -275,22 +276,22 @@ def _pushes(bench: Bench, markers: int) -> Pushes:
 def _force_errors(
     bench: Bench, split: str, pushes: Pushes, groups: NDArray[np.int64], count: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Mean absolute errors of Fx, Fy, Fz, N: of a model, and of the mean in training."""
+    """Compute mean absolute errors of Fx, Fy, Fz, N: of ridge regression, and of the mean force."""
     errors = np.zeros_like(pushes.force_n)
     blind = np.zeros_like(pushes.force_n)
     for test in folds(groups, count, bench.random("force folds")):
-        ridge = _learn.Ridge((1.0, 10.0, 100.0, 1e3, 1e4))
+        ridge = _models.Ridge((1.0, 10.0, 100.0, 1e3, 1e4))
         ridge.fit(pushes.pictures[~test], pushes.force_n[~test])
         errors[test] = np.abs(ridge.predict(pushes.pictures[test]) - pushes.force_n[test])
         blind[test] = np.abs(pushes.force_n[~test].mean(axis=0) - pushes.force_n[test])
-        _keep_force(bench, f"force, {split}", ridge.written(), pushes, test, errors[test])
+        _keep_force(bench, f"force, {split}", ridge.to_onnx(), pushes, test, errors[test])
     return errors.mean(axis=0), blind.mean(axis=0)
 
 
 def _keep_force(
     bench: Bench,
     by: str,
-    written: Written,
+    written: OnnxNetwork,
     pushes: Pushes,
     test: NDArray[np.bool_],
     errors: NDArray[np.float64],
@@ -357,7 +358,7 @@ def _force(bench: Bench) -> list[Row]:
 
 
 def _force_by_network(bench: Bench) -> list[Row]:
-    _deep.needed()
+    _torch_networks.require()
     size: Size = bench.size
     width, height = (side // size.shrink for side in size.force_px)
     said = (
@@ -381,8 +382,8 @@ def _force_by_network(bench: Bench) -> list[Row]:
         dealt = folds(pushes.shape, size.network_folds, bench.random("force folds"))
         for fold, test in enumerate(dealt):
             bench.tell(f"  ResNet-18, {markers} markers, fold {fold + 1} of {size.network_folds}")
-            network = _deep.Network(
-                lambda: _deep.resnet_18(3),
+            network = _torch_networks.Network(
+                lambda: _torch_networks.resnet_18(3),
                 seed=bench.seed,
                 epochs=size.network_epochs,
                 rate=1e-4,
@@ -391,7 +392,7 @@ def _force_by_network(bench: Bench) -> list[Row]:
             ).fit(pictures[~test], pushes.force_n[~test])
             errors[test] = np.abs(network.predict(pictures[test]) - pushes.force_n[test])
             blind[test] = np.abs(pushes.force_n[~test].mean(axis=0) - pushes.force_n[test])
-            written = network.written("ResNet-18 of one channel")
+            written = network.to_onnx("ResNet-18 of one channel")
             _keep_force(bench, "force by ResNet-18", written, pushes, test, errors[test])
         figures = (float(np.mean(paper)), float(errors.mean()), float(blind.mean()))
         label = f"force by ResNet-18, {markers} markers: mean of the three"

@@ -1,4 +1,4 @@
-"""The dual-modal TacTip's experiments: depth from a mouse chip's quality, edges from its images."""
+"""Experiments of the dual-modal TacTip: depth from a mouse chip's surface quality, and edges."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 
 from fabkit import sim
 from fabkit.errors import FabkitError
-from fabkit_bench import _learn
+from fabkit_bench import _models
 from fabkit_bench._bench import Family, first_line
 from fabkit_bench._networks import Card, HeldOut, Numbers
-from fabkit_bench._onnx import TYPES, Graph, Written
+from fabkit_bench._onnx import TYPES, Graph, OnnxNetwork
 from fabkit_bench._report import Row
 
 if TYPE_CHECKING:
@@ -26,55 +26,60 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Size:
-    """How much is pressed."""
+    """Numbers of presses and sizes of training."""
 
     tips: tuple[str, ...] = ("A", "B", "C", "D")
     depths: int = 20
-    """Evenly, from 0.25 mm steps down to 5 mm."""
+    """Number of depths in equal steps to 5 mm: of 0.25 mm by default."""
     pictures: int = 4
-    """At each depth, whose quality is averaged."""
+    """Number of images at each depth, over which the quality is averaged."""
     sine: int = 30
-    """Depths of a sine that are to be found, each from one picture."""
+    """Number of test depths along a sine, each predicted from one image."""
     angles_deg: tuple[float, ...] = (-40, -20, 0, 20, 40)
     radii_mm: tuple[float, ...] = (-6, -4, -2, 0, 2, 4, 6, 8, 10)
     train: int = 3
-    """Pictures of each angle and radius to learn from."""
+    """Number of training images of each angle and radius."""
     test: int = 2
+    """Number of test images of each angle and radius."""
     contour: int = 40
-    """Taps along the disc's edge; once around are 115."""
+    """Number of taps along the disc's edge; 115 go once around."""
     samples: int = 4
     spacing_mm: float = 0.8
 
 
 _DEEPEST_MM = 5.0
+# Indentation of a tap on an edge.
 _TAP_MM = 2.0
-# Hertz: a tip of 13.5 mm radius that is pressed in by that touches a flat within 5.2 mm.
+# Contact radius of a tap: by Hertz, a tip of 13.5 mm radius then touches a flat within 5.2 mm.
 _TOUCHED_MM = 5.0
+# Diameter of the training disc, and thickness of discs.
 _DISC_MM = 107.0
 _THICK_MM = 14.0
-# Followed along its edge, after each tap by half of what is found.
+# Diameter of the disc to follow; step along its edge; share of the found error that is corrected.
 _CONTOUR_MM = 110.0
 _STEP_MM = 3.0
 _GAIN = 0.5
-# The chip's 6 bits.
+# Intensity steps of the chip's 6 bits.
 _LEVELS = 64
-# The range of quality in the paper's figure; of tip A it shows none.
+# Published range of quality over 5 mm, read from a figure, which shows none for tip A.
 _RANGE = {"B": 43.0, "C": 13.0, "D": 24.0}
+# Published mean error of depth from quality.
 _DEPTH_MM = 0.37
-# Table I: angle, deg, and radius, mm; Table II, the same along a disc.
+# Published mean errors of angle, deg, and radius, mm: Table I for taps, Table II along a disc.
 _TABLE_1 = {"A": (0.0, 0.06), "B": (1.4, 0.07), "C": (0.4, 0.01), "D": (1.5, 0.06)}
 _TABLE_2 = {"A": (14.3, 3.40), "B": (7.6, 2.56), "C": (5.1, 2.57), "D": (7.8, 2.29)}
+# Added to each share of a histogram, so that unseen values have a likelihood.
 _EPSILON = 1e-3
 _AGAIN = "other pictures of the same taps"
 
 
 @dataclass(frozen=True, eq=False)
 class Tip:
-    """A tip that is ready to be pressed."""
+    """A prepared tip."""
 
     sensor: sim.Sensor
     top_mm: float
-    """Where it ends, along z."""
+    """Height of the tip's end along z, sensor frame."""
     design: Sensor
 
 
@@ -92,14 +97,14 @@ def _tip(bench: Bench, layout: str) -> Tip:
 
 
 def _tips(bench: Bench) -> tuple[str, ...]:
-    """List the layouts to try, a sensor's own among them."""
+    """List the pin layouts to test, including the sensor's own."""
     own = _own(bench)
     tips: tuple[str, ...] = bench.size.tips
     return tips if own in tips else (*tips, own)
 
 
 def _flat(tip: Tip, depth_mm: float) -> sim.Presser:
-    """Place a flat as deep in the tip, or nothing at 0 mm."""
+    """Place a flat ``depth_mm`` deep in the tip, or nothing at 0 mm."""
     if depth_mm <= 0:
         return ()
     at_mm = tip.top_mm + _THICK_MM / 2 - depth_mm
@@ -107,7 +112,7 @@ def _flat(tip: Tip, depth_mm: float) -> sim.Presser:
 
 
 def _edge(tip: Tip, angle_deg: float, radius_mm: float, across_mm: float = _DISC_MM) -> sim.Presser:
-    """Place a disc so that its edge is so far beyond the tip's middle, turned by an angle."""
+    """Place a disc with its edge ``radius_mm`` beyond the tip's middle, towards ``angle_deg``."""
     angle = np.deg2rad(angle_deg)
     aside = radius_mm - across_mm / 2
     at_mm = tip.top_mm + _THICK_MM / 2 - _TAP_MM
@@ -116,12 +121,15 @@ def _edge(tip: Tip, angle_deg: float, radius_mm: float, across_mm: float = _DISC
 
 
 def _chip(images: NDArray[np.uint8]) -> NDArray[np.int64]:
-    """Read the chip's steps of grey, 0 to 63, of (n, h, w)."""
+    """Quantise images (n, h, w) to the chip's 6-bit intensities, 0 to 63."""
     return np.round(images / 255.0 * (_LEVELS - 1)).astype(np.int64)
 
 
 def _strengths(steps: NDArray[np.int64]) -> NDArray[np.int64]:
-    """How strong each local extremum of the Laplacian of (n, h, w) is; 0 elsewhere."""
+    """Compute the strength of local extrema of the Laplacian of (n, h, w); 0 elsewhere.
+
+    The result is smaller than the images by two pixels at each edge.
+    """
     inner = steps[:, 1:-1, 1:-1]
     shifts = [(row, column) for row in range(3) for column in range(3)]
     height, width = inner.shape[1:]
@@ -141,13 +149,13 @@ def _strengths(steps: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _quality(images: NDArray[np.uint8], threshold: float) -> NDArray[np.float64]:
-    """Count features, by four: a surrogate of the chip's own figure, whose law is secret."""
+    """Count features, divided by four: a surrogate of the chip's undocumented surface quality."""
     strengths = _strengths(_chip(images))
     return np.minimum((strengths > threshold).sum(axis=(1, 2)) / 4.0, 169.0)
 
 
 def _threshold(bench: Bench) -> float:
-    """Fit it once: tip B at rest shall have as many features as dots that are seen."""
+    """Choose the threshold of features: tip B at rest then has as many as visible dots."""
 
     def make() -> float:
         tip = _tip(bench, "B")
@@ -156,7 +164,7 @@ def _threshold(bench: Bench) -> float:
         strengths = np.sort(_strengths(_chip(at_rest.image[None])).ravel())[::-1]
         found = float(strengths[min(dots, len(strengths) - 1)])
         said = f"a feature is a local extremum of the 3 x 3 Laplacian above {found:.0f} steps of "
-        bench.said.append(f"{said}grey: tip B at rest then has as many as dots, {dots}")
+        bench.notes.append(f"{said}grey: tip B at rest then has as many as dots, {dots}")
         return found
 
     return bench.once("threshold", make)
@@ -164,13 +172,16 @@ def _threshold(bench: Bench) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Quality by depth, and the depths of a sine with what a picture of each says."""
+    """Quality by depth for training, and single images at the depths of a sine for tests."""
 
     depth_mm: NDArray[np.float64]
+    """Training depths."""
     quality: NDArray[np.float64]
-    """Means over pictures."""
+    """Quality at the training depths, mean over images."""
     target_mm: NDArray[np.float64]
+    """Test depths."""
     seen: NDArray[np.float64]
+    """Quality of one image at each test depth."""
 
 
 def _curve(bench: Bench, layout: str) -> Curve:
@@ -178,7 +189,7 @@ def _curve(bench: Bench, layout: str) -> Curve:
     tip, threshold = _tip(bench, layout), _threshold(bench)
     depths = np.linspace(0.0, _DEEPEST_MM, size.depths + 1)
     steps = np.arange(size.sine)
-    # An irrational turn a step, so that no depth is met twice.
+    # Steps of the golden ratio, an irrational turn, so that no depth is repeated.
     target = _DEEPEST_MM / 2 * (1 - np.cos(2 * np.pi * steps * 0.618034))
     asked_mm = [*np.repeat(depths, size.pictures), *target]
     seeds = bench.noise(f"quality of {layout}", len(asked_mm))
@@ -197,8 +208,8 @@ def _curve(bench: Bench, layout: str) -> Curve:
 
 
 def _depth_error(bench: Bench, layout: str, curve: Curve) -> tuple[float, float]:
-    """Mean error of depth by a Gaussian process, and by the mean depth, mm."""
-    process = _learn.Process(bench.seed).fit(curve.quality[:, None], curve.depth_mm)
+    """Compute the mean error of depth by a Gaussian process, and by the mean depth, mm."""
+    process = _models.Process(bench.seed).fit(curve.quality[:, None], curve.depth_mm)
     found = process.predict(curve.seen[:, None])
     blind = np.abs(curve.depth_mm.mean() - curve.target_mm)
     error = float(np.abs(found - curve.target_mm).mean())
@@ -216,12 +227,12 @@ def _depth_error(bench: Bench, layout: str, curve: Curve) -> tuple[float, float]
         held_out=[HeldOut("single pictures: mean absolute error", error, "mm", len(found))],
     )
     name = f"depth from quality, tip {layout}"
-    bench.keep(name, process.written(), card, _tip(bench, layout).design)
+    bench.keep(name, process.to_onnx(), card, _tip(bench, layout).design)
     return error, float(blind.mean())
 
 
 def _one_way(quality: NDArray[np.float64]) -> float:
-    """Share of steps of the curve that go the way of the whole, percent: 100 where monotonic."""
+    """Compute the share of steps in the curve's overall direction, percent: 100 if monotonic."""
     steps = np.diff(quality)
     way = np.sign(quality[-1] - quality[0]) or 1.0
     return float(100.0 * (steps * way > 0).mean())
@@ -260,29 +271,29 @@ def _quality_rows(bench: Bench) -> list[Row]:
 
 
 @dataclass(frozen=True, eq=False)
-class Perceived:
-    """What a tip was taught about edges."""
+class EdgeClassifier:
+    """A histogram classifier of edges, with its test images."""
 
     classes: NDArray[np.float64]
-    """Angle, deg, and radius, mm, of each: n x 2."""
+    """Angle, deg, and radius, mm, of each class: n x 2."""
     counts: NDArray[np.unsignedinteger[Any]]
-    """In how many pictures of each class each pixel had each step of grey: n x pixels x 64."""
+    """Number of training images by class, pixel and intensity step: n x pixels x 64."""
     pictures: int
-    """Of each class."""
+    """Number of training images of each class."""
     size_px: tuple[int, int]
-    """Rows and columns."""
+    """Rows and columns of images."""
     log_likelihood: NDArray[np.float64]
-    """The same as a likelihood, with a little everywhere."""
+    """Logarithm of the likelihood from ``counts``, with an offset against zeros."""
     test: NDArray[np.int64]
-    """Other pictures of the same taps, as the chip reads them: n x shots x pixels."""
+    """Test images of the same taps, in intensity steps: n x shots x pixels."""
 
     def find(self, steps: NDArray[np.int64]) -> int:
-        """Tell the class that a picture of so many pixels is likest."""
+        """Return the likeliest class of an image, given as intensity steps (pixels,)."""
         pixels = np.arange(len(steps))
         return int(self.log_likelihood[:, pixels, steps].sum(axis=1).argmax())
 
-    def written(self) -> Written:
-        """Write it as ONNX, from 8-bit pictures, n x rows x columns, to n x 2."""
+    def to_onnx(self) -> OnnxNetwork:
+        """Write the classifier as ONNX, from 8-bit images, n x rows x columns, to n x 2."""
         graph = Graph("histograms")
 
         def constant(values: Any, type: str) -> str:
@@ -291,7 +302,7 @@ class Perceived:
         steps = graph.node("Mul", "x", constant((_LEVELS - 1) / 255, "float32"))
         steps = graph.node("Reshape", graph.node("Round", steps), constant([0, -1], "int64"))
         steps = graph.node("Cast", steps, to=TYPES["int64"])
-        # A row of the table for each pixel and step, of which each class has a number.
+        # The table has a row for each pixel and step, and a column for each class.
         pixels = self.counts.shape[1]
         rows = graph.node("Add", steps, constant(np.arange(pixels) * _LEVELS, "int64"))
         table: NDArray[Any] = np.moveaxis(self.counts, 0, 2).reshape(pixels * _LEVELS, -1)
@@ -305,15 +316,15 @@ class Perceived:
         takes, gives = ("n", *self.size_px), ("n", 2)
         form = f"the likeliest of {len(self.classes)} classes, by a histogram of each pixel"
         learned = f"counted; {_EPSILON:g} is added to each share"
-        return Written(graph.model(takes, gives), "float32", takes, gives, form, learned)
+        return OnnxNetwork(graph.model(takes, gives), "float32", takes, gives, form, learned)
 
     @property
     def middle(self) -> NDArray[np.float64]:
-        """What is guessed by who sees nothing."""
+        """The trivial guess: the middle class."""
         return self.classes[len(self.classes) // 2]
 
 
-def _taught(bench: Bench, layout: str, *, noisy: bool = True) -> Perceived:
+def _train_classifier(bench: Bench, layout: str, *, noisy: bool = True) -> EdgeClassifier:
     size: Size = bench.size if noisy else replace(bench.size, train=1, test=1)
     tip = _tip(bench, layout)
     classes = np.array([(a, r) for a in size.angles_deg for r in size.radii_mm], dtype=float)
@@ -329,32 +340,37 @@ def _taught(bench: Bench, layout: str, *, noisy: bool = True) -> Perceived:
     size_px = (steps.shape[1], steps.shape[2])
     steps = steps.reshape(len(classes), each, -1)
     train, test = steps[:, : size.train], steps[:, size.train :]
-    # How often each pixel had each value, by class: the likelihood, with a little everywhere.
+    # Histogram of each pixel by class; the offset avoids the logarithm of zero.
     counts = (train[..., None] == np.arange(_LEVELS)).sum(axis=1)
     likelihood = np.log(counts / size.train + _EPSILON)
     counts = counts.astype(np.min_scalar_type(size.train))
-    return Perceived(classes, counts, size.train, size_px, likelihood, test)
+    return EdgeClassifier(classes, counts, size.train, size_px, likelihood, test)
 
 
-def _perceived(taught: Perceived) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Absolute errors of angle, deg, and radius, mm, of pictures and of a guess; and the truth."""
+def _classification_errors(
+    taught: EdgeClassifier,
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Compute absolute errors of angle, deg, and radius, mm.
+
+    Returns the errors of the classifier, those of the trivial guess, and the truth: n x 2 each.
+    """
     truth = np.repeat(taught.classes, taught.test.shape[1], axis=0)
     shots = taught.test.reshape(len(truth), -1)
     found = np.array([taught.classes[taught.find(shot)] for shot in shots])
     return np.abs(found - truth), np.abs(taught.middle - truth), truth
 
 
-def _edges_of(bench: Bench, layout: str) -> Perceived:
-    def make() -> Perceived:
-        taught = _taught(bench, layout)
+def _edges_of(bench: Bench, layout: str) -> EdgeClassifier:
+    def make() -> EdgeClassifier:
+        taught = _train_classifier(bench, layout)
         _keep_edges(bench, layout, taught)
         return taught
 
     return bench.once(f"edges {layout}", make)
 
 
-def _keep_edges(bench: Bench, layout: str, taught: Perceived) -> None:
-    errors, _, _ = _perceived(taught)
+def _keep_edges(bench: Bench, layout: str, taught: EdgeClassifier) -> None:
+    errors, _, _ = _classification_errors(taught)
     angle, radius = errors.mean(axis=0)
     card = Card(
         takes=Numbers("8-bit picture, of which the 64 steps of the chip are made", "grey"),
@@ -374,7 +390,7 @@ def _keep_edges(bench: Bench, layout: str, taught: Perceived) -> None:
             HeldOut(f"{_AGAIN}: mean error of the radius", float(radius), "mm", len(errors)),
         ],
     )
-    bench.keep(f"edge, tip {layout}", taught.written(), card, _tip(bench, layout).design)
+    bench.keep(f"edge, tip {layout}", taught.to_onnx(), card, _tip(bench, layout).design)
 
 
 def _edges(bench: Bench) -> list[Row]:
@@ -383,8 +399,10 @@ def _edges(bench: Bench) -> list[Row]:
     rows: list[Row] = []
     for layout in _tips(bench):
         try:
-            errors, blind, truth = _perceived(_edges_of(bench, layout))
-            clean, _, of_clean = _perceived(_taught(bench, layout, noisy=False))
+            errors, blind, truth = _classification_errors(_edges_of(bench, layout))
+            clean, _, of_clean = _classification_errors(
+                _train_classifier(bench, layout, noisy=False)
+            )
         except FabkitError as error:
             note = f"could not be run: {first_line(error)}"
             rows.append(Row(f"edge, tip {layout}", "", None, None, None, 0, note))
@@ -418,17 +436,19 @@ def _edges(bench: Bench) -> list[Row]:
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """A way along a disc: one of each tap a row of angle, deg, and radius, mm."""
+    """Taps along a disc: angle, deg, and radius, mm, in each row."""
 
     found: NDArray[np.float64]
+    """Classified edge at each tap: n x 2."""
     truth: NDArray[np.float64]
+    """True edge at each tap: n x 2."""
 
 
 def _follow(bench: Bench, layout: str) -> Followed:
-    """Tap, turn and go aside by half of what is found, and step along the edge.
+    """Follow a disc's edge: tap, correct half of the found error, step along the edge.
 
-    The tip stands at polar ``at_mm`` and ``around`` of the disc and is turned by ``turn``, rad: the
-    edge's outward normal is then at ``around - turn`` in the tip's frame.
+    The tip is at ``place`` in the disc's frame, at the azimuth ``around``, and is turned by
+    ``turn``, rad. The edge's outward normal is then at ``around - turn`` in the tip's frame.
     """
     size: Size = bench.size
     tip, taught = _tip(bench, layout), _edges_of(bench, layout)
@@ -443,7 +463,7 @@ def _follow(bench: Bench, layout: str) -> Followed:
         angle = np.rad2deg((around - turn + np.pi) % (2 * np.pi) - np.pi)
         radius = _CONTOUR_MM / 2 - float(np.hypot(*place))
         if radius < -_TOUCHED_MM:
-            # Beside the disc a tap meets nothing, and no later one finds back.
+            # Beside the disc a tap touches nothing, and later ones would not find back.
             break
         presser = _edge(tip, float(angle), radius, _CONTOUR_MM)
         try:
@@ -451,7 +471,7 @@ def _follow(bench: Bench, layout: str) -> Followed:
         except FabkitError as error:
             if not found:
                 raise
-            bench.said.append(f"tip {layout} stops along a disc: {first_line(error)}")
+            bench.notes.append(f"tip {layout} stops along a disc: {first_line(error)}")
             break
         seen = taught.classes[taught.find(_chip(image).ravel())]
         found.append(seen)
@@ -498,7 +518,7 @@ def _own_curve(bench: Bench) -> Curve:
 
 
 def _edge_error(bench: Bench, column: int) -> float:
-    errors, _, _ = _perceived(_edges_of(bench, _own(bench)))
+    errors, _, _ = _classification_errors(_edges_of(bench, _own(bench)))
     return float(errors[:, column].mean())
 
 

@@ -1,4 +1,4 @@
-"""The fluidic sensor's experiment: what the camera below would see, from columns of liquid."""
+"""Experiments of the fluidic sensor: markers below the skin, predicted from liquid columns."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 
 from fabkit import sim
 from fabkit.errors import FabkitError, invalid
-from fabkit_bench import _deep, _learn
+from fabkit_bench import _models, _torch_networks
 from fabkit_bench._bench import Family, first_line
-from fabkit_bench._likeness import Code, drawn, likeness
 from fabkit_bench._networks import Card, HeldOut, Numbers
 from fabkit_bench._report import Row
+from fabkit_bench._similarity import Code, draw_discs, ssim
 from fabkit_bench.families.half_ellipsoid import folds
 
 if TYPE_CHECKING:
@@ -22,35 +22,35 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fabkit_bench._bench import Bench
-    from fabkit_bench._onnx import Written
+    from fabkit_bench._onnx import OnnxNetwork
 
 
 @dataclass(frozen=True)
 class Size:
-    """How much is pressed."""
+    """Numbers of presses and sizes of training."""
 
     places: int = 60
     depths: int = 8
     deepest_mm: float = 4.0
     reach_mm: float = 18.0
-    """Places are within a square of this half side."""
+    """Half side of the square that contains the press positions."""
     spacing_mm: float = 2.0
     folds: int = 5
     network_folds: int = 3
     recurrent_epochs: int = 40
-    """100 in the paper."""
+    """Epochs of the LSTM; 100 in the paper."""
     code_epochs: int = 60
-    """300 in the published losses."""
+    """Epochs of the autoencoder; 300 in the published losses."""
 
 
-# From the published arrays: a ridge from ten lags of columns to markers, on the last fifth.
+# From the published arrays: ridge regression from ten lags of columns to markers, last fifth.
 _RIDGE_R2 = 0.48
 _READ = "columns of the published series move 3 to 15 px, in pictures of another display"
-# Likeness (SSIM) of predicted images, and of the constant mean image.
-_LIKENESS = (0.9045, 0.8920)
-# Side of its pictures, and how many numbers its encoder leaves of one.
+# Published similarity (SSIM) of predicted images, and that of the constant mean image.
+_SSIM = (0.9045, 0.8920)
+# Side of the paper's images, and number of values in its encoder's code.
 _PICTURE_PX, _CODE = 68, 324
-# That of its encoded features, predicted by its LSTM from ten steps: from the published arrays.
+# R2 of encoded features, predicted by the paper's LSTM from ten steps: from its published arrays.
 _ENCODED_R2 = 0.230
 _STEPS = 10
 _DRAWN = Numbers(
@@ -63,24 +63,24 @@ _LSTM = "LSTM, three layers of 256, and linear sums of the last step"
 
 
 @dataclass(frozen=True, eq=False)
-class Touches:
-    """Presses: one of each a row."""
+class PressResults:
+    """Results of n presses, one in each row."""
 
     column_mm: NDArray[np.float64]
-    """How far each column of liquid moved: n x channels."""
+    """Displacement of each liquid column, mm: n x channels."""
     column_px: NDArray[np.float64]
-    """The same in the display's picture: n x 2 channels."""
+    """Displacement of each column's end in the display's image, from the mean: n x 2 channels."""
     marker_px: NDArray[np.float64]
-    """How far each marker moved in the picture: n x 2 m."""
+    """Displacement of each marker in the image, from the mean: n x 2 m."""
     marker_at_px: NDArray[np.float64]
-    """Where each is in the mean picture: m x 2."""
+    """Mean position of each marker in the image: m x 2."""
     seen: dict[str, Any]
-    """Names and mean places of what is in these arrays, for cards."""
+    """Names and mean positions of the columns and markers in these arrays, for cards."""
     place: NDArray[np.int64]
-    """Number of its place: n."""
+    """Number of the press position: n."""
 
 
-def _touches(bench: Bench) -> Touches:
+def _press_results(bench: Bench) -> PressResults:
     size: Size = bench.size
     skin = sim.Skin(bench.design, spacing_mm=size.spacing_mm)
     random = bench.random("places")
@@ -96,7 +96,7 @@ def _touches(bench: Bench) -> Touches:
         try:
             many = skin.press_all(names)
         except FabkitError as error:
-            bench.said.append(f"place {x:.1f} mm, {y:.1f} mm left out: {first_line(error)}")
+            bench.notes.append(f"place {x:.1f} mm, {y:.1f} mm left out: {first_line(error)}")
             continue
         columns.append(many.column_mm)
         ends.append(many.column_px)
@@ -113,16 +113,19 @@ def _touches(bench: Bench) -> Touches:
     markers_px, at_px, which = _moved(np.concatenate(markers))
     seen["markers"] = [skin.mark_names[k] for k in which]
     seen["markers_at_px"] = at_px.round(3).tolist()
-    return Touches(np.concatenate(columns), ends_px, markers_px, at_px, seen, np.array(at))
+    return PressResults(np.concatenate(columns), ends_px, markers_px, at_px, seen, np.array(at))
 
 
 def _moved(
     pixels: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """Tell ways from the mean picture of (n, m, 2), of what is always seen: (n, 2 m), (m, 2), m."""
+    """Compute displacements from the mean position, of points that are seen in all n images.
+
+    Returns displacements (n, 2 m), mean positions (m, 2), and indices of the points (m,).
+    """
     is_seen = np.isfinite(pixels).all(axis=(0, 2))
     seen = pixels[:, is_seen]
-    # A model with an offset does not ask which picture is at rest.
+    # The models have an offset, so the mean serves as well as the reference image.
     mean: NDArray[np.float64] = seen.mean(axis=0)
     return (seen - mean).reshape(len(seen), -1), mean, np.flatnonzero(is_seen)
 
@@ -130,7 +133,7 @@ def _moved(
 def _keep(
     bench: Bench,
     name: str,
-    written: Written,
+    written: OnnxNetwork,
     takes: Numbers,
     gives: Numbers,
     test: NDArray[np.bool_],
@@ -143,8 +146,8 @@ def _keep(
     bench.keep(name, written, Card(takes, gives, mask, training, [held_out]))
 
 
-def _columns_of(touches: Touches, *, exact: bool = False, steps: bool = False) -> Numbers:
-    """Say what networks take."""
+def _columns_of(touches: PressResults, *, exact: bool = False, steps: bool = False) -> Numbers:
+    """Describe the networks' input."""
     if exact:
         what = "how far the liquid of each channel moves in its tube"
         return Numbers(what, "mm", {"channels": touches.seen["channels"]})
@@ -157,8 +160,8 @@ def _columns_of(touches: Touches, *, exact: bool = False, steps: bool = False) -
     return Numbers(what, "px", {name: touches.seen[name] for name in ("columns", "columns_at_px")})
 
 
-def _markers_of(touches: Touches) -> Numbers:
-    """Say what networks give."""
+def _markers_of(touches: PressResults) -> Numbers:
+    """Describe the networks' output."""
     what = (
         "how far each marker is from where it is in the mean picture of the camera below, x and y; "
         "places are those of the mean picture"
@@ -167,37 +170,40 @@ def _markers_of(touches: Touches) -> Numbers:
 
 
 @dataclass(frozen=True)
-class Found:
-    """How well markers are found."""
+class MarkerAccuracy:
+    """Accuracy of predicted marker positions."""
 
     r2: float
-    """Of all markers together: 0 for the mean."""
+    """R2 over all markers together: 0 for the mean."""
     rms_px: float
     blind_r2: float
-    """That of the mean in training: at most 0."""
+    """R2 of the training mean as a guess: at most 0."""
     blind_px: float
+    """Root mean square error of the training mean as a guess."""
 
 
-def _found(bench: Bench, split: str, touches: Touches, groups: NDArray[np.int64]) -> Found:
+def _marker_accuracy(
+    bench: Bench, split: str, touches: PressResults, groups: NDArray[np.int64]
+) -> MarkerAccuracy:
     size: Size = bench.size
     is_exact = split.endswith("exact columns")
-    # A picture tells where a column ends to a pixel: the paper takes the first that is black.
+    # An image shows a column's end to a pixel: the paper takes the first black pixel.
     columns = touches.column_mm if is_exact else np.round(touches.column_px)
     truth = touches.marker_px
     found, blind = np.zeros_like(truth), np.zeros_like(truth)
     for test in folds(groups, size.folds, bench.random("folds")):
-        ridge = _learn.Ridge().fit(columns[~test], truth[~test])
+        ridge = _models.Ridge().fit(columns[~test], truth[~test])
         found[test] = ridge.predict(columns[test])
         blind[test] = truth[~test].mean(axis=0)
         takes, gives = _columns_of(touches, exact=is_exact), _markers_of(touches)
         error = ("rms error", _rms(found[test], truth[test]), "px")
-        _keep(bench, f"markers, {split}", ridge.written(), takes, gives, test, error)
+        _keep(bench, f"markers, {split}", ridge.to_onnx(), takes, gives, test, error)
     rms_px, blind_px = (_rms(one, truth) for one in (found, blind))
-    return Found(_r2(found, truth), rms_px, _r2(blind, truth), blind_px)
+    return MarkerAccuracy(_r2(found, truth), rms_px, _r2(blind, truth), blind_px)
 
 
 def _markers(bench: Bench) -> list[Row]:
-    touches = bench.once("touches", lambda: _touches(bench))
+    touches = bench.once("touches", lambda: _press_results(bench))
     count = len(touches.place)
     said = (
         "ridge from columns to markers, of presses at rest by a hemisphere; the paper: an LSTM on "
@@ -214,7 +220,7 @@ def _markers(bench: Bench) -> list[Row]:
     }
     rows: list[Row] = []
     for name, (groups, paper, note) in cases.items():
-        found = _found(bench, name, touches, groups)
+        found = _marker_accuracy(bench, name, touches, groups)
         figures = (paper, found.r2, found.blind_r2)
         rows.append(Row(f"markers from columns, {name}: R2", "", *figures, count, said + note))
         figures = (None, found.rms_px, found.blind_px)
@@ -224,7 +230,7 @@ def _markers(bench: Bench) -> list[Row]:
 
 
 def _amplitudes(bench: Bench) -> list[Row]:
-    touches = bench.once("touches", lambda: _touches(bench))
+    touches = bench.once("touches", lambda: _press_results(bench))
     pairs = touches.marker_px.reshape(len(touches.place), -1, 2)
     ways = np.linalg.norm(pairs - pairs[:: bench.size.depths].mean(axis=0), axis=2)
     note = (
@@ -245,8 +251,8 @@ def _amplitudes(bench: Bench) -> list[Row]:
 
 
 def _images(bench: Bench) -> list[Row]:
-    """How like pictures of markers are that columns foretell, through a code of few numbers."""
-    touches = bench.once("touches", lambda: _touches(bench))
+    """Measure the similarity of marker images that are predicted from columns via a linear code."""
+    touches = bench.once("touches", lambda: _press_results(bench))
     pictures = _pictures(bench, touches)
     count = len(pictures)
     said = (
@@ -254,11 +260,11 @@ def _images(bench: Bench) -> list[Row]:
         f"the paper's autoencoder the {_CODE} principal components, or as many as there are "
         "pictures to learn from, and a ridge from columns to a pixel instead of its LSTM; decoded "
         "against decoded, as in the paper; trivial guess: the constant mean picture, which from "
-        f"the published arrays reaches {_LIKENESS[1]}"
+        f"the published arrays reaches {_SSIM[1]}"
     )
     rows: list[Row] = []
     cases = {
-        "split by place": (touches.place, _LIKENESS[0]),
+        "split by place": (touches.place, _SSIM[0]),
         "split at random": (np.arange(count), None),
     }
     for name, (groups, paper) in cases.items():
@@ -267,13 +273,13 @@ def _images(bench: Bench) -> list[Row]:
             code = Code(pictures[~test], _CODE)
             numbers = code.encode(pictures)
             columns = np.round(touches.column_px)
-            ridge = _learn.Ridge().fit(columns[~test], numbers[~test])
+            ridge = _models.Ridge().fit(columns[~test], numbers[~test])
             truth = code.decode(numbers[test])
             constant = np.broadcast_to(code.decode(np.zeros_like(numbers[:1])), truth.shape)
-            alike[test] = likeness(code.decode(ridge.predict(columns[test])), truth)
-            blind[test] = likeness(constant, truth)
-            told[test] = likeness(truth, pictures[test])
-            written, takes = ridge.written(into=code, within=(0, 1)), _columns_of(touches)
+            alike[test] = ssim(code.decode(ridge.predict(columns[test])), truth)
+            blind[test] = ssim(constant, truth)
+            told[test] = ssim(truth, pictures[test])
+            written, takes = ridge.to_onnx(into=code, within=(0, 1)), _columns_of(touches)
             error = ("SSIM to what the code keeps", float(alike[test].mean()), "")
             _keep(bench, f"images, {name}", written, takes, _DRAWN, test, error)
         label = f"likeness of predicted images, {name}: SSIM"
@@ -284,21 +290,22 @@ def _images(bench: Bench) -> list[Row]:
 
 
 def _series(columns: NDArray[np.float64], depths: int) -> NDArray[np.float64]:
-    """List the ten presses that led to each, ever deeper at one place: n x 10 x f.
+    """Collect for each press the ten presses up to it, ever deeper at one place: n x 10 x f.
 
-    Before the shallowest it stands for what was.
+    The shallowest press is repeated in place of missing earlier ones.
     """
     number = np.arange(len(columns))
     first = number - number % depths
+    # Presses of one place follow each other, the shallowest first.
     before = np.maximum(number[:, None] - np.arange(_STEPS - 1, -1, -1), first[:, None])
     return columns[before]
 
 
 def _networks(bench: Bench) -> list[Row]:
-    """Markers and pictures by the paper's LSTM and autoencoder."""
-    _deep.needed()
+    """Predict markers and their images with the paper's LSTM and autoencoder."""
+    _torch_networks.require()
     size: Size = bench.size
-    touches = bench.once("touches", lambda: _touches(bench))
+    touches = bench.once("touches", lambda: _press_results(bench))
     pictures = _pictures(bench, touches)
     series = _series(np.round(touches.column_px), size.depths)
     truth = touches.marker_px
@@ -307,9 +314,9 @@ def _networks(bench: Bench) -> list[Row]:
     name = f"by LSTM, {split}"
     steps, markers_of = _columns_of(touches, steps=True), _markers_of(touches)
 
-    def learned(told: NDArray[np.float64], test: NDArray[np.bool_]) -> _deep.Network:
-        network = _deep.Network(
-            lambda: _deep.recurrent(series.shape[2], told.shape[1]),
+    def learned(told: NDArray[np.float64], test: NDArray[np.bool_]) -> _torch_networks.Network:
+        network = _torch_networks.Network(
+            lambda: _torch_networks.recurrent(series.shape[2], told.shape[1]),
             seed=bench.seed,
             epochs=size.recurrent_epochs,
             rate=1e-3,
@@ -327,7 +334,9 @@ def _networks(bench: Bench) -> list[Row]:
         to_markers = learned(truth, test)
         moved[test] = to_markers.predict(series[test])
         mean[test] = truth[~test].mean(axis=0)
-        code = _deep.Autoencoder(pictures[~test], seed=bench.seed, epochs=size.code_epochs)
+        code = _torch_networks.Autoencoder(
+            pictures[~test], seed=bench.seed, epochs=size.code_epochs
+        )
         numbers_of = code.encode(pictures[~test])
         encoded[test] = code.encode(pictures[test])
         constant[test] = numbers_of.mean(axis=0)
@@ -336,16 +345,16 @@ def _networks(bench: Bench) -> list[Row]:
         to_code = learned(all_numbers, test)
         numbers[test] = to_code.predict(series[test])
         decoded = code.decode(encoded[test])
-        alike[test] = likeness(code.decode(numbers[test]), decoded)
+        alike[test] = ssim(code.decode(numbers[test]), decoded)
         of_mean = np.broadcast_to(code.decode(constant[test][:1]), decoded.shape)
-        blind[test] = likeness(of_mean, decoded)
-        kept[test] = likeness(decoded, pictures[test])
-        encoder, decoder = code.written()
+        blind[test] = ssim(of_mean, decoded)
+        kept[test] = ssim(decoded, pictures[test])
+        encoder, decoder = code.to_onnx()
         ways = ("rms error", _rms(moved[test], truth[test]), "px")
         foretold = ("SSIM of what is decoded of it", float(alike[test].mean()), "")
         coded = ("SSIM of decoded pictures", float(kept[test].mean()), "")
-        _keep(bench, f"markers {name}", to_markers.written(_LSTM), steps, markers_of, test, ways)
-        _keep(bench, f"code {name}", to_code.written(_LSTM), steps, _NUMBERS, test, foretold)
+        _keep(bench, f"markers {name}", to_markers.to_onnx(_LSTM), steps, markers_of, test, ways)
+        _keep(bench, f"code {name}", to_code.to_onnx(_LSTM), steps, _NUMBERS, test, foretold)
         _keep(bench, f"code, encoder, {split}", encoder, _DRAWN, _NUMBERS, test, coded)
         _keep(bench, f"code, decoder, {split}", decoder, _NUMBERS, _DRAWN, test, coded)
     said = (
@@ -360,12 +369,12 @@ def _networks(bench: Bench) -> list[Row]:
     )
     figures = (None, _r2(moved, truth), _r2(mean, truth))
     rows = [Row(f"markers from columns {name}: R2", "", *figures, count, said)]
-    # Each fold has a code of its own: a mean over all of them is no number of any.
+    # Each fold has its own code, so codes cannot be averaged over folds: compare within each fold.
     left, guessed = (float(((one - encoded) ** 2).sum()) for one in (numbers, constant))
     note = f"{said}{drawn_of}; about the mean code in training, which is the trivial guess"
     figures = (_ENCODED_R2, 1 - left / guessed, 0.0)
     rows.append(Row(f"encoded pictures {name}: R2", "", *figures, count, note))
-    figures = (_LIKENESS[0], float(alike.mean()), float(blind.mean()))
+    figures = (_SSIM[0], float(alike.mean()), float(blind.mean()))
     note = f"{said}{drawn_of}; decoded against decoded; trivial guess: the mean code, decoded"
     rows.append(Row(f"likeness of images {name}: SSIM", "", *figures, count, note))
     return rows
@@ -376,13 +385,13 @@ def _rms(found: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
 
 
 def _r2(found: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
-    """Of all numbers together: 0 for the mean."""
+    """Compute R2 over all values together: 0 for the mean."""
     spread = float(((truth - truth.mean(axis=0)) ** 2).sum())
     return 1 - float(((found - truth) ** 2).sum()) / spread
 
 
-def _pictures(bench: Bench, touches: Touches) -> NDArray[np.float64]:
-    """Draw what the camera below sees, cut to the markers and half a pitch around them."""
+def _pictures(bench: Bench, touches: PressResults) -> NDArray[np.float64]:
+    """Draw the camera's images of the markers, cropped to them and half a pitch around."""
     at_px = touches.marker_at_px
     apart = np.linalg.norm(at_px[:, None] - at_px, axis=2) + np.diag(np.full(len(at_px), np.inf))
     pitch_px = float(np.median(apart.min(axis=1)))
@@ -391,12 +400,12 @@ def _pictures(bench: Bench, touches: Touches) -> NDArray[np.float64]:
     parameters = bench.design.parameters
     wide, pitch = (float(parameters[f"markers.{name}"].value) for name in ("diameter", "pitch"))
     places = at_px + touches.marker_px.reshape(len(touches.place), -1, 2)
-    return drawn((places - low) * scale, wide / pitch * pitch_px * scale / 2, _PICTURE_PX)
+    return draw_discs((places - low) * scale, wide / pitch * pitch_px * scale / 2, _PICTURE_PX)
 
 
 def _markers_rms_px(bench: Bench) -> float:
-    touches = _touches(bench)
-    return _found(bench, "split by place, exact columns", touches, touches.place).rms_px
+    touches = _press_results(bench)
+    return _marker_accuracy(bench, "split by place, exact columns", touches, touches.place).rms_px
 
 
 _EXPERIMENTS: dict[str, Callable[[Bench], list[Row]]] = {

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Capture:
-    """Pictures of presses."""
+    """Mixin of :class:`fabkit.depth.Scene`: simulated captures of presses."""
 
     def _take(self, presses: list[str], options: dict[str, Any]) -> Captured:
         raise NotImplementedError
@@ -24,19 +24,19 @@ class Capture:
         *,
         # ARGUMENTS
     ) -> Captured:
-        """Take the picture of a press, simulated, as ``fabkit capture`` does.
+        """Simulate a capture of the pressed sensor, as ``fabkit capture`` does.
 
         Parameters
         ----------
         press
-            What presses, as for :func:`fabkit.depth.cast`, or several at once; nothing for the
-            sensor at rest.
+            A press as for :func:`fabkit.depth.cast`, or several at once. Default: the sensor at
+            rest.
         # PARAMETERS
 
         Raises
         ------
         FabkitError
-            A light that the sensor has not, a file that is none of constants, and as for
+            The sensor has no such light, or the file holds no light constants; and as for
             :func:`fabkit.depth.cast`.
 
         >>> import fabkit

@@ -19,7 +19,7 @@ def press(
 ) -> Pressed:
     """Press an indenter into a sensor's soft layers, as ``fabkit press`` does.
 
-    Layers are bonded to each other and to what is stiff; see the book's page on presses for what
+    Layers are bonded to each other and to rigid bodies; see the book's page on presses for what
     that leaves out.
 
     Parameters
@@ -27,17 +27,17 @@ def press(
     sensor
         A sensor, or the name of one.
     indenter
-        What presses, and where: ``ball@30deg,120deg`` by polar angle and azimuth on a dome,
+        Name and place of the indenter: ``ball@30deg,120deg`` by polar angle and azimuth on a dome,
         ``ball@2mm,-3mm`` on a pad.
     depth_mm
-        How deep, along the surface's normal there; as all lengths, a number of mm, or text with a
-        unit.
+        Indentation along the surface's normal at that place; like all lengths, a number of mm, or
+        text with a unit.
     # PARAMETERS
 
     Raises
     ------
     FabkitError
-        An unknown press, one deeper than the layers, a contact that does not converge.
+        The press is unknown or deeper than the layers, or the contact does not converge.
 
     >>> import fabkit
     >>> pressed = fabkit.press("rtac0", "ball@0deg,0deg", "0.6 mm", steps=3)

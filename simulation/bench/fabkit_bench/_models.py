@@ -1,6 +1,6 @@
-"""The small models: the only place that knows scikit-learn, which has no types.
+"""Small regression models from scikit-learn; no other module imports it, as it has no types.
 
-All of them are seeded and run on one thread, so that figures do not depend on the machine's cores.
+All models are seeded and run on one thread, so that figures do not depend on the number of cores.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fabkit.errors import invalid
-from fabkit_bench._onnx import Dense, Graph, Written, perceptron
+from fabkit_bench._onnx import Dense, Graph, OnnxNetwork, perceptron
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
     from numpy.typing import NDArray
 
-    from fabkit_bench._likeness import Code
+    from fabkit_bench._similarity import Code
 
     Array = NDArray[np.floating[Any]]
 
-__all__ = ["Components", "Network", "Process", "Ridge", "needed", "one_thread"]
+__all__ = ["Components", "Network", "Process", "Ridge", "one_thread", "require"]
 
 
 def _module(name: str) -> Any:
@@ -35,18 +35,18 @@ def _module(name: str) -> Any:
         raise invalid("benches need scikit-learn, which is not installed", hint) from error
 
 
-def needed() -> None:
-    """Say at once if scikit-learn is missing."""
+def require() -> None:
+    """Raise if scikit-learn is missing."""
     _module("sklearn")
 
 
 @contextlib.contextmanager
 def one_thread() -> Generator[None]:
-    """Let linear algebra use one thread: sums in another order differ in their last digits."""
+    """Limit linear algebra to one thread: sums in another order differ in their last digits."""
     try:
         limits: Any = importlib.import_module("threadpoolctl").threadpool_limits
     except ImportError:
-        # It comes with scikit-learn, without which nothing is learned.
+        # It comes with scikit-learn; without that nothing is trained.
         yield
         return
     with limits(1):
@@ -54,7 +54,7 @@ def one_thread() -> Generator[None]:
 
 
 class Network:
-    """A perceptron with hidden layers, ReLU between them, on standardised numbers."""
+    """A multilayer perceptron with ReLU, on standardised features and targets."""
 
     def __init__(
         self,
@@ -75,29 +75,29 @@ class Network:
         )
 
     def fit(self, features: Array, targets: Array) -> Network:
-        """Learn: features (n, f), targets (n,) or (n, t)."""
+        """Train on features (n, f) and targets (n,) or (n, t)."""
         self._middle, self._spread = _scale(features)
         self._to_middle, self._to_spread = _scale(targets)
         with warnings.catch_warnings():
-            # It always ends by its number of epochs.
+            # scikit-learn warns whenever training ends by the number of epochs, as it always does.
             warnings.simplefilter("ignore")
             self._model.fit(self._in(features), self._out(targets))
         return self
 
-    def go_on(self, features: Array, targets: Array, epochs: int) -> None:
-        """Learn on from other samples, with the scales of the first ones."""
+    def fine_tune(self, features: Array, targets: Array, epochs: int) -> None:
+        """Continue training on other samples, with the scales of the first ones."""
         with warnings.catch_warnings():
-            # A batch may be larger than all that there is.
+            # scikit-learn warns if a batch is larger than the number of samples.
             warnings.simplefilter("ignore")
             for _ in range(epochs):
                 self._model.partial_fit(self._in(features), self._out(targets))
 
     def predict(self, features: Array) -> Array:
-        """Answer (n,) or (n, t)."""
+        """Predict targets (n,) or (n, t)."""
         return self._model.predict(self._in(features)) * self._to_spread + self._to_middle
 
     def layers(self, of: Components | None = None) -> list[Dense]:
-        """List its layers so that raw numbers go in and come out."""
+        """Return the layers with standardisation folded in: raw numbers in and out."""
         sums = zip(self._model.coefs_, self._model.intercepts_, strict=True)
         layers = [Dense(weights, bias) for weights, bias in sums]
         layers[0] = _standardising(layers[0], self._middle, self._spread)
@@ -107,17 +107,17 @@ class Network:
         layers[-1] = Dense(last.weights * spread, last.bias * spread + middle)
         return layers
 
-    def written(
+    def to_onnx(
         self, *, of: Components | None = None, within: tuple[float, float] | None = None
-    ) -> Written:
-        """Write it as ONNX, of raw numbers: n x f to n x t.
+    ) -> OnnxNetwork:
+        """Write the network as ONNX with raw inputs and outputs: n x f to n x t.
 
         Parameters
         ----------
         of
-            What it learned from are these components of what is then given.
+            Components that its features are; the ONNX input is then the samples themselves.
         within
-            Cut off what comes out.
+            Limits to clip the output at.
         """
         model = self._model
         learned = (
@@ -134,70 +134,70 @@ class Network:
 
 
 class Ridge:
-    """Least squares with a penalty, chosen among some by leaving out one sample after the other."""
+    """Ridge regression; leave-one-out cross-validation chooses the penalty."""
 
     def __init__(self, penalties: tuple[float, ...] = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0)) -> None:
         self._model = _module("sklearn.linear_model").RidgeCV(alphas=penalties)
 
     def fit(self, features: Array, targets: Array) -> Ridge:
-        """Learn: features (n, f), targets (n,) or (n, t)."""
+        """Train on features (n, f) and targets (n,) or (n, t)."""
         self._middle, self._spread = _scale(features)
         self._model.fit((features - self._middle) / self._spread, targets)
         return self
 
     def predict(self, features: Array) -> Array:
-        """Answer (n,) or (n, t)."""
+        """Predict targets (n,) or (n, t)."""
         return self._model.predict((features - self._middle) / self._spread)
 
     def layers(self, into: Code | None = None) -> list[Dense]:
-        """List its one layer so that raw numbers go in."""
+        """Return its one layer with standardisation folded in: raw numbers in."""
         weights = np.transpose(np.atleast_2d(self._model.coef_))
         layer = Dense(weights, np.atleast_1d(self._model.intercept_))
         layer = _standardising(layer, self._middle, self._spread)
         return [layer if into is None else into.after(layer)]
 
-    def written(
+    def to_onnx(
         self, *, into: Code | None = None, within: tuple[float, float] | None = None
-    ) -> Written:
-        """Write it as ONNX, of raw numbers: n x f to n x t.
+    ) -> OnnxNetwork:
+        """Write the model as ONNX with raw inputs: n x f to n x t.
 
         Parameters
         ----------
         into
-            What it gives are numbers of this code, of which pictures are then made.
+            Code whose numbers it predicts; the ONNX output is then the decoded images.
         within
-            Cut off what comes out.
+            Limits to clip the output at.
         """
         learned = f"ridge, penalty {self._model.alpha_:g} by leaving one sample out"
         return perceptron(self.layers(into), learned=learned, within=within)
 
 
 class Components:
-    """The directions in which samples differ most."""
+    """Principal components of samples."""
 
     def __init__(self, count: int) -> None:
         self._count = count
 
     def fit(self, samples: Array) -> Components:
-        """Learn from (n, f)."""
+        """Compute the components of samples (n, f)."""
         self._middle = samples.mean(axis=0)
         _, _, directions = np.linalg.svd(samples - self._middle, full_matrices=False)
         self._directions = directions[: self._count]
         return self
 
     def __call__(self, samples: Array) -> Array:
-        """Tell how far samples (n, f) lie along them: (n, count)."""
+        """Project samples (n, f) onto the components: (n, count)."""
         found: Array = np.einsum("nf,cf->nc", samples - self._middle, self._directions)
         return found
 
     def before(self, layer: Dense) -> Dense:
-        """Let a layer of components take the samples themselves."""
+        """Convert a layer that takes components to one that takes samples."""
         weights: Array = np.transpose(self._directions) @ layer.weights
         return Dense(weights, layer.bias - self._middle @ weights)
 
 
 class Process:
-    """A Gaussian process of one number, with noise, its lengths fitted."""
+    """Gaussian process regression of one number, with fitted length scales and noise."""
 
     def __init__(self, seed: int) -> None:
         kernels = _module("sklearn.gaussian_process.kernels")
@@ -207,22 +207,22 @@ class Process:
         )
 
     def fit(self, features: Array, targets: Array) -> Process:
-        """Learn: features (n, f), targets (n,)."""
+        """Train on features (n, f) and targets (n,)."""
         self._middle, self._spread = _scale(features)
         with warnings.catch_warnings():
-            # A length at its bound is an answer too.
+            # scikit-learn warns if a length scale ends at its bound, which is acceptable.
             warnings.simplefilter("ignore")
             self._model.fit((features - self._middle) / self._spread, targets)
         return self
 
     def predict(self, features: Array) -> Array:
-        """Answer (n,)."""
+        """Predict targets (n,)."""
         return self._model.predict((features - self._middle) / self._spread)
 
-    def written(self) -> Written:
-        """Write its mean as ONNX, of raw numbers: n x f to n x 1.
+    def to_onnx(self) -> OnnxNetwork:
+        """Write the mean as ONNX with raw inputs and outputs: n x f to n x 1.
 
-        In float64, as it is evaluated here: weights of both signs may nearly cancel.
+        It uses float64, as the evaluation here: weights of both signs may nearly cancel.
         """
         model, graph = self._model, Graph("process")
         kernel = model.kernel_.k1
@@ -231,7 +231,7 @@ class Process:
         alone = graph.constant(np.array([1], np.int64))
         scaled = graph.node("Sub", "x", graph.constant(self._middle))
         scaled = graph.node("Div", scaled, graph.constant(length))
-        # n x 1 x f less m x f.
+        # (n, 1, f) minus (m, f): differences of each sample to each training sample.
         apart = graph.node("Unsqueeze", scaled, alone)
         apart = graph.node("Sub", apart, graph.constant(near))
         apart = graph.node("Mul", apart, apart)
@@ -245,16 +245,16 @@ class Process:
         form = f"Gaussian process of {len(near)} samples: its mean, with a squared exponential"
         learned = "likeliest constant, length and noise, from their defaults"
         written = graph.model(takes, gives, "float64")
-        return Written(written, "float64", takes, gives, form, learned)
+        return OnnxNetwork(written, "float64", takes, gives, form, learned)
 
 
 def _standardising(layer: Dense, middle: Array, spread: Array) -> Dense:
-    """Let a layer of standardised numbers take raw ones."""
+    """Fold standardisation of the inputs into a layer."""
     weights = layer.weights / spread[:, None]
     return Dense(weights, layer.bias - middle @ weights)
 
 
 def _scale(values: Array) -> tuple[Array, Array]:
-    """Mean and standard deviation of each column; 1 where nothing varies."""
+    """Compute mean and standard deviation of each column; 1 where values are constant."""
     spread = values.std(axis=0)
     return values.mean(axis=0), np.where(spread > 1e-12, spread, 1.0)

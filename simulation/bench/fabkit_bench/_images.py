@@ -1,4 +1,4 @@
-"""Features of pictures, with numpy alone."""
+"""Image processing with numpy."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ __all__ = ["blurred", "grey", "neighbourhoods", "shrunk"]
 
 
 def grey(images: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Mean of the colours of (n, h, w) or (n, h, w, 3), 0 to 255."""
+    """Average the colour channels of (n, h, w) or (n, h, w, 3), 0 to 255: (n, h, w)."""
     values = images.astype(np.float32)
     return values.mean(axis=3) if values.ndim == 4 else values
 
 
 def blurred(images: NDArray[np.float32], sigma_px: float) -> NDArray[np.float32]:
-    """Blur (n, h, w) by a Gaussian; edges are repeated."""
+    """Blur images (n, h, w) by a Gaussian; edge pixels are repeated."""
     if sigma_px <= 0:
         return images
     reach = max(1, round(3 * sigma_px))
@@ -37,7 +37,7 @@ def blurred(images: NDArray[np.float32], sigma_px: float) -> NDArray[np.float32]
 
 
 def neighbourhoods(images: NDArray[np.float32], side_px: int) -> NDArray[np.float32]:
-    """List each pixel's square of neighbours: (n, h, w) to (n, h, w, side * side); zero outside."""
+    """Collect each pixel's square neighbourhood: (n, h, w, side * side), zero outside images."""
     reach = side_px // 2
     wide = np.pad(images, [(0, 0), (reach, reach), (reach, reach)])
     windows: NDArray[Any] = np.lib.stride_tricks.sliding_window_view(
@@ -47,7 +47,7 @@ def neighbourhoods(images: NDArray[np.float32], side_px: int) -> NDArray[np.floa
 
 
 def shrunk(images: NDArray[np.float32], factor: int) -> NDArray[np.float32]:
-    """Average squares of pixels: (n, h, w) to (n, h // factor, w // factor)."""
+    """Shrink images by averaging squares of pixels: (n, h // factor, w // factor)."""
     count, height, width = images.shape
     height, width = height // factor, width // factor
     cut = images[:, : height * factor, : width * factor]

@@ -1,6 +1,6 @@
-"""The papers' networks: the only place that loads PyTorch, and nothing else here needs it.
+"""The papers' networks, in PyTorch; no other module imports it.
 
-All are seeded and learn on one thread of a processor, so that figures are the same again.
+All networks are seeded and trained on one CPU thread, so that figures are reproducible.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from fabkit.errors import invalid
 from fabkit_bench._layers import layer
-from fabkit_bench._onnx import Graph, Written
+from fabkit_bench._onnx import Graph, OnnxNetwork
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     Array = NDArray[np.floating[Any]]
     Numbers = NDArray[np.float64]
 
-__all__ = ["Autoencoder", "Network", "needed", "recurrent", "resnet_18"]
+__all__ = ["Autoencoder", "Network", "recurrent", "require", "resnet_18"]
 
-# Pictures that are answered at once.
+# Samples in one forward pass of a prediction: limits memory.
 _AT_ONCE = 64
 
 
-def needed() -> Any:
-    """Give PyTorch, or say at once that it is missing."""
+def require() -> Any:
+    """Import and return PyTorch; raise if it is missing."""
     try:
         return importlib.import_module("torch")
     except ImportError as error:
@@ -40,8 +40,8 @@ def needed() -> Any:
 
 @contextlib.contextmanager
 def _repeatable(seed: int) -> Generator[Any]:
-    """Let PyTorch draw from a seed and add in one order; then put back what was."""
-    torch = needed()
+    """Make PyTorch deterministic: a seed, one thread; restore its settings afterwards."""
+    torch = require()
     threads, strict = torch.get_num_threads(), torch.are_deterministic_algorithms_enabled()
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
@@ -55,14 +55,22 @@ def _repeatable(seed: int) -> Generator[Any]:
 
 
 class Network:
-    """A network that learns numbers of samples, on standardised targets.
+    """A regression network with standardised inputs and targets.
 
     Parameters
     ----------
     form
-        Makes it, with numbers that are drawn.
+        Creates the module with random initial weights.
+    seed
+        Seed of initial weights and of the order of samples.
+    epochs
+        Number of epochs.
+    rate
+        Learning rate of Adam.
+    batch
+        Samples in a batch.
     loss
-        The name of a loss of ``torch.nn``, such as ``"L1Loss"``.
+        Name of a loss of ``torch.nn``, such as ``"L1Loss"``.
     """
 
     def __init__(
@@ -81,7 +89,7 @@ class Network:
             self._form = form()
 
     def fit(self, samples: Array, targets: Array) -> Network:
-        """Learn: samples (n, ...), targets (n, t)."""
+        """Train on samples (n, ...) and targets (n, t)."""
         self._shape, self._count = samples.shape[1:], targets.shape[1]
         self._middle, self._spread = _scale(samples.reshape(-1, samples.shape[-1]), whole=True)
         self._to_middle, self._to_spread = _scale(targets)
@@ -90,7 +98,7 @@ class Network:
             wanted = torch.from_numpy(
                 ((targets - self._to_middle) / self._to_spread).astype(np.float32)
             )
-            _learn(
+            _train(
                 torch,
                 self._form,
                 given,
@@ -103,19 +111,19 @@ class Network:
         return self
 
     def predict(self, samples: Array) -> Numbers:
-        """Answer (n, t)."""
+        """Predict targets (n, t)."""
         with _repeatable(self._seed) as torch:
             found = _answered(torch, self._form, self._in(samples))
         return found * self._to_spread + self._to_middle
 
-    def written(self, form: str) -> Written:
-        """Write it as ONNX, of raw numbers; ``form`` says in words what it is."""
+    def to_onnx(self, form: str) -> OnnxNetwork:
+        """Write the network as ONNX with raw inputs and outputs; ``form`` describes it in words."""
         graph = Graph("network")
 
         def constant(values: Any) -> str:
             return graph.constant(np.asarray(values, np.float32))
 
-        # Not part of the first layer: what convolutions see around a picture is the mean.
+        # Not folded into the first layer: zero padding of convolutions has to mean the mean.
         given = graph.node("Sub", "x", constant(self._middle))
         given = graph.node("Div", given, constant(self._spread))
         found = layer(graph, self._form, given)
@@ -127,13 +135,13 @@ class Network:
             f"of {self._batch}"
         )
         takes, gives = ("n", *self._shape), ("n", self._count)
-        return Written(graph.model(takes, gives), "float32", takes, gives, form, learned)
+        return OnnxNetwork(graph.model(takes, gives), "float32", takes, gives, form, learned)
 
     def _in(self, samples: Array) -> NDArray[np.float32]:
         return ((samples - self._middle) / self._spread).astype(np.float32)
 
 
-def _learn(
+def _train(
     torch: Any,
     form: Any,
     given: Any,
@@ -143,14 +151,14 @@ def _learn(
     batch: int,
     loss: Any,
 ) -> None:
-    """Learn by Adam."""
+    """Train a module with Adam."""
     steps = torch.optim.Adam(form.parameters(), lr=rate)
     form.train()
     for _ in range(epochs):
         order = torch.randperm(len(given))
         for some in order.split(batch):
             if len(some) < 2:
-                # One sample alone has no spread to be normalised by.
+                # Batch normalisation needs at least two samples.
                 continue
             steps.zero_grad()
             loss(form(given[some]), wanted[some]).backward()
@@ -166,18 +174,21 @@ def _answered(torch: Any, form: Any, samples: NDArray[np.float32]) -> Numbers:
 
 
 def _scale(values: Array, *, whole: bool = False) -> tuple[Any, Any]:
-    """Mean and standard deviation of each column, or of all; 1 where nothing varies."""
+    """Compute mean and standard deviation of each column, or of all values if ``whole``.
+
+    The standard deviation is 1 where values are constant.
+    """
     axis = None if whole else 0
     spread = values.std(axis=axis)
     return values.mean(axis=axis), np.where(spread > 1e-12, spread, 1.0)
 
 
 def resnet_18(outputs: int) -> Any:
-    """Make a ResNet-18 of pictures with one channel (n, 1, h, w): He et al., CVPR 2016."""
-    nn = needed().nn
+    """Create a ResNet-18 for images with one channel, (n, 1, h, w): He et al., CVPR 2016."""
+    nn = require().nn
 
     class Block(nn.Module):
-        """Two convolutions beside a way around them."""
+        """A residual block: two convolutions and a skip connection."""
 
         def __init__(self, before: int, after: int, stride: int) -> None:
             super().__init__()
@@ -213,8 +224,8 @@ def resnet_18(outputs: int) -> Any:
 
 
 def recurrent(inputs: int, outputs: int, *, layers: int = 3, width: int = 256) -> Any:
-    """Make an LSTM of series (n, steps, inputs), which answers at the last step."""
-    nn = needed().nn
+    """Create an LSTM for series (n, steps, inputs) that predicts from the last step."""
+    nn = require().nn
 
     class Last(nn.Module):
         def __init__(self) -> None:
@@ -229,10 +240,10 @@ def recurrent(inputs: int, outputs: int, *, layers: int = 3, width: int = 256) -
 
 
 class Autoencoder:
-    """The convolutional code of Soter et al.: 68 x 68 pictures in 9 x 9 x 4 = 324 numbers.
+    """The convolutional autoencoder of Soter et al.: 68 x 68 images as 9 x 9 x 4 = 324 numbers.
 
-    The decoder is as published; the encoder is its mirror image, of which only the size of what it
-    gives is known.
+    The decoder is as published. Of the encoder only the output size is published; here it mirrors
+    the decoder.
     """
 
     def __init__(
@@ -253,7 +264,7 @@ class Autoencoder:
                 nn.MaxPool2d(2),
                 nn.Conv2d(8, 4, 3, padding=1),
                 nn.ReLU(),
-                # 17 to 9: what is left over at the edge is kept.
+                # 17 to 9 pixels: `ceil_mode` keeps the last column and row.
                 nn.MaxPool2d(2, ceil_mode=True),
                 nn.Flatten(),
             )
@@ -273,31 +284,31 @@ class Autoencoder:
             )
             both = nn.Sequential(self._encoder, self._decoder)
             given = torch.from_numpy(_one_channel(pictures))
-            _learn(torch, both, given, given, epochs, rate, batch, nn.BCELoss())
+            _train(torch, both, given, given, epochs, rate, batch, nn.BCELoss())
 
     def encode(self, pictures: Array) -> Numbers:
-        """Tell the numbers of pictures (n, 68, 68): n x 324."""
+        """Encode images (n, 68, 68) as numbers, n x 324."""
         with _repeatable(self._seed) as torch:
             return _answered(torch, self._encoder, _one_channel(pictures))
 
     def decode(self, numbers: Array) -> Numbers:
-        """Make pictures of numbers again, from 0 to 1: n x 68 x 68."""
+        """Decode numbers (n, 324) to images from 0 to 1, n x 68 x 68."""
         with _repeatable(self._seed) as torch:
             return _answered(torch, self._decoder, numbers.astype(np.float32))[:, 0]
 
-    def written(self) -> tuple[Written, Written]:
+    def to_onnx(self) -> tuple[OnnxNetwork, OnnxNetwork]:
         """Write the encoder and the decoder as ONNX."""
         sizes, pictures = ("n", 324), ("n", 1, 68, 68)
         halves = (
             (self._encoder, pictures, sizes, "encoder: mirror image of the published decoder"),
             (self._decoder, sizes, pictures, "decoder as published"),
         )
-        found: list[Written] = []
+        found: list[OnnxNetwork] = []
         for half, takes, gives, form in halves:
             graph = Graph("code")
             graph.node("Identity", layer(graph, half, "x"), out="y")
             onnx = graph.model(takes, gives)
-            found.append(Written(onnx, "float32", takes, gives, form, self._learned))
+            found.append(OnnxNetwork(onnx, "float32", takes, gives, form, self._learned))
         return found[0], found[1]
 
 

@@ -26,7 +26,7 @@ const HALVES: [(&str, &str); 2] = [("semi-domes", "semi-dome"), ("half-plates", 
 
 /// Simulated captures with every kind of light: name, sensor and options. The coarse spacing keeps the contact solver
 /// quick.
-const PICTURES: [(&str, &str, &str); 7] = [
+const IMAGES: [(&str, &str, &str); 7] = [
     ("rtac0", "rtac0", "--press ball@24deg,120deg,0.5mm --spacing 1mm"),
     ("9dtact", "9dtact", "--press ball@0mm,0mm,1mm --spacing 1mm"),
     ("shadowtac", "shadowtac", "--press ball@24deg,120deg,0.5mm --spacing 1mm"),
@@ -72,11 +72,11 @@ fn hashes(fabkit: &Path, threads: Option<&str>) -> Result<BTreeMap<String, Strin
     for sensor in sensors(fabkit)? {
         hash_exports(fabkit, &sensor, &mut hashes)?;
     }
-    hash_pictures(fabkit, threads, &mut hashes)?;
+    hash_images(fabkit, threads, &mut hashes)?;
     Ok(hashes)
 }
 
-fn hash_pictures(
+fn hash_images(
     fabkit: &Path,
     threads: Option<&str>,
     hashes: &mut BTreeMap<String, String>,
@@ -84,13 +84,13 @@ fn hash_pictures(
     let folder = root().join("target/bytes/pictures");
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    for (name, sensor, options) in PICTURES {
-        let picture = folder.join(format!("{name}.png"));
+    for (name, sensor, options) in IMAGES {
+        let image = folder.join(format!("{name}.png"));
         let threads = threads.into_iter().flat_map(|count| ["--threads", count]);
         check(
             Command::new(fabkit)
                 .args(["--quiet", "capture", sensor, "--output"])
-                .arg(&picture)
+                .arg(&image)
                 .args(options.split(' '))
                 .args(threads),
         )?;

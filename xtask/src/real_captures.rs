@@ -6,7 +6,7 @@ use crate::run::{cargo, check};
 
 /// Calibrates captures of a real sensor, prints the results, and checks them against their limits.
 pub fn run(folder: Option<PathBuf>) -> Result<(), String> {
-    let folder = folder.ok_or("name the folder: pictures, ref.png and holes.json")?;
+    let folder = folder.ok_or("name the folder: images, ref.png and holes.json")?;
     let folder = folder.canonicalize().map_err(|e| format!("{}: {e}", folder.display()))?;
     check(
         cargo()

@@ -188,11 +188,11 @@ fn oracles(python: &Path, samples: Samples) -> Result<Vec<Command>, String> {
             skip(consumer, "it is not installed; the system's packages have it")?;
         }
     }
-    let (mut pictures, mut optics) =
+    let (mut images, mut optics) =
         (script("tests/oracles/check_pictures.py"), script("tests/oracles/check_optics.py"));
-    pictures.arg(&fabkit).args(samples.names(&ANALYSED_CAPTURES));
+    images.arg(&fabkit).args(samples.names(&ANALYSED_CAPTURES));
     optics.arg(&fabkit).args(samples.names(&OPTICS_PACK_SENSORS));
-    all.extend([pictures, optics]);
+    all.extend([images, optics]);
     let mut files = reader("tests/oracles/check_files.py", &[]);
     files.args(samples.names(&PARSED_SENSORS));
     all.push(files);

@@ -264,7 +264,7 @@ impl Camera {
     /// use fabkit_camera::{Camera, Point2};
     /// let camera = Camera::equidistant(640, 480, 2.5)?;
     /// let small = camera.resized([160, 120])?;
-    /// // Corners of pictures stay corners: half a pixel beyond the centres of the outermost pixels.
+    /// // Corners of images stay corners: half a pixel beyond the centres of the outermost pixels.
     /// let ray = |camera: &Camera, [x, y]: [f64; 2]| camera.unproject(&Point2::new(x, y)).unwrap();
     /// let [whole, own] = [ray(&camera, [-0.5, 100.0]), ray(&small, [-0.5, 24.625])];
     /// assert!((whole.direction - own.direction).norm() < 1e-12);

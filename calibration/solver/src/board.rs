@@ -68,7 +68,7 @@ pub enum BoardNotFound {
         percent: u32,
     },
     /// All pixels have nearly the same intensity.
-    #[error("the picture has no contrast: is there light, is the lens uncovered?")]
+    #[error("the image has no contrast: is there light, is the lens uncovered?")]
     NoContrast,
     /// The image shows no grid of corners.
     #[error("no grid of dark and light squares is to be seen")]

@@ -1,6 +1,6 @@
 //! Grey images and their files.
 
-use fabkit_picture::{DecodedImage, ImageFileError, PixelValues};
+use fabkit_image::{DecodedImage, ImageFileError, PixelValues};
 
 /// Largest number of pixels of an image.
 pub const MAX_PIXELS: u64 = 64 << 20;
@@ -60,7 +60,7 @@ impl GreyImage {
     /// # Errors
     /// Fails if the header is unreadable, or for a size outside the limits.
     pub fn size_px(bytes: &[u8]) -> Result<[u32; 2], ImageError> {
-        let [width_px, height_px] = fabkit_picture::read_size_px(bytes)?;
+        let [width_px, height_px] = fabkit_image::read_size_px(bytes)?;
         check_size(width_px, height_px)?;
         Ok([width_px, height_px])
     }
@@ -72,7 +72,7 @@ impl GreyImage {
     pub fn read(bytes: &[u8]) -> Result<Self, ImageError> {
         Self::size_px(bytes)?;
         let DecodedImage { width_px, height_px, channels, values } =
-            fabkit_picture::read(bytes, MAX_PIXELS)?;
+            fabkit_image::read(bytes, MAX_PIXELS)?;
         let values = match values {
             PixelValues::U8(values) => grey(&values, channels, f32::from(u8::MAX)),
             PixelValues::U16(values) => grey(&values, channels, f32::from(u16::MAX)),

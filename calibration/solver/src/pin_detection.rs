@@ -105,7 +105,7 @@ pub struct Detection {
 /// use fabkit_calibration::image::GreyImage;
 /// use fabkit_calibration::pins::{DetectionOptions, detect};
 /// // A bright surface, and the same under another exposure with one mark at (100.25, 60).
-/// let picture = |gain: f64, depth: f64| {
+/// let image = |gain: f64, depth: f64| {
 ///     let value = |i: usize| {
 ///         let (x, y) = ((i % 200) as f64, (i / 200) as f64);
 ///         let texture = 0.002 * ((7 * i) % 13) as f64 / 13.0 * gain;
@@ -114,7 +114,7 @@ pub struct Detection {
 ///     };
 ///     GreyImage::new(200, 150, (0..200 * 150).map(value).collect()).unwrap()
 /// };
-/// let found = detect(&picture(1.0, 0.0), &picture(0.9, 0.4), &DetectionOptions::default()).unwrap();
+/// let found = detect(&image(1.0, 0.0), &image(0.9, 0.4), &DetectionOptions::default()).unwrap();
 /// assert_eq!(found.marks.len(), 1);
 /// assert!((found.marks[0].pixel.x - 100.25).abs() < 0.02);
 /// ```

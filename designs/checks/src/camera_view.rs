@@ -128,7 +128,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
     let hidden: f64 = seen.hidden_mm2.values().sum();
     let unseen = 1.0 - share_of(seen.seen_mm2 + hidden);
     if unseen > MOST_UNSEEN {
-        let message = format!("most of {} lies outside the camera's picture", listed(sensor));
+        let message = format!("most of {} lies outside the camera's image", listed(sensor));
         let fix = "a lens with a wider view, or a camera further away";
         let finding = Finding::error(Rule::Sight, message, fix).about_bodies(names());
         add(finding.with_measurement(unseen, MOST_UNSEEN, ""));

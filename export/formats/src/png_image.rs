@@ -5,7 +5,7 @@ use crate::ExportError;
 /// Writes an 8-bit sRGB PNG. `rgb` holds three bytes per pixel, row by row from the top.
 ///
 /// # Errors
-/// [`ExportError::PictureSize`] if size and pixels do not match or the image is empty.
+/// [`ExportError::ImageSize`] if size and pixels do not match or the image is empty.
 ///
 /// ```
 /// let red_dot = fabkit_export::png(1, 1, &[255, 0, 0])?;
@@ -23,7 +23,7 @@ pub fn png(width_px: u32, height_px: u32, rgb: &[u8]) -> Result<Vec<u8>, ExportE
 /// Writes an 8-bit grey PNG, for masks, row by row from the top.
 ///
 /// # Errors
-/// [`ExportError::PictureSize`] if size and pixels do not match or the image is empty.
+/// [`ExportError::ImageSize`] if size and pixels do not match or the image is empty.
 pub fn grey8_png(width_px: u32, height_px: u32, grey: &[u8]) -> Result<Vec<u8>, ExportError> {
     check(width_px, height_px, 1, grey.len())?;
     encode(width_px, height_px, grey, |encoder| encoder.set_color(png::ColorType::Grayscale))
@@ -32,7 +32,7 @@ pub fn grey8_png(width_px: u32, height_px: u32, grey: &[u8]) -> Result<Vec<u8>, 
 /// Writes a 16-bit grey PNG, for values with a stated scale, row by row from the top.
 ///
 /// # Errors
-/// [`ExportError::PictureSize`] if size and pixels do not match or the image is empty.
+/// [`ExportError::ImageSize`] if size and pixels do not match or the image is empty.
 pub fn grey16_png(width_px: u32, height_px: u32, grey: &[u16]) -> Result<Vec<u8>, ExportError> {
     check(width_px, height_px, 1, grey.len())?;
     // PNG is big-endian.

@@ -11,7 +11,7 @@ use crate::{DocumentInfo, ExportError, VERSION};
 const HAIRLINE_MM: f64 = 0.02;
 
 /// Longer side of a large sheet's preview, px, and the largest scale of a small sheet's.
-const PICTURE_PX: f64 = 640.0;
+const IMAGE_PX: f64 = 640.0;
 const MOST_PX_PER_MM: f64 = 4.0;
 
 /// Writes a drawing as SVG: user units are millimetres, one group per operation in its own colour, every outline one
@@ -55,7 +55,7 @@ pub fn sheet_preview(sheet: &NestedSheet) -> Result<Vec<u8>, ExportError> {
     let [stock_width, stock_height] = sheet.drawing.size_mm;
     let [width, height] = sheet.used_size_mm;
     // Lines are 1.2 px wide at any scale; the view box selects the used corner, which is at the bottom.
-    let px_per_mm = (PICTURE_PX / width.max(height)).min(MOST_PX_PER_MM);
+    let px_per_mm = (IMAGE_PX / width.max(height)).min(MOST_PX_PER_MM);
     let (stroke, top) = (1.2 / px_per_mm, stock_height - height);
     let mut xml = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.0}\" height=\"{:.0}\" \

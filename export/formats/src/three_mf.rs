@@ -99,8 +99,8 @@ fn package(
     }
     let model = model_xml(document, objects, piece);
     let meshes: Vec<_> = objects.iter().map(|object| (object.mesh, object.color)).collect();
-    let picture = fabkit_mesh::snapshot(&meshes, THUMBNAIL_PX as usize);
-    let thumbnail = crate::png(THUMBNAIL_PX, THUMBNAIL_PX, &picture)?;
+    let image = fabkit_mesh::snapshot(&meshes, THUMBNAIL_PX as usize);
+    let thumbnail = crate::png(THUMBNAIL_PX, THUMBNAIL_PX, &image)?;
     let configs = slicers::configs(objects, piece);
     let mut parts = vec![
         ("[Content_Types].xml", CONTENT_TYPES.as_bytes()),

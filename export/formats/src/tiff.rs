@@ -8,7 +8,7 @@ const LONG: u16 = 4;
 /// Writes a grey image of `float32`, row by row from the top, little-endian, as one strip.
 ///
 /// # Errors
-/// [`ExportError::PictureSize`] if size and pixels do not match or the image is empty; [`ExportError::TooLarge`] beyond
+/// [`ExportError::ImageSize`] if size and pixels do not match or the image is empty; [`ExportError::TooLarge`] beyond
 /// the format's 4 GiB.
 pub fn float_tiff(width_px: u32, height_px: u32, values: &[f32]) -> Result<Vec<u8>, ExportError> {
     let needed = u64::from(width_px) * u64::from(height_px);

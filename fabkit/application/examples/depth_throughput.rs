@@ -33,12 +33,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let touch = project.design.sensor.touch.as_ref().ok_or("it has no curved surface")?;
     let viewpoint = Viewpoint::new(&project.design.sensor.camera, None, None)?;
     let presses = arguments.map(|id| project.press(&id)).collect::<Result<Vec<_>, _>>()?;
-    let pressers: Vec<PlacedIndenter> = compile_indenters(&presses)?;
+    let indenters: Vec<PlacedIndenter> = compile_indenters(&presses)?;
 
     let rays = viewpoint.rays(1);
     let surface = ReferenceSurface::cast(touch, &rays)?;
     let contact =
-        surface.map_with_indenters(&pressers).contact().filter(|contact| *contact).count();
+        surface.map_with_indenters(&indenters).contact().filter(|contact| *contact).count();
     // Only rays that reach the surface count, although the others are cast as well.
     let seen = surface.visible_pixels() as f64;
     let mray_per_cpu_s = |rays: f64, pass: &mut dyn FnMut()| {
@@ -51,17 +51,17 @@ fn main() -> Result<(), Box<dyn Error>> {
         "rays": rays.len(),
         "rays_to_surface": surface.visible_pixels(),
         "rays_to_pressers": contact,
-        "pressers": pressers.len(),
+        "pressers": indenters.len(),
         // Unprojection goes first: the allocator keeps the memory that it frees for the later passes, which would
         // otherwise wait for the system to clear pages.
         "mray_per_cpu_s": {
             "unprojection": mray_per_cpu_s(rays.len() as f64, &mut || drop(viewpoint.rays(1))),
             "reference_and_press": mray_per_cpu_s(seen, &mut || {
                 let surface = ReferenceSurface::cast(touch, &rays);
-                let _ = surface.map(|surface| drop(surface.map_with_indenters(&pressers)));
+                let _ = surface.map(|surface| drop(surface.map_with_indenters(&indenters)));
             }),
             "reference": mray_per_cpu_s(seen, &mut || drop(ReferenceSurface::cast(touch, &rays))),
-            "press": mray_per_cpu_s(seen, &mut || drop(surface.map_with_indenters(&pressers))),
+            "press": mray_per_cpu_s(seen, &mut || drop(surface.map_with_indenters(&indenters))),
         },
     });
     println!("{report}");

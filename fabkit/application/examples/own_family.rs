@@ -34,7 +34,7 @@ parameters! {
         leds: u32 = 2..=8,
         /// From the gel's foot down to the camera's entrance pupil.
         camera_depth: Length = 8.0..=60.0,
-        /// View from edge to edge of the picture.
+        /// View from edge to edge of the image.
         field_of_view: Angle = 20.0..=120.0,
     }
 }

@@ -53,7 +53,7 @@ pub fn build_stack(sensor: &Sensor, viewpoint: &Viewpoint) -> Result<OpticalStac
 /// Draws the sensor cut through the camera's pupil, with its rays in that plane, as PNG.
 ///
 /// # Errors
-/// [`PictureError`]; also if the view is along the camera's axis.
+/// [`ImageError`]; also if the view is along the camera's axis.
 pub fn draw_rays(
     sensor: &Sensor,
     viewpoint: &Viewpoint,
@@ -70,9 +70,9 @@ pub fn draw_rays(
     let pupil = viewpoint.sensor_from_camera.point(Point3::origin());
     let actors = assembly_actors(sensor, &Assembly::sensor().0, false)?;
     let view = view.cut(pupil, outward);
-    let (mut picture, framing) = render_with_framing(&actors, &view, &report_counts(progress))?;
-    draw(&mut picture, &framing, &rays, sensor);
-    Ok((images::encode_png(&picture)?, rays))
+    let (mut image, framing) = render_with_framing(&actors, &view, &report_counts(progress))?;
+    draw(&mut image, &framing, &rays, sensor);
+    Ok((images::encode_png(&image)?, rays))
 }
 
 /// Traces the camera's rays in the plane through its axis with the given normal.
@@ -87,8 +87,8 @@ pub(crate) fn trace_plane_rays(
     let (camera, pose) = (viewpoint.camera(), &viewpoint.sensor_from_camera);
     // The plane contains the camera's axis and this direction, whose projection is the line of sampled pixels.
     let across = normal.cross(&pose.vector(Vector3::z()));
-    let in_picture = pose.inverse().vector(across).xy();
-    let Some(along) = in_picture.try_normalize(1e-6) else {
+    let in_image = pose.inverse().vector(across).xy();
+    let Some(along) = in_image.try_normalize(1e-6) else {
         let message = "the section is seen along the camera's axis: no plane of its rays is";
         return Err(DrawingError::Viewer(message.into()));
     };
@@ -152,10 +152,10 @@ pub(crate) fn ray_colors(rays: &[DrawnRay], sensor: &Sensor) -> Vec<[u8; 3]> {
     rays.iter().map(of).collect()
 }
 
-fn draw(picture: &mut RenderedImage, framing: &Framing, rays: &[DrawnRay], sensor: &Sensor) {
+fn draw(image: &mut RenderedImage, framing: &Framing, rays: &[DrawnRay], sensor: &Sensor) {
     let entries = legend_entries(rays, sensor);
     // Lines are one pixel wide up to a height of 700 px, and grow with larger images.
-    let width_px = (f64::from(picture.height_px) / 700.0).max(1.0);
+    let width_px = (f64::from(image.height_px) / 700.0).max(1.0);
     let lines = rays.iter().zip(ray_colors(rays, sensor)).map(|(ray, color)| {
         let places = ray.path_mm.iter().map(|point| framing.project(&Point3::from(*point)));
         (places.collect::<Vec<_>>(), color)
@@ -163,16 +163,16 @@ fn draw(picture: &mut RenderedImage, framing: &Framing, rays: &[DrawnRay], senso
     let lines: Vec<(Vec<[f64; 2]>, [u8; 3])> = lines.collect();
     // White lines below all rays keep them visible on dark bodies.
     for (places, _) in &lines {
-        picture.draw_line(places, 2.2 * width_px, [255; 3]);
+        image.draw_line(places, 2.2 * width_px, [255; 3]);
     }
     for (places, color) in &lines {
-        picture.draw_line(places, width_px, *color);
+        image.draw_line(places, width_px, *color);
     }
     let texts = entries.iter().map(|entry| {
         let plural = if entry.count == 1 { "ray" } else { "rays" };
         (entry.color, format!("{}  {} {plural}", entry.name, entry.count))
     });
-    legend::draw(picture, &texts.collect::<Vec<_>>());
+    legend::draw(image, &texts.collect::<Vec<_>>());
 }
 
 fn end_color(name: &str, sensor: &Sensor, bodies_before: usize) -> [u8; 3] {
@@ -189,7 +189,7 @@ fn end_color(name: &str, sensor: &Sensor, bodies_before: usize) -> [u8; 3] {
 /// shaded as in other images; violet where light is totally reflected.
 ///
 /// # Errors
-/// [`PictureError`].
+/// [`ImageError`].
 pub fn draw_camera_view(
     sensor: &Sensor,
     viewpoint: &Viewpoint,
@@ -221,7 +221,7 @@ pub fn draw_camera_view(
             RayEnd::Nothing => PixelContent::Plain(ESCAPED_COLOR),
         }
     };
-    let picture = render_camera_view(
+    let image = render_camera_view(
         &actors,
         &viewpoint.sensor_from_camera,
         [camera.width_px(), camera.height_px()],
@@ -229,5 +229,5 @@ pub fn draw_camera_view(
         look,
         &report_counts(progress),
     )?;
-    images::encode_png(&picture)
+    images::encode_png(&image)
 }

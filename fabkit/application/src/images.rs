@@ -26,7 +26,7 @@ pub struct ImageView {
 /// Direction from which an image is viewed: a side's name, or `AZ,EL` in degrees.
 ///
 /// ```
-/// use fabkit_application::pictures::Viewer;
+/// use fabkit_application::images::Viewer;
 /// let front: Viewer = "front".parse()?;
 /// assert_eq!(front, "-90,0".parse()?);
 /// assert!("upside".parse::<Viewer>().is_err());
@@ -125,7 +125,7 @@ impl Explained for DrawingError {
     fn hint(&self) -> Option<String> {
         match self {
             Self::Unknown(unknown) => Some(unknown.hint()),
-            Self::Render(RenderError::TooLarge { .. }) => Some("ask for a smaller picture".into()),
+            Self::Render(RenderError::TooLarge { .. }) => Some("ask for a smaller image".into()),
             _ => None,
         }
     }
@@ -141,7 +141,7 @@ impl Explained for DrawingError {
 /// Draws a single body as PNG: as placed on the printer's bed or, if not printed, in its own frame.
 ///
 /// # Errors
-/// [`PictureError`].
+/// [`ImageError`].
 pub fn draw_body(
     body: &Body,
     shot: ImageView,
@@ -155,7 +155,7 @@ pub fn draw_body(
 /// for pouring.
 ///
 /// # Errors
-/// [`PictureError`].
+/// [`ImageError`].
 pub fn draw_assembly(
     sensor: &Sensor,
     assembly: &str,
@@ -252,8 +252,8 @@ fn draw(
     encode_png(&render_with_progress(actors, &view, &report_counts(progress))?)
 }
 
-pub(crate) fn encode_png(picture: &RenderedImage) -> Result<Vec<u8>, DrawingError> {
-    Ok(fabkit_export::png(picture.width_px, picture.height_px, &picture.rgb)?)
+pub(crate) fn encode_png(image: &RenderedImage) -> Result<Vec<u8>, DrawingError> {
+    Ok(fabkit_export::png(image.width_px, image.height_px, &image.rgb)?)
 }
 
 /// Returns the normal of the half that a section removes. Section planes are upright unless the view is straight down

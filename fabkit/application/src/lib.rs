@@ -1,7 +1,7 @@
 //! Application layer of fabkit: from the description of a sensor to files.
 //!
 //! The `fabkit` command, the Python package and other programs use fabkit through this crate. It loads designs
-//! ([`source`]), makes all their files ([`exporting`], [`pictures`]), casts ground truth ([`scene`],
+//! ([`source`]), makes all their files ([`exporting`], [`images`]), casts ground truth ([`scene`],
 //! [`ground_truth`]), presses soft layers ([`pressing`]), makes data sets and sweeps ([`dataset`], [`sweeping`]; their
 //! folders survive a killed process: [`resumable`]), calibrates ([`calibrating`]), compares with other geometry
 //! kernels ([`verifier`]) and verifies its own folders ([`rereading`]). [`staging`] is the only place that writes
@@ -34,9 +34,9 @@ pub use fabkit_export as export;
 pub use fabkit_fixtures as fixtures;
 pub use fabkit_geometry as geometry;
 pub use fabkit_guide as guide;
+pub use fabkit_image as image;
 pub use fabkit_mesh as mesh;
 pub use fabkit_network as network;
-pub use fabkit_picture as picture;
 pub use fabkit_sweep as sweep;
 pub use fabkit_text as text;
 

@@ -413,7 +413,7 @@ pub struct Render {
     #[arg(short, long, value_name = "FILE.png")]
     pub output: PathBuf,
     /// Width x height, px
-    #[arg(long, value_parser = picture_size, default_value = "1600x1200", value_name = "WxH")]
+    #[arg(long, value_parser = image_size, default_value = "1600x1200", value_name = "WxH")]
     pub size: [u32; 2],
     /// Draw the parts of the assembly apart
     #[arg(long)]
@@ -529,7 +529,7 @@ pub(crate) fn bed(text: &str) -> Result<[f64; 2], String> {
     Ok([length_within(&width, BED_LIMITS_MM)?, length_within(depth, BED_LIMITS_MM)?])
 }
 
-fn picture_size(text: &str) -> Result<[u32; 2], String> {
+fn image_size(text: &str) -> Result<[u32; 2], String> {
     let (width, height) = split_size(text)?;
     let side = |text: &str| match text.trim().parse::<u32>() {
         Ok(0) | Err(_) => Err(format!("`{text}` is not a number of pixels above 0")),
@@ -571,9 +571,9 @@ mod tests {
         assert!(bed("prusa-mk3").unwrap_err().contains("did you mean `prusa-mk4`"));
         assert!(bed("250x210").is_err());
         assert!(bed("1x1mm").is_err());
-        assert_eq!(picture_size("800x600"), Ok([800, 600]));
+        assert_eq!(image_size("800x600"), Ok([800, 600]));
         for wrong in ["800", "0x600", "800x", "-1x5", "1e3x5"] {
-            assert!(picture_size(wrong).is_err(), "{wrong}");
+            assert!(image_size(wrong).is_err(), "{wrong}");
         }
     }
 }

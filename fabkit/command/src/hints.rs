@@ -252,7 +252,7 @@ fn sample(error: &SampleError) -> Option<String> {
 fn calibrating(error: &CalibrationRunError) -> Option<String> {
     let hint = match error {
         CalibrationRunError::OtherSize { .. } => {
-            "take all pictures with the sensor's camera at its own size, or change the sensor's with \
+            "take all images with the sensor's camera at its own size, or change the sensor's with \
              --set camera.width_px=... --set camera.height_px=..."
         }
         CalibrationRunError::Charuco => {

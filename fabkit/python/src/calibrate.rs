@@ -46,7 +46,7 @@ fn grey_image(name: &str, picture: &Picture<'_>) -> Result<GreyImage, PinCapture
     let [height, width] = [picture.shape()[0], picture.shape()[1]].map(side);
     let values = picture.as_array().iter().copied().collect();
     GreyImage::new(width, height, values)
-        .map_err(|source| PinCaptureError::Picture { file: name.into(), source })
+        .map_err(|source| PinCaptureError::Image { file: name.into(), source })
 }
 
 /// Checks a board file. Returns it as JSON with everything that it leaves to be computed.
@@ -179,7 +179,7 @@ pub fn intrinsics(
         let detector = Detector::Fabkit;
         let views = match views {
             BoardViews::Files(files) => {
-                boards::from_pictures(&files, &board, &sensor.camera, detector)?
+                boards::from_files(&files, &board, &sensor.camera, detector)?
             }
             BoardViews::Pictures(names, images) => {
                 let read = |i: usize| Ok(Cow::Borrowed(&images[i]));

@@ -244,7 +244,7 @@ impl LiveSkin {
                 |id: &String| finder.press(id).map_err(|error| convert_press_error(&sensor, error));
             let presses = asked.iter().map(find).collect::<Result<Vec<Press>, Error>>()?;
             let shown = live.press(&presses)?;
-            let pictures = live.pictures(&shown, &SkinImageRequest { lights, seed })?;
+            let pictures = live.images(&shown, &SkinImageRequest { lights, seed })?;
             let mut all = stack_skin_results(&shown);
             all.extend(pictures.iter().map(image_array));
             Ok::<_, Failure>(all)

@@ -72,9 +72,9 @@ fn format_problem(out: &mut String, problem: &Problem, sources: &[SourceText]) {
         let snippet = snippet.line_start(problem.line.unwrap_or(1)).annotation(annotation);
         let group = Group::with_title(Level::ERROR.primary_title(message)).element(snippet);
         let group = group.elements(hint.map(|hint| Level::HELP.message(hint)));
-        let picture = Renderer::plain().term_width(LINE_COLUMNS).render(&[group]);
+        let image = Renderer::plain().term_width(LINE_COLUMNS).render(&[group]);
         // Lines with nothing but the gutter's bar only make a single fault fill a screen.
-        for line in picture.lines().filter(|line| line.trim() != "|") {
+        for line in image.lines().filter(|line| line.trim() != "|") {
             let _ = writeln!(out, "{line}");
         }
         return;

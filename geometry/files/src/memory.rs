@@ -43,7 +43,7 @@ pub enum MemoryHint {
     /// Pixels of the camera.
     Camera,
     /// Pixels of images that are read.
-    Pictures,
+    Images,
     /// Number of images at once.
     Files,
     /// Variants of a sweep.
@@ -59,10 +59,10 @@ impl MemoryHint {
     fn hint(self) -> &'static str {
         match self {
             Self::Rays => "ask for fewer samples or files",
-            Self::Pixels => "ask for a smaller picture",
-            Self::Files => "give fewer pictures at once",
+            Self::Pixels => "ask for a smaller image",
+            Self::Files => "give fewer images at once",
             Self::Camera => "take a smaller camera",
-            Self::Pictures => "take smaller pictures",
+            Self::Images => "take smaller images",
             Self::Variants => "plan fewer variants",
             Self::Network => "take a network of fewer channels, or fewer threads",
             Self::Nothing => "read the data set on a machine with more",

@@ -31,15 +31,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("stack-section", stack(0.35)?, &section),
         ("exploded", exploded()?, &perspective),
     ];
-    let mut pictures = Vec::new();
+    let mut images = Vec::new();
     for (name, actors, view) in &drawings {
         let start = Instant::now();
-        let picture = render(actors, view)?;
+        let image = render(actors, view)?;
         println!("{name}: {:.2} s", start.elapsed().as_secs_f64());
-        write_png(&Path::new(&folder).join(format!("{name}.png")), &picture)?;
-        pictures.push(picture);
+        write_png(&Path::new(&folder).join(format!("{name}.png")), &image)?;
+        images.push(image);
     }
-    write_png(&Path::new(&folder).join("sheet.png"), &contact_sheet(&pictures, 3, 12)?)
+    write_png(&Path::new(&folder).join("sheet.png"), &contact_sheet(&images, 3, 12)?)
 }
 
 /// Builds a cylindrical shell with two windows, side holes and a flange.
@@ -125,11 +125,11 @@ fn turned(turns: f64) -> Angle {
     Angle::from_rad(turns * TAU).expect("finite")
 }
 
-fn write_png(path: &Path, picture: &RenderedImage) -> Result<(), Box<dyn Error>> {
+fn write_png(path: &Path, image: &RenderedImage) -> Result<(), Box<dyn Error>> {
     let file = std::io::BufWriter::new(std::fs::File::create(path)?);
-    let mut encoder = png::Encoder::new(file, picture.width_px, picture.height_px);
+    let mut encoder = png::Encoder::new(file, image.width_px, image.height_px);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.write_header()?.write_image_data(&picture.rgb)?;
+    encoder.write_header()?.write_image_data(&image.rgb)?;
     Ok(())
 }

@@ -18,8 +18,8 @@
 //! use fabkit_geometry::{CompiledSolid, Solid};
 //!
 //! let ball = Actor::new(CompiledSolid::new(&Solid::sphere(5.0))?, [200, 120, 60]);
-//! let picture = render(&[ball], &View::isometric(64, 48))?;
-//! let centre = picture.pixel(32, 24);
+//! let image = render(&[ball], &View::isometric(64, 48))?;
+//! let centre = image.pixel(32, 24);
 //! assert!(centre[0] > centre[2], "the ball is orange");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -2,11 +2,11 @@
 //!
 //! ```sh
 //! echo '{"radius_mm": 12, "layers": [{"young_mpa": 0.07, "poisson": 0.495, "thickness_mm": 1.5}],
-//!        "presser": {"ball_mm": 4}, "depth_mm": 0.5, "spacing_mm": 0.1}' |
+//!        "indenter": {"ball_mm": 4}, "depth_mm": 0.5, "spacing_mm": 0.1}' |
 //!     cargo run --release -p fabkit-elastic --example press_json
 //! ```
 //!
-//! `presser` is `{"ball_mm": R}` or `{"pin_mm": R}`, a rod with a round end. Optional: `max_harmonic` (0:
+//! `indenter` is `{"ball_mm": R}` or `{"pin_mm": R}`, a rod with a round end. Optional: `max_harmonic` (0:
 //! axisymmetric), `at_mm` ([x, y] of the indenter), `reach_mm` (radius of the fine part of the mesh), `cap_mm` (the
 //! height of a spherical cap above its rigid base, in place of a flat pad), `friction` and `shear_mm` ([x, y]), `level`
 //! ("linear", or "finite" for large strain, which presses at the pole only), `probes_mm` ([[x, y], ...], points at
@@ -56,10 +56,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         (_, Some(radius_mm)) => {
             Solid::sphere(radius_mm).plus(Solid::cylinder(radius_mm, 20.0)).at(0.0, 0.0, radius_mm)
         }
-        _ => return Err("presser is missing: ball_mm or pin_mm".into()),
+        _ => return Err("indenter is missing: ball_mm or pin_mm".into()),
     };
     let solid = CompiledSolid::new(&solid)?;
-    let presser = SolidIndenter::new(&solid, &Pose::translation(at(0), at(1), 50.0));
+    let indenter = SolidIndenter::new(&solid, &Pose::translation(at(0), at(1), 50.0));
     let mut press = Press::along(-Vector3::z(), number("depth_mm")?)?;
     if let Some(friction) = asked["friction"].as_f64() {
         let shear = |i: usize| asked["shear_mm"][i].as_f64().unwrap_or(0.0);
@@ -70,10 +70,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         Some("finite") => {
             let depth_mm = number("depth_mm")?;
             let steps: Vec<f64> = (1..=20).map(|i| depth_mm * f64::from(i) / 20.0).collect();
-            let outcomes = FiniteStack::new(&body, &division)?.press(&presser, &steps)?;
+            let outcomes = FiniteStack::new(&body, &division)?.press(&indenter, &steps)?;
             outcomes.into_iter().next_back().ok_or("no outcome")?
         }
-        None | Some("linear") => stack.press(&presser, &press)?,
+        None | Some("linear") => stack.press(&indenter, &press)?,
         Some(other) => return Err(format!("level {other:?} is neither linear nor finite").into()),
     };
     let press_s = start.elapsed().as_secs_f64();

@@ -93,7 +93,7 @@ pub(crate) fn solve(
             }
         }
     }
-    let what = "the contact of presser and surface";
+    let what = "the contact of indenter and surface";
     Err(ElasticError::NoConvergence {
         what,
         iterations: MAX_ITERATIONS,

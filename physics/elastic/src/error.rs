@@ -110,14 +110,14 @@ pub enum ElasticError {
         reason: String,
     },
     /// Indenter that does not reach the surface.
-    #[error("the presser does not touch the surface: it is {gap_mm} mm away; move it in")]
+    #[error("the indenter does not touch the surface: it is {gap_mm} mm away; move it in")]
     NoContact {
         /// Smallest gap along the surface's normals, mm; infinite where none of them meets the indenter.
         gap_mm: f64,
     },
     /// Indenter that fits between the nodes.
     #[error(
-        "the presser reaches {depth_mm:.3} mm deep but holds no node: its print is smaller than the distance of \
+        "the indenter reaches {depth_mm:.3} mm deep but holds no node: its print is smaller than the distance of \
          nodes; take a smaller spacing, and more harmonics"
     )]
     TooCoarse {
@@ -126,7 +126,7 @@ pub enum ElasticError {
     },
     /// Indenter that does not start outside.
     #[error(
-        "on its way the presser starts {inside_mm:.3} mm inside the surface, or behind it: \
+        "on its way the indenter starts {inside_mm:.3} mm inside the surface, or behind it: \
          place it outside, and let it move towards the body"
     )]
     StartsInside {

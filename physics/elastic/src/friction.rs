@@ -291,7 +291,7 @@ fn solve_tractions(
         stride = if bend > 0.0 { length / bend } else { stiffness };
     }
     Err(ElasticError::NoConvergence {
-        what: "friction between presser and surface",
+        what: "friction between indenter and surface",
         iterations: MAX_ITERATIONS,
         residual: worst,
         tolerance,

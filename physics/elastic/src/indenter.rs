@@ -78,8 +78,8 @@ pub struct SolidIndenter<'a> {
 
 impl<'a> SolidIndenter<'a> {
     /// Creates the indenter from a solid and the pose that maps its frame to the soft body's.
-    pub fn new(solid: &'a CompiledSolid, body_from_presser: &Pose) -> Self {
-        Self { solid, indenter_from_body: body_from_presser.inverse(), work: RefCell::default() }
+    pub fn new(solid: &'a CompiledSolid, body_from_indenter: &Pose) -> Self {
+        Self { solid, indenter_from_body: body_from_indenter.inverse(), work: RefCell::default() }
     }
 }
 

@@ -279,7 +279,7 @@ impl ElasticStack {
             let (place, outward) = self.place(ring, azimuth);
             let other_mm = presser.gap_mm(&(place - shift_mm), &outward, self.thickness_mm[ring]);
             if (other_mm - gap_mm).abs() > 1e-6 * (1.0 + gap_mm.abs()) {
-                let hint = "0: without harmonics a presser must be symmetric about the axis";
+                let hint = "0: without harmonics an indenter must be symmetric about the axis";
                 let value = other_mm - gap_mm;
                 return Err(ElasticError::Press {
                     what: "a difference of gaps around",

@@ -15,15 +15,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let network = Network::read(&std::fs::read(network)?)?;
     let bytes = std::fs::read(input)?;
-    let picture: Vec<f32> =
+    let image: Vec<f32> =
         bytes.as_chunks().0.iter().map(|four| f32::from_le_bytes(*four)).collect();
     let touched = words.get(4).is_some_and(|word| word == "touched");
     let (mut fastest_s, mut found) = (f64::INFINITY, Vec::new());
     for _ in 0..5 {
         let start = Instant::now();
         found = match touched {
-            true => network.run_nonzero(&picture, columns)?,
-            false => network.run(&picture, columns)?,
+            true => network.run_nonzero(&image, columns)?,
+            false => network.run(&image, columns)?,
         };
         fastest_s = fastest_s.min(start.elapsed().as_secs_f64());
     }

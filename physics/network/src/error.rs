@@ -42,7 +42,7 @@ pub enum NetworkError {
         gives: String,
     },
     /// Graph with several inputs, or none.
-    #[error("the graph takes {takes}; one picture is accepted, 1 x 1 x rows x columns")]
+    #[error("the graph takes {takes}; one image is accepted, 1 x 1 x rows x columns")]
     Inputs {
         /// Inputs of the graph.
         takes: String,
@@ -92,6 +92,6 @@ pub enum NetworkError {
         columns: usize,
     },
     /// Image with a value that is not finite.
-    #[error("the picture has a value that is not finite")]
+    #[error("the image has a value that is not finite")]
     NotFinite,
 }

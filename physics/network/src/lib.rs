@@ -98,8 +98,8 @@ impl Network {
     ///
     /// # Errors
     /// If the values do not form complete rows, or are not finite.
-    pub fn run(&self, picture: &[f32], columns: usize) -> Result<Vec<f32>, NetworkError> {
-        self.evaluate(picture, columns, OutputRegion::Everything)
+    pub fn run(&self, image: &[f32], columns: usize) -> Result<Vec<f32>, NetworkError> {
+        self.evaluate(image, columns, OutputRegion::Everything)
     }
 
     /// Evaluates the network where the image is not zero, with the same bits as [`Self::run`]; the output is zero
@@ -107,24 +107,24 @@ impl Network {
     ///
     /// # Errors
     /// As for [`Self::run`].
-    pub fn run_nonzero(&self, picture: &[f32], columns: usize) -> Result<Vec<f32>, NetworkError> {
-        self.evaluate(picture, columns, OutputRegion::Nonzero)
+    pub fn run_nonzero(&self, image: &[f32], columns: usize) -> Result<Vec<f32>, NetworkError> {
+        self.evaluate(image, columns, OutputRegion::Nonzero)
     }
 
     /// Checks the image and evaluates the network.
     fn evaluate(
         &self,
-        picture: &[f32],
+        image: &[f32],
         columns: usize,
         wanted: OutputRegion,
     ) -> Result<Vec<f32>, NetworkError> {
-        let values = picture.len();
+        let values = image.len();
         if columns == 0 || !values.is_multiple_of(columns) {
             return Err(NetworkError::ImageShape { values, columns });
         }
-        if picture.iter().any(|value| !value.is_finite()) {
+        if image.iter().any(|value| !value.is_finite()) {
             return Err(NetworkError::NotFinite);
         }
-        Ok(tiles::evaluate(&self.chain, picture, columns, wanted))
+        Ok(tiles::evaluate(&self.chain, image, columns, wanted))
     }
 }

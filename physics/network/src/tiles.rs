@@ -42,16 +42,16 @@ impl Rectangle {
     }
 
     /// Returns the rows and columns of the rectangle that lie in an image of the given size.
-    fn inside(self, picture: [usize; 2]) -> [std::ops::Range<usize>; 2] {
+    fn inside(self, image: [usize; 2]) -> [std::ops::Range<usize>; 2] {
         [0, 1].map(|k| {
             let clamped = |at: isize| at.clamp(0, self.size[k] as isize) as usize;
-            clamped(-self.first[k])..clamped(picture[k] as isize - self.first[k])
+            clamped(-self.first[k])..clamped(image[k] as isize - self.first[k])
         })
     }
 
     /// Returns whether the whole rectangle lies in the image.
-    fn is_inside(self, picture: [usize; 2]) -> bool {
-        self.inside(picture) == self.size.map(|size| 0..size)
+    fn is_inside(self, image: [usize; 2]) -> bool {
+        self.inside(image) == self.size.map(|size| 0..size)
     }
 }
 
@@ -190,11 +190,11 @@ fn evaluate_tile(
 fn list_windows(
     part: Rectangle,
     asked: &[bool],
-    picture: [usize; 2],
+    image: [usize; 2],
     columns: usize,
     room: &mut Workspace,
 ) {
-    let [rows, inside] = part.inside(picture);
+    let [rows, inside] = part.inside(image);
     room.windows.clear();
     room.pixels.clear();
     for row in rows {

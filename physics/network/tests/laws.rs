@@ -117,15 +117,15 @@ fn network(plain: &[Plain]) -> Network {
 }
 
 /// Draws an image, with zeros outside a pattern of patches if `sparse`.
-fn picture(numbers: &mut Numbers, [rows, columns]: [usize; 2], sparse: bool) -> Vec<f32> {
-    let mut picture = numbers.some(rows * columns);
-    for (i, value) in picture.iter_mut().enumerate() {
+fn image(numbers: &mut Numbers, [rows, columns]: [usize; 2], sparse: bool) -> Vec<f32> {
+    let mut image = numbers.some(rows * columns);
+    for (i, value) in image.iter_mut().enumerate() {
         let (row, column) = (i / columns, i % columns);
         if sparse && !(row / 5 % 3 == 0 && column / 7 % 4 == 1) {
             *value = 0.0;
         }
     }
-    picture
+    image
 }
 
 fn bits(values: &[f32]) -> Vec<u32> {
@@ -145,15 +145,15 @@ fn chains_equal_plain_loops_to_the_bit() {
     ] {
         let mut numbers = Numbers(seed);
         let plain = four_convolutions(&mut numbers, channels, depthwise);
-        let picture = picture(&mut numbers, size, false);
-        let mut maps = vec![picture.clone()];
+        let image = image(&mut numbers, size, false);
+        let mut maps = vec![image.clone()];
         for (i, one) in plain.iter().enumerate() {
             maps = one.map(&maps, size[1]);
             if i + 1 < plain.len() {
                 relu(&mut maps);
             }
         }
-        let found = network(&plain).run(&picture, size[1]).unwrap();
+        let found = network(&plain).run(&image, size[1]).unwrap();
         assert_eq!(bits(&found), bits(&maps[0]), "{channels} {depthwise}");
     }
 }
@@ -165,10 +165,10 @@ fn a_convolution_is_as_exact_as_its_sum_can_be() {
     for kernel in [[1, 1], [3, 3], [7, 7], [1, 9]] {
         let first = Plain::new(&mut numbers, [6, 1, 1, 1], 1);
         let second = Plain::new(&mut numbers, [1, 6, kernel[0], kernel[1]], 1);
-        let picture = picture(&mut numbers, size, false);
-        let maps = first.map(std::slice::from_ref(&picture), size[1]);
+        let image = image(&mut numbers, size, false);
+        let maps = first.map(std::slice::from_ref(&image), size[1]);
         let file = write_chain(&[first.layer(), second.layer()]);
-        let found = Network::read(&file).unwrap().run(&picture, size[1]).unwrap();
+        let found = Network::read(&file).unwrap().run(&image, size[1]).unwrap();
         // Each of n steps rounds once, by at most half a unit in the last place of the sum so far.
         let steps = (6 * kernel[0] * kernel[1] + 1) as f64;
         for (i, found) in found.iter().enumerate() {
@@ -194,16 +194,16 @@ fn run_touched_equals_run_where_the_image_is_nonzero() {
     for size in [[100, 130], [TILE_PX, TILE_PX], [7, 200]] {
         let mut numbers = Numbers(21);
         let network = network(&four_convolutions(&mut numbers, 10, true));
-        let picture = picture(&mut numbers, size, true);
-        let all = network.run(&picture, size[1]).unwrap();
-        let touched = network.run_nonzero(&picture, size[1]).unwrap();
+        let image = image(&mut numbers, size, true);
+        let all = network.run(&image, size[1]).unwrap();
+        let touched = network.run_nonzero(&image, size[1]).unwrap();
         let mut evaluated = 0;
-        for ((picture, all), touched) in picture.iter().zip(&all).zip(&touched) {
-            let wanted = if *picture == 0.0 { 0.0f32 } else { *all };
+        for ((image, all), touched) in image.iter().zip(&all).zip(&touched) {
+            let wanted = if *image == 0.0 { 0.0f32 } else { *all };
             assert_eq!(touched.to_bits(), wanted.to_bits());
-            evaluated += usize::from(*picture != 0.0);
+            evaluated += usize::from(*image != 0.0);
         }
-        assert!(evaluated > 0 && evaluated < picture.len() / 2);
+        assert!(evaluated > 0 && evaluated < image.len() / 2);
     }
     let network = network(&four_convolutions(&mut Numbers(22), 4, false));
     assert_eq!(network.run_nonzero(&[0.0; 60], 6).unwrap(), [0.0; 60]);
@@ -214,11 +214,11 @@ fn run_touched_equals_run_where_the_image_is_nonzero() {
 fn the_number_of_threads_changes_no_bit() {
     let mut numbers = Numbers(31);
     let network = network(&four_convolutions(&mut numbers, 7, false));
-    let picture = picture(&mut numbers, [150, 170], true);
+    let image = image(&mut numbers, [150, 170], true);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let [all, touched] = [network.run(&picture, 170), network.run_nonzero(&picture, 170)];
+            let [all, touched] = [network.run(&image, 170), network.run_nonzero(&image, 170)];
             (bits(&all.unwrap()), bits(&touched.unwrap()))
         })
     };
@@ -261,10 +261,10 @@ fn numbers_between_layers_are_scaled_and_cut_off() {
 fn malformed_images_are_refused() {
     let network = network(&four_convolutions(&mut Numbers(41), 2, true));
     assert_eq!(network.reach_px(), [4, 5]);
-    let told = |picture: &[f32], columns| network.run(picture, columns).unwrap_err().to_string();
-    assert_eq!(told(&[0.0; 7], 2), "7 values are no picture of 2 columns");
-    assert_eq!(told(&[0.0; 7], 0), "7 values are no picture of 0 columns");
-    assert_eq!(told(&[f32::NAN; 4], 2), "the picture has a value that is not finite");
+    let told = |image: &[f32], columns| network.run(image, columns).unwrap_err().to_string();
+    assert_eq!(told(&[0.0; 7], 2), "7 values are no image of 2 columns");
+    assert_eq!(told(&[0.0; 7], 0), "7 values are no image of 0 columns");
+    assert_eq!(told(&[f32::NAN; 4], 2), "the image has a value that is not finite");
     assert_eq!(network.run(&[], 3).unwrap(), []);
 }
 

@@ -8,7 +8,7 @@ use crate::trace::RayEnd;
 use crate::viewer::{CameraView, ProjectionError};
 
 /// Label of points outside the image. See [`Lost::word`].
-pub const OUTSIDE_IMAGE: &str = "beside the picture";
+pub const OUTSIDE_IMAGE: &str = "beside the image";
 
 /// Label of points whose light is bent away or totally reflected. See [`Lost::word`].
 pub const REFRACTION: &str = "refraction";
@@ -69,7 +69,7 @@ impl CameraView<'_> {
     }
 }
 
-/// Describes shares of invisible points by [`Lost::word`]: `27 % lies beside the picture, diffuser hides 3 %`.
+/// Describes shares of invisible points by [`Lost::word`]: `27 % lies beside the image, diffuser hides 3 %`.
 ///
 /// ```
 /// let lost = [("refraction".to_owned(), 0.25), ("lid".to_owned(), 0.041)];

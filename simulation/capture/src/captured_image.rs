@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use fabkit_calibration::pin_captures::PinCaptureError;
 use fabkit_calibration::pin_captures::images::IMAGE_FILE;
 use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained, reading};
-use fabkit_picture::{DecodedImage, ImageFileError};
+use fabkit_image::{DecodedImage, ImageFileError};
 
 /// An image whose size differs from the camera's.
 #[derive(Debug, thiserror::Error)]
@@ -28,7 +28,7 @@ impl Explained for SizeMismatch {
     }
 
     fn hint(&self) -> Option<String> {
-        Some("give the camera that took the pictures, or pictures as it takes them".into())
+        Some("give the camera that took the images, or images as it takes them".into())
     }
 
     fn subject(&self) -> ErrorSubject {
@@ -42,13 +42,13 @@ impl Explained for SizeMismatch {
 /// [`OtherSize`].
 pub fn check_size(
     file: &Path,
-    picture: &CapturedImage,
+    image: &CapturedImage,
     expected_px: [usize; 2],
 ) -> Result<(), SizeMismatch> {
-    if picture.size_px == expected_px {
+    if image.size_px == expected_px {
         return Ok(());
     }
-    Err(SizeMismatch { file: file.to_owned(), size_px: picture.size_px, expected_px })
+    Err(SizeMismatch { file: file.to_owned(), size_px: image.size_px, expected_px })
 }
 
 /// Weights of red, green and blue in luminance, as in ITU-R BT.709.
@@ -77,10 +77,10 @@ impl CapturedImage {
         // Images of captures report the same errors as those of calibrations.
         let wrong = |error: ImageFileError| {
             let source = error.into();
-            Error::from(PinCaptureError::Picture { file: path.display().to_string(), source })
+            Error::from(PinCaptureError::Image { file: path.display().to_string(), source })
         };
         let DecodedImage { width_px, height_px, channels, values } =
-            fabkit_picture::read(&bytes, MAX_PIXELS).map_err(wrong)?;
+            fabkit_image::read(&bytes, MAX_PIXELS).map_err(wrong)?;
         // `get` scales 8-bit and 16-bit values alike to 0 to 1.
         let values = (0..values.len()).filter_map(|i| values.get(i)).collect();
         let size_px = [width_px, height_px].map(|px| px as usize);

@@ -1,7 +1,7 @@
 //! JPEG compression of simulated captures.
 
 use fabkit_files::Error;
-use fabkit_picture::{PixelValues, encode_jpeg, read};
+use fabkit_image::{PixelValues, encode_jpeg, read};
 
 /// Encodes intensities, 0 to 255, as JPEG and decodes them again. Returns integers.
 pub(super) fn jpeg_roundtrip(

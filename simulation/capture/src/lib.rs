@@ -148,9 +148,9 @@ impl Explained for CaptureError {
             }
             Self::ConstantsMismatch { .. } => "leave the constants out",
             Self::NoTable { .. } => {
-                "take another of its lights, or render pictures with `fabkit capture`"
+                "take another of its lights, or render images with `fabkit capture`"
             }
-            Self::NotFlat { .. } => "render its pictures with `fabkit capture` or `fabkit dataset`",
+            Self::NotFlat { .. } => "render its images with `fabkit capture` or `fabkit dataset`",
             Self::RigidMarks { .. } => "take `linear` contact",
             Self::NoLight(LightingError::NoLamps { .. }) => "draw its lamps",
             Self::Dark { .. } => "`fabkit check` says what is in the way",

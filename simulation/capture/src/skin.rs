@@ -94,13 +94,13 @@ pub fn render_skin(
     let camera = viewpoint.camera();
     let size_px = [camera.width_px(), camera.height_px()];
     let lens = LensEffects::new(sensor, lighting, viewpoint, cast.samples)?;
-    let picture = |(moved, seed): (Vec<MarkerDisplacement>, Option<u64>)| {
+    let image = |(moved, seed): (Vec<MarkerDisplacement>, Option<u64>)| {
         let capturing =
             CaptureRequest { cast: cast.clone(), lighting, constants: &constants, seed };
         let painted = scene.paint(viewpoint, cast.samples, moved)?.with_lens(lens.as_ref());
         capturing.pixel_intensities(sensor, &painted.light, size_px)
     };
-    presses.into_iter().map(picture).collect()
+    presses.into_iter().map(image).collect()
 }
 
 impl CaptureRequest<'_> {
@@ -158,7 +158,7 @@ impl CaptureRequest<'_> {
         let presses = self.cast.presses.iter();
         let bodies: Vec<_> = presses.flat_map(|press| &press.bodies).cloned().collect();
         let outcome =
-            with_indenters(&bodies, |pressers| Ok(stack.prepare(pressers)?.press(pressers)?))?;
+            with_indenters(&bodies, |indenters| Ok(stack.prepare(indenters)?.press(indenters)?))?;
         Ok(Some((stack, outcome)))
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use fabkit_files::join_first_messages;
 use fabkit_files::reading::{self, ExpectedFile};
-use fabkit_picture::{DecodedImage, EXTENSIONS, PixelValues};
+use fabkit_image::{DecodedImage, EXTENSIONS, PixelValues};
 use rayon::prelude::*;
 
 /// Words for the sides, in file names and in CSV, in the order of the halves.
@@ -15,7 +15,7 @@ const LIST: ExpectedFile = ExpectedFile {
     max_bytes: 1 << 20,
     hint: "it has one row for each half",
 };
-const PICTURE: ExpectedFile = ExpectedFile {
+const IMAGE: ExpectedFile = ExpectedFile {
     what: "a capture",
     max_bytes: 256 << 20,
     hint: "captures are files of a few megabytes at most",
@@ -27,7 +27,7 @@ pub struct HalfCaptures {
     /// Number of values per pixel: 1 or 3.
     channels: u32,
     /// Values of each image, row by row.
-    pictures: Vec<Vec<u8>>,
+    images: Vec<Vec<u8>>,
 }
 
 /// All problems of a set of captures.
@@ -73,7 +73,7 @@ impl HalfCaptures {
         }
         let read: Vec<Result<(u32, Vec<u8>), String>> =
             files.par_iter().map(|file| read_image(file, size_px)).collect();
-        let mut pictures = Vec::new();
+        let mut images = Vec::new();
         let mut channels = None;
         for (file, pixels) in files.iter().zip(read) {
             let shown = file.display();
@@ -84,12 +84,12 @@ impl HalfCaptures {
                 }
                 Ok((of_this, values)) => {
                     channels = Some(of_this);
-                    pictures.push(values);
+                    images.push(values);
                 }
             }
         }
         match channels {
-            Some(channels) if faults.is_empty() => Ok(Self { channels, pictures }),
+            Some(channels) if faults.is_empty() => Ok(Self { channels, images }),
             _ => Err(InvalidCaptures(faults)),
         }
     }
@@ -101,13 +101,13 @@ impl HalfCaptures {
 
     /// Returns the values of a half's image, row by row.
     pub(super) fn image(&self, half: usize) -> &[u8] {
-        &self.pictures[half]
+        &self.images[half]
     }
 
     /// Computes a BLAKE3 hash, in hex, over all images.
     pub fn hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
-        for picture in &self.pictures {
+        for picture in &self.images {
             hasher.update(picture);
         }
         hasher.finalize().to_hex().to_string()
@@ -174,9 +174,9 @@ fn in_csv(csv: &Path, patterns: &[String], faults: &mut Vec<String>) -> FilesByH
 /// Reads channels and 8-bit values, which training sets consist of. The size is compared before anything is decoded.
 fn read_image(file: &Path, size_px: [u32; 2]) -> Result<(u32, Vec<u8>), String> {
     let shown = file.display();
-    let bytes = reading::read(file, PICTURE).map_err(|error| error.to_string())?;
+    let bytes = reading::read(file, IMAGE).map_err(|error| error.to_string())?;
     let unreadable = |error| format!("{shown}: {error}");
-    let found = fabkit_picture::read_size_px(&bytes).map_err(unreadable)?;
+    let found = fabkit_image::read_size_px(&bytes).map_err(unreadable)?;
     if found != size_px {
         let ([found_width, found_height], [width, height]) = (found, size_px);
         return Err(format!(
@@ -185,7 +185,7 @@ fn read_image(file: &Path, size_px: [u32; 2]) -> Result<(u32, Vec<u8>), String> 
     }
     // The image has the size of the camera's, which has its own limit.
     let DecodedImage { channels, values, .. } =
-        fabkit_picture::read(&bytes, u64::MAX).map_err(unreadable)?;
+        fabkit_image::read(&bytes, u64::MAX).map_err(unreadable)?;
     match values {
         PixelValues::U8(values) => Ok((channels, values)),
         PixelValues::U16(_) => {

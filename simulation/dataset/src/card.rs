@@ -34,7 +34,7 @@ pub(super) fn write_card(job: &DatasetJob) -> Result<String, DatasetError> {
         ContactModel::Membrane(mm) => format!("rigid, with a membrane of {mm} mm around it"),
         ContactModel::Linear(_) => "linear (simulated): the layers below give way as elastic ones do, at small strain, and \
                               bulge beside contacts, where indentations are negative. `halves.csv` has forces and \
-                              moments of the presser on the sensor, in the sensor's frame, N and N mm. They rest on \
+                              moments of the indenter on the sensor, in the sensor's frame, N and N mm. They rest on \
                               the moduli below and scale with them"
             .into(),
     };

@@ -29,7 +29,7 @@ pub fn render_contact_sheet(job: &DatasetJob, seed: u64) -> Result<RenderedImage
         .collect::<Result<_, DatasetError>>()?;
     let largest = maps.iter().flatten().copied().fold(0.0, f64::max);
     let width_px = job.surface.rays().width_px();
-    let picture = |map: &Vec<f64>| false_color(width_px, map, Some([0.0, largest]));
-    let pictures: Vec<RenderedImage> = maps.iter().map(picture).collect();
-    Ok(contact_sheet(&pictures, COLUMNS, GAP_PX).map_err(DatasetError::from)?)
+    let image = |map: &Vec<f64>| false_color(width_px, map, Some([0.0, largest]));
+    let images: Vec<RenderedImage> = maps.iter().map(image).collect();
+    Ok(contact_sheet(&images, COLUMNS, GAP_PX).map_err(DatasetError::from)?)
 }

@@ -213,11 +213,11 @@ pub(super) fn with_depth_map<R>(
     has_normals: bool,
     look: impl FnOnce(&DepthMap<'_>, Option<&ContactSolution<'_>>) -> R,
 ) -> Result<R, DatasetError> {
-    let pressers = bodies_of_half(job, half);
+    let indenters = bodies_of_half(job, half);
     let answer = solve_contact(job, half)?;
     let map = match &answer {
-        Some(answer) => job.surface.map_deformed(pressers, answer, has_normals),
-        None => job.surface.map_with_indenters(pressers).with_membrane(job.contact.membrane_mm()),
+        Some(answer) => job.surface.map_deformed(indenters, answer, has_normals),
+        None => job.surface.map_with_indenters(indenters).with_membrane(job.contact.membrane_mm()),
     };
     Ok(look(&map, answer.as_ref()))
 }

@@ -77,7 +77,7 @@ impl HalfImages<'_> {
             let map = job.surface.map_from_indentation(by_mm, label, Renderer::MOTION_THRESHOLD_MM);
             studio.render(&map, halves::solve_contact(job, half)?.as_ref(), seed)
         };
-        let taken = taken.map_err(|error| DatasetError::Picture(Box::new(error)))?;
+        let taken = taken.map_err(|error| DatasetError::Image(Box::new(error)))?;
         Ok(Cow::Owned(taken.iter().map(|grey| grey.round() as u8).collect()))
     }
 

@@ -237,7 +237,7 @@ pub(super) fn describe_elasticity(ready: &ElasticSolver, patterns: &[PressPatter
         "left_out": ready.soft.simplifications,
         "spacing_mm": ready.spacing_mm,
         "nodes": ready.stack.surface_nodes(),
-        "force": "of the presser on the sensor, N; moment about the sensor's origin, N mm; sensor frame",
+        "force": "of the indenter on the sensor, N; moment about the sensor's origin, N mm; sensor frame",
         "beyond_seam_mm": beyond_seam_mm,
         "stitching": "halves are stitched as if neither felt the other; beyond_seam_mm is how far any half moves the \
                       surface on the other side of the seam, which is what stitching leaves out, to first order",

@@ -229,7 +229,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sides_make_up_the_picture_between_them() {
+    fn sides_make_up_the_image_between_them() {
         use Side::{Left, Neither, Right};
         let sides = [Left, Left, Neither, Right, Right, Left, Neither, Right];
         let values = [0u8, 3, 0, 0, 5, 7, 0, 7];

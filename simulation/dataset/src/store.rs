@@ -42,7 +42,7 @@ pub enum DatasetError {
     Sheet(#[from] RenderError),
     /// An image cannot be rendered.
     #[error(transparent)]
-    Picture(Box<fabkit_files::Error>),
+    Image(Box<fabkit_files::Error>),
     /// A worker sent a file that does not belong to this data set.
     #[error("a worker sent `{name}`, {what}")]
     ForeignFile {
@@ -62,7 +62,7 @@ impl Explained for DatasetError {
             Self::Folder(error) => error.kind(),
             Self::Read(error) => error.kind(),
             Self::Press { error, .. } => error.kind(),
-            Self::Picture(error) => error.kind(),
+            Self::Image(error) => error.kind(),
             Self::ForeignFile { .. } => ErrorKind::Io,
             Self::Cancelled => ErrorKind::Interrupted,
             Self::Sheet(RenderError::NoPixels { .. }) => ErrorKind::BadInput,
@@ -76,10 +76,10 @@ impl Explained for DatasetError {
             Self::Folder(error) => error.hint(),
             Self::Read(error) => error.hint(),
             Self::Press { error, .. } => error.hint(),
-            Self::Picture(error) => error.hint(),
+            Self::Image(error) => error.hint(),
             Self::ForeignFile { .. } => Some(SAME_VERSION_HINT.into()),
             Self::Cancelled => Some("what is finished stays, and can be gone on with".into()),
-            Self::Sheet(RenderError::TooLarge { .. }) => Some("ask for a smaller picture".into()),
+            Self::Sheet(RenderError::TooLarge { .. }) => Some("ask for a smaller image".into()),
             Self::Sheet(_) | Self::Export(_) => None,
         }
     }

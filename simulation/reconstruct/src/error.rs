@@ -91,7 +91,7 @@ impl Explained for ReconstructError {
                 "sensors with translucent layers or coloured lamps have it: rtac0, 9dtact, shadowtac, digit-like"
             }
             Self::SizeMismatch(error) => return error.hint(),
-            Self::NoColors { .. } => "take pictures in colour, as `fabkit capture` makes them",
+            Self::NoColors { .. } => "take images in colour, as `fabkit capture` makes them",
             Self::NoMarkersShown { .. } => {
                 "sensors with dots, dimples, markers or columns have marks: tactip, shadowtac, uvdtact, fluidic, gelsight-like"
             }
@@ -101,7 +101,7 @@ impl Explained for ReconstructError {
             }
             Self::TooDark { .. } => "take it with the lamps on, and nothing that touches",
             Self::Network { .. } => {
-                "export it as one chain of convolutions that keep the picture's size, without batch normalisation: exporters \
+                "export it as one chain of convolutions that keep the image's size, without batch normalisation: exporters \
                  fold it into the weights"
             }
             Self::Card { .. } => {

@@ -39,7 +39,7 @@ pub struct ImageReading {
 #[derive(Clone, Copy, Debug)]
 pub struct ReadingRates {
     /// Rate for everything that is read.
-    pub pictures_per_s: f64,
+    pub images_per_s: f64,
     /// Rate for markers alone.
     pub marks_per_s: Option<f64>,
 }
@@ -105,10 +105,9 @@ impl ImageReader {
     ///
     /// # Errors
     /// Returns an error for an image that has another size or lacks required colours.
-    pub fn read(&self, file: &Path, picture: CapturedImage) -> Result<ImageReading, Error> {
-        let followed = self.marks.as_ref().map(|marks| marks.follow(file, &picture)).transpose()?;
-        let shown =
-            self.depth.as_ref().map(|depth| depth.reconstruct(file, picture)).transpose()?;
+    pub fn read(&self, file: &Path, image: CapturedImage) -> Result<ImageReading, Error> {
+        let followed = self.marks.as_ref().map(|marks| marks.follow(file, &image)).transpose()?;
+        let shown = self.depth.as_ref().map(|depth| depth.reconstruct(file, image)).transpose()?;
         Ok(ImageReading { depth: shown, markers: followed })
     }
 
@@ -133,17 +132,13 @@ impl ImageReader {
     ///
     /// # Errors
     /// Returns the errors of [`Self::read`].
-    pub fn measure_rates(
-        &self,
-        file: &Path,
-        picture: &CapturedImage,
-    ) -> Result<ReadingRates, Error> {
-        let of_depth = self.depth.as_ref().map(|depth| depth.measure_images_per_s(file, picture));
-        let of_marks = self.marks.as_ref().map(|marks| marks.measure_images_per_s(file, picture));
+    pub fn measure_rates(&self, file: &Path, image: &CapturedImage) -> Result<ReadingRates, Error> {
+        let of_depth = self.depth.as_ref().map(|depth| depth.measure_images_per_s(file, image));
+        let of_marks = self.marks.as_ref().map(|marks| marks.measure_images_per_s(file, image));
         let (of_depth, marks_per_s) = (of_depth.transpose()?, of_marks.transpose()?);
         let rates = [of_depth, marks_per_s].into_iter().flatten();
         // Times add up, so the inverse rates are summed.
-        Ok(ReadingRates { pictures_per_s: rates.map(f64::recip).sum::<f64>().recip(), marks_per_s })
+        Ok(ReadingRates { images_per_s: rates.map(f64::recip).sum::<f64>().recip(), marks_per_s })
     }
 }
 

@@ -162,14 +162,14 @@ impl Reconstructor {
     ///
     /// # Errors
     /// Returns an error for an image that has another size or lacks required colours.
-    pub fn reconstruct(&self, file: &Path, picture: CapturedImage) -> Result<DepthResult, Error> {
-        check_size(file, &picture, self.size_px)?;
+    pub fn reconstruct(&self, file: &Path, image: CapturedImage) -> Result<DepthResult, Error> {
+        check_size(file, &image, self.size_px)?;
         Ok(match &self.shown {
-            DepthModel::Thickness(known) => known.reconstruct(&picture.grey()),
-            DepthModel::Learned(known) => known.reconstruct(&picture.grey())?,
+            DepthModel::Thickness(known) => known.reconstruct(&image.grey()),
+            DepthModel::Learned(known) => known.reconstruct(&image.grey())?,
             DepthModel::Slopes(known) => {
-                check_has_colours(file, &picture)?;
-                known.reconstruct(&picture.values)
+                check_has_colours(file, &image)?;
+                known.reconstruct(&image.values)
             }
         })
     }
@@ -179,24 +179,24 @@ impl Reconstructor {
     ///
     /// # Errors
     /// Returns the errors of [`Self::reconstruct`].
-    pub fn measure_images_per_s(&self, file: &Path, picture: &CapturedImage) -> Result<f64, Error> {
+    pub fn measure_images_per_s(&self, file: &Path, image: &CapturedImage) -> Result<f64, Error> {
         const RUNS: usize = 5;
         // Reconstruction is parallel otherwise.
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(Error::bug)?;
         let mut fastest_s = f64::INFINITY;
         for _ in 0..RUNS {
-            let picture = picture.clone();
+            let image = image.clone();
             let start = Instant::now();
             // The result must not be optimised away.
-            std::hint::black_box(one.install(|| self.reconstruct(file, picture))?);
+            std::hint::black_box(one.install(|| self.reconstruct(file, image))?);
             fastest_s = fastest_s.min(start.elapsed().as_secs_f64());
         }
         Ok(fastest_s.recip())
     }
 }
 
-fn check_has_colours(file: &Path, picture: &CapturedImage) -> Result<(), ReconstructError> {
-    if picture.channels == 3 {
+fn check_has_colours(file: &Path, image: &CapturedImage) -> Result<(), ReconstructError> {
+    if image.channels == 3 {
         return Ok(());
     }
     Err(ReconstructError::NoColors { file: file.to_owned() })

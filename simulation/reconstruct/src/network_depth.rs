@@ -277,14 +277,14 @@ impl NetworkReconstructor {
     }
 
     /// Reconstructs the depth of an image of luminance 0 to 1.
-    pub fn reconstruct(&self, picture: &[f32]) -> Result<DepthResult, Error> {
+    pub fn reconstruct(&self, image: &[f32]) -> Result<DepthResult, Error> {
         let InputNormalisation { offset_grey, maximum_grey, .. } = self.input;
         let compared = self.compared.as_ref();
         let brighter =
-            compared.map_or(1.0, |compared| estimate_relative_brightness(compared, picture));
+            compared.map_or(1.0, |compared| estimate_relative_brightness(compared, image));
         // The image is divided by its relative brightness.
         let scale = brighter.recip();
-        let mut input = blur(picture, self.columns, &self.blur);
+        let mut input = blur(image, self.columns, &self.blur);
         for (grey, at_rest) in input.iter_mut().zip(&self.at_rest) {
             *grey =
                 (at_rest - scale * *grey - offset_grey).max(0.0).min(maximum_grey) / maximum_grey;
@@ -324,21 +324,21 @@ fn gaussian_weights(count: usize, sigma_px: f32) -> Vec<f32> {
 
 /// Returns the intensities of a blurred image. Beyond the border the image is mirrored without repeating the border's
 /// pixels, as in OpenCV.
-fn blur(picture: &[f32], columns: usize, weights: &[f32]) -> Vec<f32> {
-    let (half, rows) = (weights.len() / 2, picture.len() / columns);
+fn blur(image: &[f32], columns: usize, weights: &[f32]) -> Vec<f32> {
+    let (half, rows) = (weights.len() / 2, image.len() / columns);
     // Index of the pixel that stands for `at`. Images smaller than the window are clamped.
     let back = |at: isize, count: usize| {
         let last = count as isize - 1;
         let at = at.abs().min(2 * last);
         (if at > last { 2 * last - at } else { at }).max(0) as usize
     };
-    let mut found = vec![0.0; picture.len()];
+    let mut found = vec![0.0; image.len()];
     found.par_chunks_exact_mut(columns).enumerate().for_each(|(row, found)| {
         // Down the columns first, then along the row, which has `half` more pixels on each side.
         let mut down = vec![0.0; columns + 2 * half];
         for (i, weight) in weights.iter().enumerate() {
             let from = back(row as isize + i as isize - half as isize, rows) * columns;
-            let from = &picture[from..from + columns];
+            let from = &image[from..from + columns];
             let weight = WHITE * weight;
             down[half..].iter_mut().zip(from).for_each(|(down, value)| *down += weight * value);
         }

@@ -16,11 +16,11 @@ pub struct LegendEntry {
 }
 
 /// Draws one line of text with capitals `height_px` high. `[left, top]` is the top left corner of the text.
-pub fn write(picture: &mut RenderedImage, text: &str, [left, top]: [f64; 2], height_px: f64) {
+pub fn write(image: &mut RenderedImage, text: &str, [left, top]: [f64; 2], height_px: f64) {
     for stroke in fabkit_export::lettering(text, height_px) {
         let points: Vec<[f64; 2]> =
             stroke.iter().map(|[x, y]| [left + x, top + height_px - y]).collect();
-        picture.draw_line(&points, (height_px / 8.0).max(1.0), INK);
+        image.draw_line(&points, (height_px / 8.0).max(1.0), INK);
     }
 }
 
@@ -31,14 +31,14 @@ pub fn width_px(text: &str, height_px: f64) -> f64 {
 }
 
 /// Draws a legend of colours and labels in the top left corner, sized to the image.
-pub fn draw(picture: &mut RenderedImage, entries: &[([u8; 3], String)]) {
-    let height_px = (f64::from(picture.height_px) / 66.0).max(7.0);
-    draw_at(picture, entries, [height_px, height_px], height_px);
+pub fn draw(image: &mut RenderedImage, entries: &[([u8; 3], String)]) {
+    let height_px = (f64::from(image.height_px) / 66.0).max(7.0);
+    draw_at(image, entries, [height_px, height_px], height_px);
 }
 
 /// Draws a legend with its top left corner at `[left, top]` and capitals `height_px` high.
 pub fn draw_at(
-    picture: &mut RenderedImage,
+    image: &mut RenderedImage,
     entries: &[([u8; 3], String)],
     [left, top]: [f64; 2],
     height_px: f64,
@@ -49,13 +49,13 @@ pub fn draw_at(
     let right_bottom =
         [left + 4.0 * height_px + widest, top + pitch_px * entries.len() as f64 + 0.9 * height_px];
     let px = |place: [f64; 2]| place.map(|value| value.round() as i64);
-    picture.fill(px([left, top]), px(right_bottom), PAPER);
+    image.fill(px([left, top]), px(right_bottom), PAPER);
     for (row, (color, text)) in entries.iter().enumerate() {
         let y = top + 0.9 * height_px + pitch_px * row as f64;
         let swatch = [left + height_px, y];
         let end = [left + 2.4 * height_px, y + height_px];
-        picture.fill(px([swatch[0] - 1.0, swatch[1] - 1.0]), px([end[0] + 1.0, end[1] + 1.0]), INK);
-        picture.fill(px(swatch), px(end), *color);
-        write(picture, text, [left + 3.2 * height_px, y], height_px);
+        image.fill(px([swatch[0] - 1.0, swatch[1] - 1.0]), px([end[0] + 1.0, end[1] + 1.0]), INK);
+        image.fill(px(swatch), px(end), *color);
+        write(image, text, [left + 3.2 * height_px, y], height_px);
     }
 }

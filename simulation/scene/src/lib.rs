@@ -125,7 +125,7 @@ pub struct CastResult<'a> {
 
 /// Indenters at their final poses, and the solution of the elastic layers.
 struct SolvedPresses<'a> {
-    pressers: Vec<PlacedIndenter>,
+    indenters: Vec<PlacedIndenter>,
     answer: Option<ContactSolution<'a>>,
 }
 
@@ -162,9 +162,9 @@ impl SensorView {
     /// Fails only where [`SensorView::new`] would.
     pub fn coverage_map_png(&self) -> Result<Vec<u8>, Error> {
         let touch = self.touch().map_err(Error::from)?;
-        let picture = draw_coverage_map(touch, &self.viewpoint, &self.sights, &self.coverage);
-        let picture = picture.map_err(Error::bug)?;
-        fabkit_export::png(picture.width_px, picture.height_px, &picture.rgb).map_err(Error::bug)
+        let image = draw_coverage_map(touch, &self.viewpoint, &self.sights, &self.coverage);
+        let image = image.map_err(Error::bug)?;
+        fabkit_export::png(image.width_px, image.height_px, &image.rgb).map_err(Error::bug)
     }
 
     /// Computes the rays behind the sensor's bodies, each pixel split into `samples` x `samples` rays. `rows` counts
@@ -330,7 +330,7 @@ impl SensorView {
                 body.sensor_from_body = way.then_in(body.sensor_from_body);
             }
         }
-        Ok(SolvedPresses { pressers: compile_indenters(&presses).map_err(Error::bug)?, answer })
+        Ok(SolvedPresses { indenters: compile_indenters(&presses).map_err(Error::bug)?, answer })
     }
 
     fn cast_rows<R, E: From<Error>>(
@@ -343,15 +343,15 @@ impl SensorView {
         let touch = self.touch().map_err(Error::from)?;
         let rays = self.rays_of_rows(cast.samples, rows);
         let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
-        let SolvedPresses { pressers, answer } = pressed;
+        let SolvedPresses { indenters, answer } = pressed;
         let contact = match answer {
-            Some(answer) => surface.map_deformed(pressers, answer, true),
-            None => surface.map_with_indenters(pressers),
+            Some(answer) => surface.map_deformed(indenters, answer, true),
+            None => surface.map_with_indenters(indenters),
         };
         // Rigid contact of the same final poses is the reference.
         let gap = answer
             .as_ref()
-            .map(|_| ContactGap::compare(&contact, &surface.map_with_indenters(pressers)));
+            .map(|_| ContactGap::compare(&contact, &surface.map_with_indenters(indenters)));
         let deepest = find_deepest_contact(&contact, touch);
         let map = contact.with_membrane(cast.contact.membrane_mm());
         let sigmas =

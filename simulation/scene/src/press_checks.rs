@@ -100,7 +100,7 @@ impl SensorView {
                 let off_deg = in_camera.x.hypot(in_camera.y).atan2(in_camera.z).to_degrees();
                 Some(format!(
                     "the camera sees nothing of `{}`, which goes {:.3} mm deep at {}: {off_deg:.0} \
-                     deg off its axis, beside its picture or hidden",
+                     deg off its axis, beside its image or hidden",
                     press.id,
                     deepest.depth_mm,
                     place(&deepest),

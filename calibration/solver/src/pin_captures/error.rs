@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 
-use super::{LIST_FILE_NAME, MAX_PICTURES};
+use super::{LIST_FILE_NAME, MAX_IMAGES};
 use crate::captures::InvalidList;
 use crate::image::ImageError;
 use crate::pin_detection::DetectionError;
@@ -18,7 +18,7 @@ pub const OTHER_CAMERA: &str =
 #[derive(Debug, thiserror::Error)]
 pub enum PinCaptureError {
     /// No pose explains the marks.
-    #[error("the marks in the pictures are not where the holes would be seen from any side")]
+    #[error("the marks in the images are not where the holes would be seen from any side")]
     NotAssigned,
     /// The name of a capture does not say which holes had pins.
     #[error("{file}: its name does not say which holes had pins")]
@@ -28,7 +28,7 @@ pub enum PinCaptureError {
     },
     /// An image cannot be read.
     #[error("{file}: {source}")]
-    Picture {
+    Image {
         /// Name of the image.
         file: String,
         /// Reason.
@@ -51,8 +51,8 @@ pub enum PinCaptureError {
         source: io::Error,
     },
     /// A folder has too many images.
-    #[error("{} holds more than {MAX_PICTURES} pictures", .folder.display())]
-    TooManyPictures {
+    #[error("{} holds more than {MAX_IMAGES} pictures", .folder.display())]
+    TooManyImages {
         /// Folder concerned.
         folder: PathBuf,
     },
@@ -122,7 +122,7 @@ fn several(at: Option<&(String, u32)>) -> String {
 impl Explained for PinCaptureError {
     fn kind(&self) -> ErrorKind {
         match self {
-            Self::TooManyPictures { .. } => ErrorKind::Limit,
+            Self::TooManyImages { .. } => ErrorKind::Limit,
             Self::Folder { .. } => ErrorKind::Io,
             _ => ErrorKind::BadInput,
         }
@@ -136,7 +136,7 @@ impl Explained for PinCaptureError {
                 ));
             }
             Self::DetectionFailed { source, .. } => match source {
-                DetectionError::Size { .. } => "all pictures come from one camera at one size",
+                DetectionError::Size { .. } => "all images come from one camera at one size",
                 DetectionError::Identical => "take the reference without contact",
                 DetectionError::Exposure { .. } => {
                     "lower or raise the exposure until the surface is grey, not white or black"
@@ -166,11 +166,9 @@ impl Explained for PinCaptureError {
             Self::NoCaptures { folder } => ErrorSubject::from_path("no_captures", folder),
             Self::Unlabelled { file } => ErrorSubject::from_path("unlabelled", file.as_ref()),
             Self::NoReference { folder } => ErrorSubject::from_path("no_reference", folder),
-            Self::TooManyPictures { folder } => {
-                ErrorSubject::from_path("too_many_pictures", folder)
-            }
+            Self::TooManyImages { folder } => ErrorSubject::from_path("too_many_pictures", folder),
             Self::List { file, .. } => ErrorSubject::from_path("bad_list", file),
-            Self::Picture { file, .. } => ErrorSubject::from_path("bad_picture", file.as_ref()),
+            Self::Image { file, .. } => ErrorSubject::from_path("bad_picture", file.as_ref()),
             Self::NotAssigned => ErrorSubject::new("no_pose"),
             other => ErrorSubject::from_kind(other.kind()),
         }

@@ -14,9 +14,9 @@ use crate::pin_detection::{Detection, DetectionError, DetectionOptions, detect};
 
 /// Limits for image files of tactile sensors.
 pub const IMAGE_FILE: ExpectedFile = ExpectedFile {
-    what: "a picture",
+    what: "an image",
     max_bytes: 256 << 20,
-    hint: "pictures of tactile sensors are files of a few megabytes at most",
+    hint: "images of tactile sensors are files of a few megabytes at most",
 };
 
 /// Memory for decoding besides the image, bytes per pixel: the file, and all of the widest pixels.
@@ -39,7 +39,7 @@ pub fn read_grey_if(
 ) -> Result<GreyImage, Error> {
     let bytes = reading::read(path, IMAGE_FILE)?;
     let wrong = |source: ImageError| {
-        Error::from(PinCaptureError::Picture { file: path.display().to_string(), source })
+        Error::from(PinCaptureError::Image { file: path.display().to_string(), source })
     };
     fits(GreyImage::size_px(&bytes).map_err(wrong)?)?;
     GreyImage::read(&bytes).map_err(wrong)
@@ -57,7 +57,7 @@ pub fn run_on_workers<R: Send>(
     let pixels = width * height;
     let what = format!("{what} a picture of {width} x {height} px");
     let each = pixels * (each + DECODING_BYTES);
-    memory::run_on_workers(&what, pixels * shared, each, MemoryHint::Pictures, work)
+    memory::run_on_workers(&what, pixels * shared, each, MemoryHint::Images, work)
 }
 
 /// Detects pins in each image.
@@ -66,10 +66,10 @@ pub fn run_on_workers<R: Send>(
 /// Reports all images that cannot be read or used.
 pub fn detect_all(
     reference: &Path,
-    pictures: &[PathBuf],
+    images: &[PathBuf],
     options: &DetectionOptions,
 ) -> Result<Vec<Detection>, Error> {
-    let names: Vec<String> = pictures.iter().map(|path| path.display().to_string()).collect();
+    let names: Vec<String> = images.iter().map(|path| path.display().to_string()).collect();
     let what = "looking for pins in";
     // Memory is reserved with the size from the header, before the reference is decoded.
     let fits = |size_px| run_on_workers(what, size_px, [4, PINS_BYTES], || Ok(()));
@@ -83,7 +83,7 @@ pub fn detect_all(
                 Err(undetected(&names[i], error))
             }
         };
-        Ok(Cow::Owned(read_grey_if(&pictures[i], same)?))
+        Ok(Cow::Owned(read_grey_if(&images[i], same)?))
     };
     // The cast is safe: the reference is no larger than an image may be.
     run_on_workers(what, reference_px.map(|px| px as u32), [4, PINS_BYTES], || {

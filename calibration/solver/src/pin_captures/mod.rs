@@ -6,7 +6,7 @@ pub mod images;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use fabkit_picture::{EXTENSIONS, has_image_extension};
+use fabkit_image::{EXTENSIONS, has_image_extension};
 
 use crate::assignment::{Mark, MarkedCapture};
 use crate::captures::{self, ListedPin};
@@ -20,7 +20,7 @@ use fabkit_files::directory_listing;
 use fabkit_files::reading::{self, ExpectedFile, compare_natural};
 
 /// Largest number of images in a folder.
-pub const MAX_PICTURES: usize = 10_000;
+pub const MAX_IMAGES: usize = 10_000;
 /// Names of the image without contact, without extension.
 const REFERENCE_NAMES: [&str; 2] = ["ref", "reference"];
 /// Largest number of kinds of pin that an error lists.
@@ -331,8 +331,8 @@ fn image_names(folder: &Path) -> Result<Vec<String>, PinCaptureError> {
         if entry.is_utf8() && has_image_extension(&entry.name) {
             files.push(entry.name);
         }
-        if files.len() > MAX_PICTURES {
-            return Err(PinCaptureError::TooManyPictures { folder: folder.into() });
+        if files.len() > MAX_IMAGES {
+            return Err(PinCaptureError::TooManyImages { folder: folder.into() });
         }
     }
     files.sort_by(|a, b| compare_natural(a, b));

@@ -30,11 +30,11 @@ pub enum DetectionError {
         reference: [usize; 2],
     },
     /// The image with contact is the reference itself.
-    #[error("the picture is the reference itself: every pixel is the same")]
+    #[error("the image is the reference itself: every pixel is the same")]
     Identical,
     /// Too little of the image shows a lit, unsaturated surface.
     #[error(
-        "only {usable_percent:.1} % of the picture shows a lit surface that is not saturated ({saturated_percent:.1} % is saturated); at least 2 % is needed"
+        "only {usable_percent:.1} % of the image shows a lit surface that is not saturated ({saturated_percent:.1} % is saturated); at least 2 % is needed"
     )]
     Exposure {
         /// Percentage of pixels that can be compared.

@@ -152,7 +152,7 @@ impl ExtrinsicsReport<'_> {
         }
         if calibration.misfit > MISFIT {
             warnings.push(format!(
-                "Residuals are {:.1} times what the pins' play and the pictures' noise explain: \
+                "Residuals are {:.1} times what the pins' play and the images' noise explain: \
                  something is missing from the model. The covariance is enlarged accordingly.",
                 calibration.misfit
             ));
@@ -167,7 +167,7 @@ impl ExtrinsicsReport<'_> {
         if calibration.scatter.is_none() {
             warnings.push(
                 "No hole has a pin in two captures: how well pins repeat is not known, and the \
-                 standard deviations rest on the pictures' noise and on the residuals alone."
+                 standard deviations rest on the images' noise and on the residuals alone."
                     .into(),
             );
         }

@@ -67,7 +67,7 @@ impl IntrinsicsReport<'_> {
             "reprojection_rms_px": calibration.rms_px,
             "residual_scale": calibration.residual_scale,
             "corners": calibration.views.iter().map(|view| view.corners.len()).sum::<usize>(),
-            "pictures": self.images.iter().map(picture_json).collect::<Vec<_>>(),
+            "pictures": self.images.iter().map(image_json).collect::<Vec<_>>(),
             "views": self.views().map(|(view, growth, tilt_deg, adds_nothing)| json!({
                 "file": view.name,
                 "corners": view.corners.len(),
@@ -108,9 +108,9 @@ impl IntrinsicsReport<'_> {
 
     /// Lists images that could not be used, then what the calibration lacks.
     pub fn warnings(&self) -> Vec<String> {
-        let unused = self.images.iter().filter_map(|picture| {
-            let reason = picture.unused_reason.as_ref()?;
-            Some(format!("{} was not used: {reason}", picture.file))
+        let unused = self.images.iter().filter_map(|image| {
+            let reason = image.unused_reason.as_ref()?;
+            Some(format!("{} was not used: {reason}", image.file))
         });
         unused.chain(self.calibration.advice.warnings.iter().cloned()).collect()
     }
@@ -127,12 +127,12 @@ impl IntrinsicsReport<'_> {
 }
 
 /// Describes an image.
-fn picture_json(picture: &ImageRecord) -> Value {
+fn image_json(image: &ImageRecord) -> Value {
     json!({
-        "file": picture.file,
-        "corners_found": picture.corners_found,
-        "used": picture.unused_reason.is_none(),
-        "reason": picture.unused_reason,
+        "file": image.file,
+        "corners_found": image.corners_found,
+        "used": image.unused_reason.is_none(),
+        "reason": image.unused_reason,
     })
 }
 

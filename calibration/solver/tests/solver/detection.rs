@@ -108,7 +108,7 @@ fn a_mark_cut_by_the_housing_is_less_certain() {
 }
 
 #[test]
-fn pictures_that_cannot_be_compared_are_refused() {
+fn images_that_cannot_be_compared_are_refused() {
     let mut bench = bench(5);
     let reference = bench.reference(1.0).unwrap();
     let options = DetectionOptions::default();
@@ -157,7 +157,7 @@ fn grey_and_colour_of_8_and_16_bits_are_read() {
 }
 
 #[test]
-fn broken_and_absurd_pictures_are_refused() {
+fn broken_and_absurd_images_are_refused() {
     use png::{BitDepth, ColorType};
     let whole = png_of(64, 64, ColorType::Grayscale, BitDepth::Eight, &[51; 64 * 64]);
     for broken in [&b""[..], b"not a png", &whole[..40], &whole[..whole.len() / 2]] {
@@ -173,7 +173,7 @@ fn broken_and_absurd_pictures_are_refused() {
 }
 
 #[test]
-fn a_mark_in_a_part_of_a_picture_is_the_mark_in_the_whole() {
+fn a_mark_in_a_part_of_an_image_is_the_mark_in_the_whole() {
     let mut random = SplitMix64::new(5);
     for [width, height] in [[640, 480], [320, 400]] {
         let cell = background_cell_px(width.min(height));

@@ -143,7 +143,7 @@ fn frontal_boards_are_named() {
 }
 
 #[test]
-fn pictures_choose_the_lens_model() {
+fn images_choose_the_lens_model() {
     // Tangential distortion, which no fisheye model has.
     let intrinsics = Intrinsics { fx_px: 430.0, fy_px: 432.0, cx_px: 318.0, cy_px: 243.0 };
     let lens = OpenCv::new(intrinsics, &[-0.2, 0.05, 0.004, -0.006, 0.0]).unwrap();
@@ -345,8 +345,8 @@ fn rendered_boards_give_the_true_camera() {
     let poses = poses(&studio, &board, 15, &mut random);
     let mut views = Vec::new();
     for (index, pose) in poses.iter().enumerate() {
-        let picture = studio.picture(&board, pose, USUAL, &mut random);
-        let Ok(found) = find_corners(&picture, &board) else { continue };
+        let image = studio.picture(&board, pose, USUAL, &mut random);
+        let Ok(found) = find_corners(&image, &board) else { continue };
         let corners = found.iter().map(|corner| {
             let [x, y] = board.corners[corner.id as usize].in_board_mm;
             CornerObservation {
@@ -356,7 +356,7 @@ fn rendered_boards_give_the_true_camera() {
                 sigma_px: corner.sigma_px,
             }
         });
-        views.push(BoardView { name: format!("picture {index}"), corners: corners.collect() });
+        views.push(BoardView { name: format!("image {index}"), corners: corners.collect() });
     }
     assert!(views.len() >= 14);
     let found = calibrate(&views, &nominal(), &LensModel::ALL).unwrap();

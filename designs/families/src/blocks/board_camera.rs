@@ -54,14 +54,14 @@ impl Board {
     /// behind it.
     pub fn bought(
         &self,
-        (module, pictures, view): (&Module, &ImageFormat, &View),
+        (module, images, view): (&Module, &ImageFormat, &View),
         heights: [f64; 2],
         holes: Vec<Solid>,
         plug: Solid,
     ) -> Body {
         let [x, y] = [self.board_size, self.board_size_y].map(Length::mm);
         let (model, view) = (&module.model, view.field_of_view);
-        let text = format!("{model}, {pictures}, {view} lens, board {x} x {y} mm");
+        let text = format!("{model}, {images}, {view} lens, board {x} x {y} mm");
         let camera = board_camera!(self);
         CAMERA
             .bought(text, camera.solid(heights, holes, plug), [])

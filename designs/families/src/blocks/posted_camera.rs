@@ -16,7 +16,7 @@ parameters! {
         /// Camera module.
         module: Inline<Module>,
         /// Images of the camera.
-        pictures: Inline<ImageFormat>,
+        images: Inline<ImageFormat>,
         /// View of the camera's lens.
         view: Inline<View>,
         /// Distance between neighbouring pixels on the observed surface, in the middle of the image, for straight rays.
@@ -65,7 +65,7 @@ pub struct PlacedCamera<'a> {
 impl PostedCamera {
     /// Returns the angle that a pixel at the image's centre covers, rad.
     pub fn rad_per_px(&self) -> f64 {
-        self.view.rad_per_px(self.pictures.size_px())
+        self.view.rad_per_px(self.images.size_px())
     }
 
     /// Places the camera in front of a plane at height `seen_z`, so that a pixel covers `pixel_pitch` on it; the base
@@ -133,7 +133,7 @@ impl PlacedCamera<'_> {
             .at_z(bottom)
             .named("connector");
         let heights = [self.bottom_z, self.top_z];
-        let which = (&*c.module, &*c.pictures, &*c.view);
+        let which = (&*c.module, &*c.images, &*c.view);
         c.board.bought(which, heights, holes.tools, connector)
     }
 

@@ -198,7 +198,7 @@ fn another_pad_takes_its_housing_with_it() {
     assert_near([shell[0], shell[1], 0.0], [21.4, 26.4, 0.0], 1e-9, "shell");
     assert_near(size_mm(sensor, "plate"), [17.0, 22.0, 2.0], 1e-9, "plate");
     assert_near(size_mm(sensor, "mold-coat"), [20.0 + 18.4, 25.0 + 18.4, 3.0], 1e-9, "frame");
-    // The picture's long side turns with the pad's.
+    // The image's long side turns with the pad's.
     let right = sensor.camera.sensor_from_camera.vector(Vector3::x());
     assert!((right.y.abs() - 1.0).abs() < 1e-12, "{right:?}");
     let seen_z = compiled(sensor, "gel").bounds().max.z;

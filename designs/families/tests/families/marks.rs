@@ -244,7 +244,7 @@ fn pins_that_cannot_be_made_are_named() {
     let uneven = ["pins.pattern=list", "pins.polar=[0deg]", "pins.azimuth=[0deg,10deg]"];
     let texts = ["pins.polar has 1 items and pins.azimuth has 2; each pin has both"];
     refused("tactip", &uneven, "pins.azimuth", &texts);
-    // The camera's picture ends far above the skin's edge.
+    // The camera's image ends far above the skin's edge.
     let low = round("pins", &[[0.0, 0.0], [80.0, 0.0]]);
     let texts =
         ["pins.polar[1] (pin 2) is 80 deg; it must be at most", "the pixels", "`camera.depth`"];

@@ -12,7 +12,7 @@ const HASH_SHOWN: usize = 12;
 
 impl Guide {
     /// Returns the cover, with links to the sections that the page has.
-    pub(super) fn cover(&self, page: &str, pictures: &PageImages) -> String {
+    pub(super) fn cover(&self, page: &str, images: &PageImages) -> String {
         let mut body = "<nav aria-label=\"contents\">".to_owned();
         for jump in ["Buy", "Make", "Print", "Wire", "Mix", "Mind", "Time", "Steps", "Calibrate"] {
             let id = jump.to_lowercase();
@@ -22,7 +22,7 @@ impl Guide {
             }
         }
         body += "</nav>\n<div class=\"cover\">\n";
-        if let Some(png) = &pictures.cover {
+        if let Some(png) = &images.cover {
             body += &image(png, &format!("{} as it is drawn", self.title));
         }
         let rows = [

@@ -19,7 +19,7 @@ pub struct PartImagePairs {
 
 impl DesignDifference {
     /// Returns the page.
-    pub fn to_html(&self, pictures: &PartImagePairs) -> String {
+    pub fn to_html(&self, images: &PartImagePairs) -> String {
         let mut body = format!(
             "<dl><dt>There is</dt><dd>{}</dd><dt>Wanted</dt><dd>{}</dd></dl>\n",
             [&self.from.title, &self.from.name, &self.from.design_hash]
@@ -28,7 +28,7 @@ impl DesignDifference {
             [&self.to.title, &self.to.name, &self.to.design_hash].map(|t| escape(t)).join(", "),
         );
         self.besides(&mut body);
-        self.pictured(&mut body, pictures);
+        self.imaged(&mut body, images);
         let same: Vec<&BodyChange> = self.with_change(ChangeKind::Same).collect();
         body += "<h2>What can be used again</h2>\n";
         body += &list(&same, "Nothing.");
@@ -80,11 +80,11 @@ impl DesignDifference {
     }
 
     /// Appends the images of parts whose shape differs.
-    fn pictured(&self, body: &mut String, pictures: &PartImagePairs) {
+    fn imaged(&self, body: &mut String, images: &PartImagePairs) {
         let changed = self.bodies.iter().filter(|one| one.differs.contains(&"shape"));
         let mut shown = String::new();
         for one in changed {
-            let (Some(from), Some(to)) = (pictures.from.get(&one.name), pictures.to.get(&one.name))
+            let (Some(from), Some(to)) = (images.from.get(&one.name), images.to.get(&one.name))
             else {
                 continue;
             };

@@ -7,10 +7,10 @@ use crate::{Guide, MadePart};
 
 impl Guide {
     /// Appends the table of the parts to make.
-    pub(super) fn parts(&self, body: &mut String, pictures: &PageImages) {
+    pub(super) fn parts(&self, body: &mut String, images: &PageImages) {
         *body += "<h2 id=\"make\">What to make</h2>\n";
         let row = |part: &MadePart| {
-            let picture = pictures.parts.get(&part.name);
+            let picture = images.parts.get(&part.name);
             let picture = picture.map_or(String::new(), |png| {
                 image(png, &format!("{} as it lies on the bed", part.name))
             });

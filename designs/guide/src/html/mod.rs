@@ -79,13 +79,13 @@ img { background: #fff; border-radius: 4px; } nav a { margin-right: 1rem; } a { 
 
 impl Guide {
     /// Returns the page.
-    pub fn to_html(&self, pictures: &PageImages) -> String {
+    pub fn to_html(&self, images: &PageImages) -> String {
         let mut body = String::new();
         self.purchases(&mut body);
-        self.parts(&mut body, pictures);
+        self.parts(&mut body, images);
         self.prints(&mut body);
-        self.sheets_to_cut(pictures, &mut body);
-        self.wires(&mut body, pictures);
+        self.sheets_to_cut(images, &mut body);
+        self.wires(&mut body, images);
         self.mixtures(&mut body);
         self.times(&mut body);
         self.matrix(&mut body);
@@ -93,13 +93,13 @@ impl Guide {
             body += "<h2 id=\"steps\">Steps</h2>\n";
         }
         for step in &self.steps {
-            self.step(&mut body, step, pictures);
+            self.step(&mut body, step, images);
         }
         self.calibrating(&mut body);
         // The cover is built last, because it links to the sections that exist.
-        let cover = self.cover(&body, pictures);
-        let section = pictures.model.as_ref().map_or(String::new(), ViewerModel::section);
-        let script = pictures.model.as_ref().map_or(String::new(), |_| ViewerModel::script());
+        let cover = self.cover(&body, images);
+        let section = images.model.as_ref().map_or(String::new(), ViewerModel::section);
+        let script = images.model.as_ref().map_or(String::new(), |_| ViewerModel::script());
         let style = STYLE.to_owned() + viewer::STYLE;
         let page = cover + &section + &body + &script;
         page_with_style(&format!("Building {}", self.title), &style, &page)

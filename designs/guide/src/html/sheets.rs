@@ -11,7 +11,7 @@ const MM_PER_M: f64 = 1e3;
 
 impl Guide {
     /// Appends a row for each stock and a drawing of each sheet; nothing if no sheet is cut.
-    pub(super) fn sheets_to_cut(&self, pictures: &PageImages, body: &mut String) {
+    pub(super) fn sheets_to_cut(&self, images: &PageImages, body: &mut String) {
         if self.sheets.is_empty() {
             return;
         }
@@ -45,7 +45,7 @@ impl Guide {
             (1..).zip(&plan.needs_mm).map(|(i, needs)| (format!("{}-{i}", plan.name), needs))
         });
         for (title, [width, height]) in needs {
-            let Some(svg) = pictures.sheets.get(&title) else { continue };
+            let Some(svg) = images.sheets.get(&title) else { continue };
             *body += &format!(
                 "<figure class=\"sheet\"><img alt=\"Outlines on {0}\" src=\"data:image/svg+xml;base64,{1}\">\
                  <figcaption>{0}: a piece of {width} × {height} mm is enough.</figcaption></figure>\n",

@@ -31,7 +31,7 @@ impl Guide {
     }
 
     /// Appends the section of a step.
-    pub(super) fn step(&self, body: &mut String, step: &GuideStep, pictures: &PageImages) {
+    pub(super) fn step(&self, body: &mut String, step: &GuideStep, images: &PageImages) {
         let _ = write!(
             body,
             "<section class=\"step\" id=\"step-{0}\"><h3><label><input type=\"checkbox\">{0}. {1}</label></h3>\n<p>{2}</p>\n",
@@ -39,7 +39,7 @@ impl Guide {
             escape(&step.name),
             escape(&sentence(&step.instruction)),
         );
-        if let Some(shots) = pictures.steps.get(&step.number) {
+        if let Some(shots) = images.steps.get(&step.number) {
             self.shots(body, step, shots);
         }
         let mix = self.mixes.iter().find(|mix| mix.step == step.number).map(|mix| {

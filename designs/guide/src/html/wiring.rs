@@ -13,7 +13,7 @@ const MOST_BRANCHES: usize = 8;
 
 impl Guide {
     /// Appends the section of each circuit.
-    pub(super) fn wires(&self, body: &mut String, pictures: &PageImages) {
+    pub(super) fn wires(&self, body: &mut String, images: &PageImages) {
         if self.wiring.is_empty() {
             return;
         }
@@ -32,7 +32,7 @@ impl Guide {
                     escape(&wiring.name)
                 );
             }
-            artwork(body, &self.name, wiring, pictures);
+            artwork(body, &self.name, wiring, images);
             connections(body, wiring);
             resistors(body, wiring);
             soldered(body, wiring);
@@ -46,8 +46,8 @@ impl Guide {
 }
 
 /// Appends the artwork of a board, or the reason why there is none.
-fn artwork(body: &mut String, design: &str, wiring: &Wiring, pictures: &PageImages) {
-    let art = wiring.board.as_ref().and_then(|board| pictures.boards.get(board));
+fn artwork(body: &mut String, design: &str, wiring: &Wiring, images: &PageImages) {
+    let art = wiring.board.as_ref().and_then(|board| images.boards.get(board));
     let _ = match art {
         Some(BoardArt::Drawn([top, bottom])) => writeln!(
             body,

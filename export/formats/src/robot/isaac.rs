@@ -130,10 +130,8 @@ pub fn tacex(robot: &Robot) -> Option<String> {
 fn head(robot: &Robot, touch: &RobotSensingSurface, class: &str) -> String {
     let comment = robot.comment.replace('\n', " ");
     let pack = match touch.slope_bins {
-        None => {
-            "No picture: Taxim's table is of slopes on a flat surface, and this sensor has none."
-                .to_owned()
-        }
+        None => "No image: Taxim's table is of slopes on a flat surface, and this sensor has none."
+            .to_owned(),
         Some(_) => format!(
             "The folder `{PACK}` is rendered by\n# fabkit optics-pack {} --camera robot-camera.yaml -o {PACK}",
             robot.name

@@ -63,7 +63,7 @@ pub fn parse_board(text: &str, file: Option<&Path>) -> Result<Board, Error> {
 ///
 /// # Errors
 /// Images that cannot be read, that differ in size from the camera's, or that were given twice.
-pub fn from_pictures(
+pub fn from_files(
     paths: &[PathBuf],
     board: &Board,
     camera: &NominalCamera,
@@ -83,7 +83,7 @@ pub fn from_pictures(
 /// Detects the board in named images; `read(i)` returns the i-th image.
 ///
 /// # Errors
-/// See [`from_pictures`].
+/// See [`from_files`].
 pub fn from_images<'a>(
     names: &[String],
     read: &(dyn Fn(usize) -> Result<Cow<'a, GreyImage>, Error> + Sync),
@@ -111,7 +111,7 @@ pub fn from_images<'a>(
             Ok((digest, found)) => {
                 if let Some(there) = seen.insert(digest, here) {
                     let (here, there) = (here.clone(), there.to_owned());
-                    wrong.push(CalibrationRunError::SamePicture { here, there }.into());
+                    wrong.push(CalibrationRunError::SameImage { here, there }.into());
                 }
                 views.add(here.clone(), found, board);
             }

@@ -42,7 +42,7 @@ pub enum CalibrationRunError {
     },
     /// Image that was given twice.
     #[error("{here} and {there} are the same picture")]
-    SamePicture {
+    SameImage {
         /// Later of the two names.
         here: String,
         /// Earlier of the two names.
@@ -162,12 +162,10 @@ impl Explained for CalibrationRunError {
             Self::Light(error) => return Some(error.hint().to_owned()).filter(|h| !h.is_empty()),
             Self::Corners(_) => CORNERS_HINT,
             Self::OtherSize { .. } => {
-                "take all pictures with the sensor's camera at its own size, or change the sensor's \
+                "take all images with the sensor's camera at its own size, or change the sensor's \
                  camera.width_px and camera.height_px"
             }
-            Self::SamePicture { .. } => {
-                "give each picture once; the same one again is no new evidence"
-            }
+            Self::SameImage { .. } => "give each image once; the same one again is no new evidence",
             Self::NoForecast { .. } => "correct the sensor's `camera`",
             Self::Charuco => "use fabkit's own detector, or give what OpenCV found",
             Self::NoOpencv => "build fabkit with its feature `opencv`, or give what OpenCV found",
@@ -182,17 +180,17 @@ impl Explained for CalibrationRunError {
             },
             Self::Lens { source, .. } => match source {
                 LensCalibrationError::TooFewViews { .. } => {
-                    "10 to 20 pictures of the board, tilted to all sides and out to the image's \
+                    "10 to 20 images of the board, tilted to all sides and out to the image's \
                      border, are usual"
                 }
                 LensCalibrationError::TooManyViews { .. } => "choose those that differ most",
                 LensCalibrationError::NoInitialPose { .. } => {
                     "is this the board, and are the sensor's camera.field_of_view and the size of \
-                     the pictures right?"
+                     the images right?"
                 }
                 LensCalibrationError::NoModel { .. } => "try all lens models",
                 LensCalibrationError::NotObservable { .. } => {
-                    "add pictures of the board in other poses"
+                    "add images of the board in other poses"
                 }
                 LensCalibrationError::ImpossibleCorner { .. } => "look at the list of corners",
                 LensCalibrationError::Covariance(_) => return None,

@@ -153,7 +153,7 @@ pub fn solve<R, E: From<Error>>(
     let not_marked = match rendered {
         Ok(Some(_)) => None,
         Ok(None) if !captures.is_detected => {
-            Some("pixels that were given instead of pictures are taken for tips".to_owned())
+            Some("pixels that were given instead of images are taken for tips".to_owned())
         }
         Ok(None) => Some("nobody says how layers show these pins".to_owned()),
         Err(error) => Some(error.to_string()),

@@ -280,16 +280,16 @@ impl<'a> PinMarkRenderer<'a> {
         let lens = self.camera.without_interface();
         let mut viewer = CameraView::new(&lens, &sensor_from_camera, &self.sights);
         let tip = viewer.project(&pin.tip).ok()?.pixel;
-        let presser = |body: &PressBody| {
+        let indenter = |body: &PressBody| {
             PlacedIndenter::new(body.name.clone(), &body.solid, body.sensor_from_body).ok()
         };
-        let pressers = pin.bodies.iter().map(presser).collect::<Option<Vec<_>>>()?;
+        let indenters = pin.bodies.iter().map(indenter).collect::<Option<Vec<_>>>()?;
         let answer = self.ready.solve_contact(self.touch, &pin.bodies, [0.0; 2], None).ok()?;
         let window = ImageWindow::around(&self.camera, &tip)?;
         let rays = PixelRays::new(&window.camera, &sensor_from_camera).traced_through(&self.sights);
         let surface = ReferenceSurface::cast(self.touch, &rays).ok()?;
         let (rest, pressed) =
-            (surface.map_without_contact(), surface.map_deformed(&pressers, &answer, false));
+            (surface.map_without_contact(), surface.map_deformed(&indenters, &answer, false));
         let rest = self.layers.grey_by_each(constants, &rest, None);
         let pressed = self.layers.grey_by_each(constants, &pressed, Some(&answer));
         let tip = tip.coords - Vector2::from(window.first.map(f64::from));

@@ -117,7 +117,7 @@ pub enum ExportRunError {
     DuplicateFile(String),
     /// The part could not be drawn.
     #[error("{source}")]
-    Picture {
+    Image {
         /// Name of the part.
         part: String,
         /// Reason.
@@ -211,7 +211,7 @@ impl Explained for ExportRunError {
             Self::TooManyTriangles { .. }
             | Self::Tetra(TetraError::TooMany { .. })
             | Self::Mesh { source: MeshError::TooFine { .. }, .. } => ErrorKind::Limit,
-            Self::Picture { source, .. } => source.kind(),
+            Self::Image { source, .. } => source.kind(),
             Self::Unknown(_)
             | Self::Mesh { source: MeshError::Tolerance { .. }, .. }
             | Self::Plate(_)
@@ -236,7 +236,7 @@ impl Explained for ExportRunError {
     fn hint(&self) -> Option<String> {
         let hint = match self {
             Self::Unknown(unknown) => return Some(unknown.hint()),
-            Self::Picture { source, .. } => return source.hint(),
+            Self::Image { source, .. } => return source.hint(),
             Self::Light(error) => return Some(error.hint().to_owned()).filter(|h| !h.is_empty()),
             Self::TooManyTriangles { .. }
             | Self::Mesh { source: MeshError::TooFine { .. }, .. } => {
@@ -287,7 +287,7 @@ impl Explained for ExportRunError {
     fn subject(&self) -> ErrorSubject {
         ErrorSubject::new(match self {
             Self::Unknown(error) => return error.subject(),
-            Self::Picture { source, .. } => return source.subject(),
+            Self::Image { source, .. } => return source.subject(),
             Self::TooManyTriangles { .. }
             | Self::Mesh { source: MeshError::TooFine { .. }, .. } => "too_many_triangles",
             Self::Mesh { source: MeshError::Tolerance { .. }, .. } => "out_of_range",

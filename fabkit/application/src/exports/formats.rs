@@ -85,7 +85,7 @@ formats! {
         Outlines(svg),
         "Outlines and stock sheets as for dxf, as SVG";
     Png: "png", "png", [],
-        Part(picture),
+        Part(image),
         "Rendered image of the part, 800 x 600 px";
     Tree: "tree", "tree.json", [],
         Part(tree),
@@ -172,10 +172,10 @@ fn three_mf(part: &PartFile) -> Result<Vec<u8>, ExportRunError> {
     part.wrap_result(fabkit_export::three_mf(part.document, &objects))
 }
 
-fn picture(part: &PartFile) -> Result<Vec<u8>, ExportRunError> {
+fn image(part: &PartFile) -> Result<Vec<u8>, ExportRunError> {
     let body = part.meshed.body;
     images::draw_body(body, PART_SHOT, &ignore_progress)
-        .map_err(|source| ExportRunError::Picture { part: body.name.clone(), source })
+        .map_err(|source| ExportRunError::Image { part: body.name.clone(), source })
 }
 
 fn tree(part: &PartFile) -> Result<Vec<u8>, ExportRunError> {

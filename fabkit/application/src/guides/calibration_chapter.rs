@@ -71,7 +71,7 @@ fn plan_captures(project: &Project, fixture: &Design, name: &str) -> Vec<PinCapt
         .collect::<BTreeSet<_>>()
         .into_iter()
         .collect();
-    let (Some(pictures), Some(pins)) = (count("count"), count("pins")) else { return Vec::new() };
+    let (Some(images), Some(pins)) = (count("count"), count("pins")) else { return Vec::new() };
     if holes.is_empty() || kinds.is_empty() {
         return Vec::new();
     }
@@ -88,5 +88,5 @@ fn plan_captures(project: &Project, fixture: &Design, name: &str) -> Vec<PinCapt
             holes: of,
         }
     };
-    (0..pictures as usize).map(capture).collect()
+    (0..images as usize).map(capture).collect()
 }

@@ -37,12 +37,12 @@ impl Scene {
             true => View::from_side(-50.0, -24.0, width, height),
             false => View::isometric(width, height),
         };
-        let picture = match render(&self.actors, if self.is_cut { &cut } else { &whole }) {
+        let image = match render(&self.actors, if self.is_cut { &cut } else { &whole }) {
             // All bodies may lie in front of the section plane; then they are drawn whole.
             Err(RenderError::NothingToDraw) if self.is_cut => render(&self.actors, &whole),
             other => other,
         };
-        encode_png(&picture?)
+        encode_png(&image?)
     }
 }
 

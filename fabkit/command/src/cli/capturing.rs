@@ -211,7 +211,7 @@ pub struct Reconstruct {
     pub design: Design,
     /// Images with contact: PNG, JPEG, TIFF or BMP
     #[arg(required = true, value_name = "IMAGE")]
-    pub pictures: Vec<PathBuf>,
+    pub images: Vec<PathBuf>,
     /// Reference image without contact, from the same camera
     #[arg(long, value_name = "IMAGE")]
     pub reference: PathBuf,

@@ -76,7 +76,7 @@ Examples:
 
 pub(crate) const FIT_LIGHT: &str = "\
 Examples:
-  fabkit fit-light rtac0 --camera camera.yaml --captures pictures -o light.json
+  fabkit fit-light rtac0 --camera camera.yaml --captures images -o light.json
   fabkit fit-light 9dtact --ball-diameter 8mm --scale 0.051mm --captures balls
   fabkit capture rtac0 --constants light.json --press ball@24deg,120deg,1mm -o pressed.png";
 
@@ -88,7 +88,7 @@ Examples:
 pub(crate) const DATASET: &str = "\
 Examples:
   fabkit dataset rtac0 -o data
-  fabkit dataset rtac0 --captures pictures -o data --resume
+  fabkit dataset rtac0 --captures images -o data --resume
   fabkit dataset rtac0 --probes --count 500 -o probes.csv";
 
 pub(crate) const INTRINSICS: &str = "\
@@ -101,15 +101,15 @@ Examples:
 
 pub(crate) const EXTRINSICS: &str = "\
 Examples:
-  fabkit calibrate extrinsics rtac0 --camera camera.yaml --captures pictures -o pose.yaml
-  fabkit calibrate extrinsics 9dtact --camera camera.yaml --captures pictures --pin long -o pose.yaml \
+  fabkit calibrate extrinsics rtac0 --camera camera.yaml --captures images -o pose.yaml
+  fabkit calibrate extrinsics 9dtact --camera camera.yaml --captures images --pin long -o pose.yaml \
 --report pose.html
   fabkit calibrate extrinsics rtac0 --camera camera.yaml --captures halves --fixture semi-domes \
 -o pose.yaml";
 
 pub(crate) const RECONSTRUCT: &str = "\
 Examples:
-  fabkit reconstruct rtac0 --reference ref.png picture.png -o depth
+  fabkit reconstruct rtac0 --reference ref.png image.png -o depth
   fabkit reconstruct rtac0 --pose pose.yaml --constants light.json --reference ref.png pictures/*.png -o depth
   fabkit reconstruct rtac0 --network network.onnx --reference ref.png pictures/*.png -o depth
   fabkit reconstruct uvdtact --light uv --reference ref.png pictures/*.png -o marks";
@@ -122,7 +122,7 @@ Examples:
 pub(crate) const PLAN: &str = "\
 Examples:
   fabkit calibrate plan rtac0 --captures 10
-  fabkit calibrate plan rtac0 --camera camera.yaml --done pictures --pin long";
+  fabkit calibrate plan rtac0 --camera camera.yaml --done images --pin long";
 
 pub(crate) const SWEEP: &str = "\
 Examples:

@@ -8,7 +8,7 @@ use std::time::Instant;
 use fabkit_application::capturing::Unit;
 use fabkit_application::dataset::{self, DatasetJob, DatasetPlan, WrittenDataset};
 use fabkit_application::export::png;
-use fabkit_application::picture::has_image_extension as is_picture;
+use fabkit_application::image::has_image_extension as is_image;
 use fabkit_application::progress::ProgressStep;
 use fabkit_application::reading::has_extension;
 use fabkit_application::scene::SensorView;
@@ -64,14 +64,14 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
 fn roles(args: &Dataset) -> FileRoles {
     let is_half = |name: &str| {
         let stem = name.rsplit_once('.').map_or("", |(stem, _)| stem);
-        is_picture(name) && (stem.ends_with("-left") || stem.ends_with("-right"))
+        is_image(name) && (stem.ends_with("-left") || stem.ends_with("-right"))
     };
     let captures = args.options.captures.as_deref();
     let is_folder = captures.is_some_and(Path::is_dir);
     view::roles(&args.design, &args.view.camera)
         .reads("--presses", &args.options.presses)
         .reads("--constants", &args.options.constants)
-        .reads_all("--captures", captures, |n| if is_folder { is_half(n) } else { is_picture(n) })
+        .reads_all("--captures", captures, |n| if is_folder { is_half(n) } else { is_image(n) })
         // Only probes are one file; the folder of a data set is checked when it is opened.
         .writes("-o", args.probes.then_some(&args.output))
         .writes("--contact-sheet", &args.contact_sheet)

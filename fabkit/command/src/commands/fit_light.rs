@@ -4,8 +4,8 @@
 mod domes;
 mod pads;
 
+use fabkit_application::image::has_image_extension as is_image;
 use fabkit_application::light_fit::is_pad;
-use fabkit_application::picture::has_image_extension as is_picture;
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 use serde_json::Value;
@@ -17,7 +17,7 @@ use crate::interrupt;
 use crate::roles::FileRoles;
 
 pub(super) fn run(args: &FitLight) -> Result<Outcome, Failure> {
-    let is_read = |name: &str| is_picture(name) || name.ends_with(".csv");
+    let is_read = |name: &str| is_image(name) || name.ends_with(".csv");
     FileRoles::default()
         .reads("SENSOR", Target::new(&args.design.sensor).files())
         .reads("--camera", &args.camera)

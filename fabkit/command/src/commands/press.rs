@@ -57,7 +57,7 @@ struct PressReport {
     svg: String,
     text: String,
     json: Value,
-    picture: Option<RenderedImage>,
+    image: Option<RenderedImage>,
 }
 
 impl PressReport {
@@ -68,7 +68,7 @@ impl PressReport {
             svg: curve_svg(pressed),
             text: text(pressed),
             json: press_document(pressed),
-            picture: is_drawn.then(|| draw_displacement(pressed)),
+            image: is_drawn.then(|| draw_displacement(pressed)),
         }
     }
 
@@ -79,7 +79,7 @@ impl PressReport {
             svg: skin_svg(pressed),
             text: skin_text(pressed),
             json: skin_document(pressed),
-            picture: None,
+            image: None,
         }
     }
 
@@ -96,8 +96,8 @@ impl PressReport {
             files.add(path, self.svg.clone().into_bytes());
         }
         if let Some(path) = &args.png {
-            let Some(shown) = &self.picture else {
-                let message = "a skin with channels of liquid has no picture of its surface";
+            let Some(shown) = &self.image else {
+                let message = "a skin with channels of liquid has no image of its surface";
                 let hint = "take --plot, or the field with -o";
                 return Err(Failure::new(ErrorKind::BadInput, message, hint));
             };

@@ -33,7 +33,7 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
             "--network",
             args.network.iter().flat_map(|file| [file.clone(), DepthNetwork::card_path(file)]),
         )
-        .reads("IMAGE", &args.pictures)
+        .reads("IMAGE", &args.images)
         .writes("-o", &paths)
         .check()?;
     let (project, viewpoint) = view::load_viewpoint(&args.design, &args.camera, None)?;
@@ -51,22 +51,22 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     )?;
     let [width, height] = reader.size_px();
     let bytes = (RESULT_BYTES_PER_PIXEL * width * height * outputs.len()) as u64;
-    memory::check_memory("what these pictures show", bytes, MemoryHint::Files)?;
+    memory::check_memory("what these images show", bytes, MemoryHint::Files)?;
     let mut text = heading(sensor, &reader, network.as_ref());
     let (mut files, mut listed, mut rates) = (Files::default(), Vec::new(), None);
-    for (path, picture) in &outputs {
-        let taken = CapturedImage::read(picture)?;
+    for (path, image) in &outputs {
+        let taken = CapturedImage::read(image)?;
         if rates.is_none() {
-            rates = Some(reader.measure_rates(picture, &taken)?);
+            rates = Some(reader.measure_rates(image, &taken)?);
         }
-        let read = reader.read(picture, taken)?;
+        let read = reader.read(image, taken)?;
         let bytes = reader.npz(&read)?;
         let farthest_px = reader.max_displacement_px(&read);
         let written = format_size(bytes.len() as u64);
         text += &format!("{}: {}; {written}\n", path.display(), format_result(&read, farthest_px));
         listed.push(json!({
             "file": path.display().to_string(),
-            "picture": picture.display().to_string(),
+            "picture": image.display().to_string(),
             "deepest_mm": read.depth.as_ref().and_then(DepthResult::deepest_mm),
             "contact_px": read.contact_px(),
             "brighter": read.depth.as_ref().map(|shown| shown.relative_brightness),
@@ -77,7 +77,7 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
         files.add(path, bytes);
     }
     files.write()?;
-    let rate = rates.map_or(f64::NAN, |rates| rates.pictures_per_s);
+    let rate = rates.map_or(f64::NAN, |rates| rates.images_per_s);
     text += &format!("{rate:.0} pictures a second on one core, read and written apart\n");
     // A network does not use light constants, and marker tracking alone needs none.
     let constants = if reader.scene.is_some() && network.is_none() {
@@ -150,15 +150,15 @@ fn count_known(px: &[Option<[f64; 2]>]) -> usize {
 fn output_files(args: &Reconstruct) -> Result<Vec<(PathBuf, &Path)>, Failure> {
     let mut seen: BTreeMap<String, &Path> = BTreeMap::new();
     let mut outputs = Vec::new();
-    for picture in &args.pictures {
-        let stem = picture.file_stem().unwrap_or_default().to_string_lossy();
+    for image in &args.images {
+        let stem = image.file_stem().unwrap_or_default().to_string_lossy();
         let name = format!("{stem}.npz");
         // Images from different folders may share a name; one would overwrite the other.
-        if let Some(first) = seen.insert(name.clone(), picture) {
-            let (first, second) = (first.to_owned(), picture.clone());
+        if let Some(first) = seen.insert(name.clone(), image) {
+            let (first, second) = (first.to_owned(), image.clone());
             return Err(Error::from(ReconstructError::SameName { first, second, name }).into());
         }
-        outputs.push((args.output.join(name), picture.as_path()));
+        outputs.push((args.output.join(name), image.as_path()));
     }
     Ok(outputs)
 }

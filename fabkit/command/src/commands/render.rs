@@ -46,7 +46,7 @@ pub(super) fn run(args: &Render, global: &Global) -> Result<Outcome, Failure> {
         return draw_camera_view(args, global, &target, camera);
     }
     if args.pose.is_some() {
-        let message = "--pose is for pictures of what the camera sees: --rays or --camera";
+        let message = "--pose is for images of what the camera sees: --rays or --camera";
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
     let part = target.part;
@@ -114,12 +114,11 @@ fn draw_camera_view(
 
 fn admit([width_px, height_px]: [u32; 2], pixel_bytes: u64) -> Result<(), Failure> {
     if u64::from(width_px) * u64::from(height_px) > MAX_PIXELS {
-        let message =
-            format!("a picture of {width_px} x {height_px} has more than {MAX_PIXELS} px");
+        let message = format!("an image of {width_px} x {height_px} has more than {MAX_PIXELS} px");
         return Err(Failure::new(ErrorKind::Limit, message, "ask for a smaller --size"));
     }
     Ok(memory::check_memory(
-        &format!("a picture of {width_px} x {height_px} px"),
+        &format!("an image of {width_px} x {height_px} px"),
         pixel_bytes * u64::from(width_px) * u64::from(height_px) + TILES_BYTES,
         MemoryHint::Pixels,
     )?)

@@ -21,8 +21,8 @@ pub(super) fn calibration_commands(
     let mut lines = Vec::new();
     if names.contains(&"boards") {
         lines.push(line(
-            "print the board at 100 % and measure its ruler; take 10 to 20 pictures of it before the camera goes \
-             into the sensor, tilted, out to the picture's border",
+            "print the board at 100 % and measure its ruler; take 10 to 20 images of it before the camera goes \
+             into the sensor, tilted, out to the image's border",
             format!("fabkit export {sensor}/boards{set} -o boards"),
         ));
         lines.push(line(
@@ -43,7 +43,7 @@ pub(super) fn calibration_commands(
             format!("fabkit check {sensor}/{fixture}{set}"),
         ));
         lines.push(line(
-            "the camera's place, once the pictures of the sheet below lie in `captures`",
+            "the camera's place, once the images of the sheet below lie in `captures`",
             format!(
                 "fabkit calibrate extrinsics {sensor}{set} --camera camera.yaml --captures captures \
                  -o pose.yaml --report pose.html"

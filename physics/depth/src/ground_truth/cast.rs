@@ -43,13 +43,13 @@ impl ReferenceSurface<'_> {
     /// Computes the map of indenters pressed in rigidly. Their labels follow [`SURFACE_LABEL`] in list order.
     ///
     /// The nearest indenter wins; of two at equal range, the first in the list.
-    pub fn map_with_indenters(&self, pressers: &[PlacedIndenter]) -> DepthMap<'_> {
+    pub fn map_with_indenters(&self, indenters: &[PlacedIndenter]) -> DepthMap<'_> {
         let mut map = self.map_without_contact();
-        map.names.extend(pressers.iter().map(|presser| presser.name.clone()));
+        map.names.extend(indenters.iter().map(|presser| presser.name.clone()));
         // Labels count all indenters, including those that lie wholly outside of the surface.
-        let reached = pressers.iter().map(|presser| presser.reach(&self.touch));
+        let reached = indenters.iter().map(|presser| presser.reach(&self.touch));
         let reached: Vec<_> = (SURFACE_LABEL + 1..)
-            .zip(pressers)
+            .zip(indenters)
             .zip(reached)
             .filter_map(|((label, presser), reach)| Some((label, presser, reach?)))
             .collect();
@@ -71,10 +71,10 @@ impl ReferenceSurface<'_> {
     fn press_tile(
         &self,
         tile: &Tile,
-        pressers: &[(u16, &PlacedIndenter, InsideBounds)],
+        indenters: &[(u16, &PlacedIndenter, InsideBounds)],
         scratch: &mut Scratch,
     ) -> Vec<IndenterHit> {
-        let near = pressers.iter().filter(|(_, _, reach)| tile.may_meet(&reach.ball));
+        let near = indenters.iter().filter(|(_, _, reach)| tile.may_meet(&reach.ball));
         let near: Vec<_> = near.collect();
         let mut touched = Vec::new();
         if near.is_empty() {

@@ -140,11 +140,11 @@ impl ReferenceSurface<'_> {
     /// pixel gets an indenter's label where that is in its place and pushes. Normals are computed if `has_normals`.
     pub fn map_deformed(
         &self,
-        pressers: &[PlacedIndenter],
+        indenters: &[PlacedIndenter],
         moved: &dyn SurfaceDisplacement,
         has_normals: bool,
     ) -> DepthMap<'_> {
-        self.map_deformed_beyond(0.0, pressers, moved, has_normals)
+        self.map_deformed_beyond(0.0, indenters, moved, has_normals)
     }
 
     /// Computes the same map, but rays end at the undeformed surface where there is no indenter and the surface moves
@@ -152,11 +152,11 @@ impl ReferenceSurface<'_> {
     pub fn map_deformed_beyond(
         &self,
         still_mm: f64,
-        pressers: &[PlacedIndenter],
+        indenters: &[PlacedIndenter],
         moved: &dyn SurfaceDisplacement,
         has_normals: bool,
     ) -> DepthMap<'_> {
-        let mut map = self.map_with_indenters(pressers);
+        let mut map = self.map_with_indenters(indenters);
         let touch = &self.touch;
         let near_mm = (NEAR_OF_STILL * still_mm).max(NEAR_MM);
         let pixels = (0..map.range_mm.len()).into_par_iter();
@@ -179,9 +179,9 @@ impl ReferenceSurface<'_> {
                 let (depth_mm, outward) = touch.depth_mm(&point);
                 moved.is_touched(&(point + depth_mm * outward), &outward)
             };
-            let is_presser = is_touched || is_rigid && rigid_mm <= gel_mm;
-            let range_mm = if is_presser { rigid_mm } else { gel_mm };
-            let is_moved = has_normals && !is_presser && (range_mm - rest_mm).abs() > STILL_MM;
+            let is_indenter = is_touched || is_rigid && rigid_mm <= gel_mm;
+            let range_mm = if is_indenter { rigid_mm } else { gel_mm };
+            let is_moved = has_normals && !is_indenter && (range_mm - rest_mm).abs() > STILL_MM;
             let normal = is_moved.then(|| along.normal(gel));
             let is_new = is_rigid || range_mm != rest_mm;
             is_new.then_some((pixel, range_mm, is_touched, normal))

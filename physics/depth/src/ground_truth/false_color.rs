@@ -85,22 +85,22 @@ pub fn false_color(width_px: u32, values_mm: &[f64], range_mm: Option<[f64; 2]>)
         canvas.write(&text, left + BAR_PX + 5, row.saturating_sub(glyph_px / 2));
     }
     canvas.write("mm", left, height_px.saturating_sub(glyph_px + 3));
-    canvas.picture
+    canvas.image
 }
 
 struct Canvas {
-    picture: RenderedImage,
+    image: RenderedImage,
 }
 
 impl Canvas {
     fn new(width_px: u32, height_px: u32) -> Self {
         let rgb = PAPER.repeat(width_px as usize * height_px as usize);
-        Self { picture: RenderedImage { width_px, height_px, rgb } }
+        Self { image: RenderedImage { width_px, height_px, rgb } }
     }
 
     /// Sets a pixel; pixels outside the image are ignored.
     fn set(&mut self, column: u32, row: u32, color: [u8; 3]) {
-        let RenderedImage { width_px, height_px, rgb } = &mut self.picture;
+        let RenderedImage { width_px, height_px, rgb } = &mut self.image;
         if column < *width_px && row < *height_px {
             let at = 3 * (row as usize * *width_px as usize + column as usize);
             rgb[at..at + 3].copy_from_slice(&color);
@@ -145,11 +145,11 @@ mod tests {
     #[test]
     fn a_map_keeps_its_pixels_and_gains_a_scale() {
         let values: Vec<f64> = (0..40 * 60).map(|i| f64::from(i % 40)).collect();
-        let picture = false_color(40, &values, None);
-        assert_eq!((picture.width_px, picture.height_px), (40 + MARGIN_PX, 60));
-        assert_eq!(picture.pixel(0, 7), SCALE[0]);
-        assert_eq!(picture.pixel(39, 7), SCALE[5]);
+        let image = false_color(40, &values, None);
+        assert_eq!((image.width_px, image.height_px), (40 + MARGIN_PX, 60));
+        assert_eq!(image.pixel(0, 7), SCALE[0]);
+        assert_eq!(image.pixel(39, 7), SCALE[5]);
         let inked = (40..40 + MARGIN_PX).flat_map(|x| (0..60).map(move |y| (x, y)));
-        assert!(inked.filter(|(x, y)| picture.pixel(*x, *y) == INK).count() > 100);
+        assert!(inked.filter(|(x, y)| image.pixel(*x, *y) == INK).count() > 100);
     }
 }

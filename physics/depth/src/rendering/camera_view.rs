@@ -45,7 +45,7 @@ pub fn render_camera_view<T>(
     look: impl Fn(&mut T, [f64; 2]) -> PixelContent + Sync,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<RenderedImage, RenderError> {
-    let mut picture = RenderedImage::blank(width_px, height_px, [255; 3])?;
+    let mut image = RenderedImage::blank(width_px, height_px, [255; 3])?;
     let view = View::along(Vector3::z(), width_px, height_px);
     let framing = Framing::from_camera(sensor_from_camera);
     let painter = Painter {
@@ -67,7 +67,7 @@ pub fn render_camera_view<T>(
         .collect();
     progress(height_px as usize / 2, height_px as usize);
     // Second pass: pixels at borders of faces are refined.
-    let rows = picture.rgb.par_chunks_mut(3 * width).enumerate();
+    let rows = image.rgb.par_chunks_mut(3 * width).enumerate();
     rows.for_each(|(row, bytes)| {
         let mut tools = None;
         for column in 0..width {
@@ -82,7 +82,7 @@ pub fn render_camera_view<T>(
         }
     });
     progress(height_px as usize, height_px as usize);
-    Ok(picture)
+    Ok(image)
 }
 
 /// Returns whether a neighbour of a pixel shows another face.

@@ -8,34 +8,34 @@ use super::{RenderError, RenderedImage, shade};
 /// # Errors
 /// No images, no columns, or a sheet above [`super::MAX_PIXELS`].
 pub fn contact_sheet(
-    pictures: &[RenderedImage],
+    images: &[RenderedImage],
     columns: usize,
     gap_px: u32,
 ) -> Result<RenderedImage, RenderError> {
-    let columns = columns.min(pictures.len());
+    let columns = columns.min(images.len());
     if columns == 0 {
         return Err(RenderError::NothingToDraw);
     }
-    let cell_width = pictures.iter().map(|p| p.width_px).max().unwrap_or(0);
-    let cell_height = pictures.iter().map(|p| p.height_px).max().unwrap_or(0);
+    let cell_width = images.iter().map(|p| p.width_px).max().unwrap_or(0);
+    let cell_height = images.iter().map(|p| p.height_px).max().unwrap_or(0);
     let side = |cells: usize, cell: u32| {
         // Saturating, so that absurd sizes end as an error below.
         let gaps = (cells as u64 + 1).saturating_mul(u64::from(gap_px));
         (cells as u64).saturating_mul(u64::from(cell)).saturating_add(gaps)
     };
     let width = side(columns, cell_width);
-    let height = side(pictures.len().div_ceil(columns), cell_height);
+    let height = side(images.len().div_ceil(columns), cell_height);
     let (Ok(width_px), Ok(height_px)) = (u32::try_from(width), u32::try_from(height)) else {
         return Err(RenderError::TooLarge { width_px: width, height_px: height });
     };
 
     let mut sheet = RenderedImage::blank(width_px, height_px, shade::PAPER)?;
-    for (index, picture) in pictures.iter().enumerate() {
+    for (index, image) in images.iter().enumerate() {
         let column = (index % columns) as u32;
         let row = (index / columns) as u32;
-        let x_px = gap_px + column * (cell_width + gap_px) + (cell_width - picture.width_px) / 2;
-        let y_px = gap_px + row * (cell_height + gap_px) + (cell_height - picture.height_px) / 2;
-        sheet.paste(&picture.rgb, picture.width_px, x_px, y_px);
+        let x_px = gap_px + column * (cell_width + gap_px) + (cell_width - image.width_px) / 2;
+        let y_px = gap_px + row * (cell_height + gap_px) + (cell_height - image.height_px) / 2;
+        sheet.paste(&image.rgb, image.width_px, x_px, y_px);
     }
     Ok(sheet)
 }

@@ -89,7 +89,7 @@ impl RenderedImage {
     /// # Panics
     /// If the pixel is outside the image.
     pub fn pixel(&self, x_px: u32, y_px: u32) -> [u8; 3] {
-        assert!(x_px < self.width_px && y_px < self.height_px, "outside the picture");
+        assert!(x_px < self.width_px && y_px < self.height_px, "outside the image");
         let at = 3 * (y_px as usize * self.width_px as usize + x_px as usize);
         [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]]
     }
@@ -113,7 +113,7 @@ impl RenderedImage {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {
     /// Side of no pixels.
-    #[error("a picture of {width_px} x {height_px} px has no pixels")]
+    #[error("an image of {width_px} x {height_px} px has no pixels")]
     NoPixels {
         /// Requested width, px.
         width_px: u32,
@@ -121,7 +121,7 @@ pub enum RenderError {
         height_px: u32,
     },
     /// Number of pixels above [`MAX_PIXELS`].
-    #[error("a picture of {width_px} x {height_px} px is above the limit of {MAX_PIXELS} pixels")]
+    #[error("an image of {width_px} x {height_px} px is above the limit of {MAX_PIXELS} pixels")]
     TooLarge {
         /// Requested width, px.
         width_px: u64,
@@ -158,7 +158,7 @@ pub enum RenderError {
         field_of_view_deg: f64,
     },
     /// Margin that leaves no room; see [`View::margin`].
-    #[error("a margin of {margin} of the picture is not between 0 and 0.45")]
+    #[error("a margin of {margin} of the image is not between 0 and 0.45")]
     Margin {
         /// Requested margin.
         margin: f64,
@@ -184,7 +184,7 @@ pub fn render_with_progress(
     view: &View,
     progress: &dyn Fn(usize, usize),
 ) -> Result<RenderedImage, RenderError> {
-    render_with_framing(actors, view, progress).map(|(picture, _)| picture)
+    render_with_framing(actors, view, progress).map(|(image, _)| image)
 }
 
 /// Renders a scene, and also returns its framing, which maps points to pixels.
@@ -197,7 +197,7 @@ pub fn render_with_framing(
     progress: &dyn Fn(usize, usize),
 ) -> Result<(RenderedImage, Framing), RenderError> {
     let setup = prepare(actors, view)?;
-    let mut picture = RenderedImage::blank(view.width_px, view.height_px, [255; 3])?;
+    let mut image = RenderedImage::blank(view.width_px, view.height_px, [255; 3])?;
     let columns = view.width_px.div_ceil(TILE_PX);
     let rows = view.height_px.div_ceil(TILE_PX);
     // One row of tiles at a time keeps memory to little more than the image itself.
@@ -211,12 +211,12 @@ pub fn render_with_framing(
             })
             .collect();
         for (tile, rgb) in tiles {
-            picture.paste(&rgb, tile.width_px, tile.x_px, tile.y_px);
+            image.paste(&rgb, tile.width_px, tile.x_px, tile.y_px);
         }
         let drawn_px = ((row + 1) * TILE_PX).min(view.height_px);
         progress(drawn_px as usize, view.height_px as usize);
     }
-    Ok((picture, setup.framing))
+    Ok((image, setup.framing))
 }
 
 /// Validates the input and determines the framing.

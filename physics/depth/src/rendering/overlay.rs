@@ -95,17 +95,17 @@ mod tests {
 
     #[test]
     fn lines_are_where_they_are_drawn_and_nowhere_else() {
-        let mut picture = RenderedImage::filled(20, 10, [255; 3]).unwrap();
-        picture.draw_line(&[[-1e9, 5.0], [1e9, 5.0]], 2.0, [0; 3]);
+        let mut image = RenderedImage::filled(20, 10, [255; 3]).unwrap();
+        image.draw_line(&[[-1e9, 5.0], [1e9, 5.0]], 2.0, [0; 3]);
         for column in 0..20 {
-            let rows: Vec<u8> = (0..10).map(|row| picture.pixel(column, row)[0]).collect();
+            let rows: Vec<u8> = (0..10).map(|row| image.pixel(column, row)[0]).collect();
             assert_eq!(rows, [255, 255, 255, 255, 0, 0, 255, 255, 255, 255]);
         }
-        let before = picture.clone();
-        picture.draw_line(&[[0.0, -50.0], [20.0, -50.0]], 2.0, [0; 3]);
-        picture.fill([30, 0], [40, 10], [0; 3]);
-        assert_eq!(picture, before);
-        picture.fill([-5, 0], [1, 2], [9; 3]);
-        assert_eq!((picture.pixel(0, 1), picture.pixel(0, 2)), ([9; 3], [255; 3]));
+        let before = image.clone();
+        image.draw_line(&[[0.0, -50.0], [20.0, -50.0]], 2.0, [0; 3]);
+        image.fill([30, 0], [40, 10], [0; 3]);
+        assert_eq!(image, before);
+        image.fill([-5, 0], [1, 2], [9; 3]);
+        assert_eq!((image.pixel(0, 1), image.pixel(0, 2)), ([9; 3], [255; 3]));
     }
 }

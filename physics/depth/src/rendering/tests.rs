@@ -36,8 +36,8 @@ fn place(framing: &Framing, point: Point3<f64>) -> [f64; 2] {
 }
 
 /// Returns whether a pixel differs from the background, which has no red cast and is constant along rows.
-fn is_drawn(picture: &RenderedImage, x_px: u32, y_px: u32) -> bool {
-    picture.pixel(x_px, y_px) != picture.pixel(0, y_px)
+fn is_drawn(image: &RenderedImage, x_px: u32, y_px: u32) -> bool {
+    image.pixel(x_px, y_px) != image.pixel(0, y_px)
 }
 
 #[test]
@@ -46,11 +46,11 @@ fn a_balls_outline_is_its_radius() {
     let view = View::isometric(240, 200);
     let actors = [actor(&Solid::sphere(radius_mm))];
     let setup = prepare(&actors, &view).expect("a scene");
-    let picture = render(&actors, &view).expect("a picture");
+    let image = render(&actors, &view).expect("an image");
     let radius_px = radius_mm / setup.framing.per_px;
     let [x_px, y_px] = place(&setup.framing, Point3::origin());
-    let centre_row = (0..240).filter(|&x| is_drawn(&picture, x, y_px as u32)).count() as f64;
-    let centre_column = (0..200).filter(|&y| is_drawn(&picture, x_px as u32, y)).count() as f64;
+    let centre_row = (0..240).filter(|&x| is_drawn(&image, x, y_px as u32)).count() as f64;
+    let centre_column = (0..200).filter(|&y| is_drawn(&image, x_px as u32, y)).count() as f64;
     // The outline reaches up to 3/4 px beyond; a pixel that it touches counts whole.
     for diameter_px in [centre_row, centre_column] {
         assert!((diameter_px / 2.0 - radius_px - 0.5).abs() < 1.0, "{diameter_px} {radius_px}");
@@ -64,14 +64,14 @@ fn a_ball_is_bright_inside_and_dark_at_its_rim() {
     let view = View::front(200, 200);
     let actors = [actor(&Solid::sphere(7.0))];
     let setup = prepare(&actors, &view).expect("a scene");
-    let picture = render(&actors, &view).expect("a picture");
+    let image = render(&actors, &view).expect("an image");
     let green = |x_mm: f64| {
         let [x_px, y_px] = place(&setup.framing, Point3::new(x_mm, 0.0, 0.0));
-        picture.pixel(x_px as u32, y_px as u32)[1]
+        image.pixel(x_px as u32, y_px as u32)[1]
     };
     assert!(green(0.0) > green(6.5), "shade: {} {}", green(0.0), green(6.5));
     assert!(green(6.5) > green(7.0) + 40, "line: {} {}", green(6.5), green(7.0));
-    assert!(picture.pixel(1, 1).iter().all(|&channel| channel > 220), "background");
+    assert!(image.pixel(1, 1).iter().all(|&channel| channel > 220), "background");
 }
 
 #[test]
@@ -82,14 +82,14 @@ fn tiles_fit_together_wherever_they_are_cut() {
     for size_px in [150, 1800] {
         setup.pen = Pen::from_view(&View::isometric(size_px, size_px));
         let whole = Tile { x_px: 0, y_px: 0, width_px: 150, height_px: 140 };
-        let picture = RenderedImage { width_px: 150, height_px: 140, rgb: whole.draw(&setup) };
+        let image = RenderedImage { width_px: 150, height_px: 140, rgb: whole.draw(&setup) };
         for (x_px, y_px, width_px, height_px) in
             [(37, 41, 50, 30), (61, 20, 1, 90), (0, 77, 150, 1), (70, 60, 3, 2)]
         {
             let rgb = Tile { x_px, y_px, width_px, height_px }.draw(&setup);
             let mut expected = Vec::new();
             for y in y_px..y_px + height_px {
-                expected.extend((x_px..x_px + width_px).flat_map(|x| picture.pixel(x, y)));
+                expected.extend((x_px..x_px + width_px).flat_map(|x| image.pixel(x, y)));
             }
             assert!(rgb == expected, "pen for {size_px} px, tile at {x_px}, {y_px}");
         }

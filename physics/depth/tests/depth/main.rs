@@ -1,6 +1,6 @@
 //! The crate's tests: one program, which is linked once.
 
 mod distortion;
-mod pictures;
+mod images;
 mod scene;
 mod truth;

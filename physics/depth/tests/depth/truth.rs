@@ -200,8 +200,8 @@ fn pressed_primitives_agree_with_closed_forms_creases_included() {
                 Vector3::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos());
             let at = Point3::new(0.0, 0.0, 6.0) + 13.0 * out;
             let pose = Pose::z_to(out + Vector3::new(0.2, -0.1, 0.0), at);
-            let presser = PlacedIndenter::new("it", solid, pose).unwrap();
-            let map = surface.map_with_indenters(&[presser]);
+            let indenter = PlacedIndenter::new("it", solid, pose).unwrap();
+            let map = surface.map_with_indenters(&[indenter]);
             let inverse = pose.inverse();
             let mut contact = 0;
             for (pixel, normal) in map.normal_in_sensor().into_iter().enumerate() {
@@ -254,13 +254,13 @@ fn a_finer_image_holds_the_coarser_one() {
 #[test]
 fn a_press_is_the_same_on_any_number_of_threads() {
     let pose = Pose::z_to(Vector3::new(0.5, 0.2, 1.0), Point3::new(5.0, 3.0, 19.0));
-    let presser = PlacedIndenter::new("ball", &Solid::sphere(2.0), pose).unwrap();
+    let indenter = PlacedIndenter::new("ball", &Solid::sphere(2.0), pose).unwrap();
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let rays = PixelRays::new(&camera(), &sensor_from_camera());
             let surface = ReferenceSurface::cast(&bullet(), &rays).unwrap();
-            let map = surface.map_with_indenters(std::slice::from_ref(&presser));
+            let map = surface.map_with_indenters(std::slice::from_ref(&indenter));
             let bits: Vec<u64> = map.range_mm().iter().map(|range| range.to_bits()).collect();
             (bits, map.label().to_vec())
         })

@@ -104,14 +104,14 @@ impl<'a> System<'a> {
     /// No convergence, or an element that is inverted.
     pub fn solve(
         &mut self,
-        presser: &dyn Indenter,
+        indenter: &dyn Indenter,
         shift_mm: &Vector3<f64>,
         tolerance_mm: f64,
         max_iterations: usize,
     ) -> Result<(), ElasticError> {
         let mut last = f64::INFINITY;
         for iteration in 0..max_iterations {
-            let above = self.indenter_gaps(presser, shift_mm);
+            let above = self.indenter_gaps(indenter, shift_mm);
             let held: Vec<usize> =
                 (0..self.state.is_held.len()).filter(|&ring| self.state.is_held[ring]).collect();
             let Some(step) = self.step(&above, &held)? else { break };
@@ -133,7 +133,7 @@ impl<'a> System<'a> {
             let is_eager = iteration < EAGER_ITERATIONS;
             let may_change = is_eager || largest <= SETTLED * tolerance_mm;
             let is_same =
-                !(may_change && self.update_contact(presser, shift_mm, tolerance_mm, is_eager));
+                !(may_change && self.update_contact(indenter, shift_mm, tolerance_mm, is_eager));
             if is_same && largest <= tolerance_mm {
                 return Ok(());
             }
@@ -199,12 +199,12 @@ impl<'a> System<'a> {
     }
 
     /// Measures the indenter above each column of the deformed surface.
-    fn indenter_gaps(&self, presser: &dyn Indenter, shift_mm: &Vector3<f64>) -> Vec<IndenterGap> {
+    fn indenter_gaps(&self, indenter: &dyn Indenter, shift_mm: &Vector3<f64>) -> Vec<IndenterGap> {
         let at = |column: usize| {
             let node = column * self.mesh.rows;
             let moved = &self.state.displacements[2 * node..2 * node + 2];
             let place: [f64; 2] = std::array::from_fn(|k| self.mesh.nodes[node][k] + moved[k]);
-            IndenterGap::new(presser, place, shift_mm)
+            IndenterGap::new(indenter, place, shift_mm)
         };
         (0..self.mesh.columns).map(at).collect()
     }
@@ -213,12 +213,12 @@ impl<'a> System<'a> {
     /// whether any changed.
     fn update_contact(
         &mut self,
-        presser: &dyn Indenter,
+        indenter: &dyn Indenter,
         shift_mm: &Vector3<f64>,
         tolerance_mm: f64,
         all: bool,
     ) -> bool {
-        let above = self.indenter_gaps(presser, shift_mm);
+        let above = self.indenter_gaps(indenter, shift_mm);
         let mut has_changed = false;
         for ring in 0..self.state.is_held.len() {
             let gap_mm = self.grips[ring].gap_mm(&above);

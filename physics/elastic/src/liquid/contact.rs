@@ -130,7 +130,7 @@ fn solve_contact_forces(
         active.copy_from_slice(&next);
     }
     Err(ElasticError::NoConvergence {
-        what: "the contact of presser and surface",
+        what: "the contact of indenter and surface",
         iterations: MAX_ITERATIONS,
         residual: changed as f64,
         tolerance: 0.0,

@@ -103,11 +103,12 @@ impl LiquidStack {
 
     /// Computes the depth to which an indenter reaches below each node of the undeformed surface, mm; negative above
     /// it.
-    fn indenter_depths_mm(&self, presser: &(impl Indenter + ?Sized)) -> Vec<f64> {
+    fn indenter_depths_mm(&self, indenter: &(impl Indenter + ?Sized)) -> Vec<f64> {
         let lines_mm = self.slab.lines_mm(2);
         let reach_mm = lines_mm.last().unwrap_or(&0.0) - lines_mm.first().unwrap_or(&0.0);
         let up = Vector3::z();
-        let gap = |at: &[usize; 2]| -presser.gap_mm(&self.slab.place(self.top(*at)), &up, reach_mm);
+        let gap =
+            |at: &[usize; 2]| -indenter.gap_mm(&self.slab.place(self.top(*at)), &up, reach_mm);
         self.surface.iter().map(gap).collect()
     }
 
@@ -156,9 +157,9 @@ impl LiquidStack {
 
 impl LiquidSolver<'_> {
     /// Presses an indenter straight down, without friction.
-    pub fn press(&self, presser: &(impl Indenter + ?Sized)) -> Result<LiquidOutcome, SoftError> {
+    pub fn press(&self, indenter: &(impl Indenter + ?Sized)) -> Result<LiquidOutcome, SoftError> {
         let stack = self.stack;
-        let all_mm = stack.indenter_depths_mm(presser);
+        let all_mm = stack.indenter_depths_mm(indenter);
         let most_mm = all_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         if most_mm <= 0.0 {
             return Err(ElasticError::NoContact { gap_mm: -most_mm }.into());

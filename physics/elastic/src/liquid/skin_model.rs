@@ -184,7 +184,7 @@ impl SkinModel {
     pub(super) fn describe_simplifications(&self, skin: &LiquidSkin) -> Vec<String> {
         let mut left_out = vec![
             "what the skin does beyond the edge of the window, which is taken to hold it".to_owned(),
-            "friction: the presser slides on the skin".to_owned(),
+            "friction: the indenter slides on the skin".to_owned(),
             "the stretch of tubes, and the liquid's weight and surface tension: columns are moved by squeezed \
              volume and shut-in air alone"
                 .to_owned(),

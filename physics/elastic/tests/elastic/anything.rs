@@ -41,7 +41,7 @@ fn presses_of_anything_balance_or_are_refused() {
         let outward =
             Vector3::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos());
         let solid = CompiledSolid::new(&some_solid(&mut chance)).unwrap();
-        let presser =
+        let indenter =
             SolidIndenter::new(&solid, &Pose::z_to(outward, Point3::from(30.0 * outward)));
         let mut press = Press::along(-outward, 0.05 + chance.up_to(1.4)).unwrap();
         let is_sheared = chance.up_to(1.0) < 0.4;
@@ -51,7 +51,7 @@ fn presses_of_anything_balance_or_are_refused() {
             press = press.with_shear(friction, way_mm, 2).unwrap();
             sheared += 1;
         }
-        match stack.press(&presser, &press) {
+        match stack.press(&indenter, &press) {
             Ok(outcome) => {
                 answers += 1;
                 // The force is compared with the nodal tractions: normals of neighbouring nodes differ by about (h /

@@ -66,7 +66,7 @@ fn slipping_traction_is_friction_times_pressure() {
 }
 
 #[test]
-fn what_sticks_moves_with_the_presser() {
+fn what_sticks_moves_with_the_indenter() {
     for body in [two_layers(), round_layer(0.495)] {
         let stack = stack(&body, MeshDensity::uniform(0.25, 40));
         let way_mm = Vector3::new(0.03, 0.02, 0.0);

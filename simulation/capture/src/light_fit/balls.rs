@@ -185,10 +185,10 @@ impl BallProfile {
     pub(super) fn measure(
         view: &PadImageMap,
         file: &Path,
-        [reference, picture]: [&[f32]; 2],
+        [reference, image]: [&[f32]; 2],
         ball_radius_mm: f64,
     ) -> Result<Self, Error> {
-        let darker = |i: usize| WHITE * f64::from(reference[i] - picture[i]);
+        let darker = |i: usize| WHITE * f64::from(reference[i] - image[i]);
         // A first estimate of the offset; most of the pad is undisturbed.
         let brighter_grey = -median(view.visible_pixels().map(|(i, _)| darker(i)));
         let (at_mm, darkest) =

@@ -128,11 +128,9 @@ impl Explained for FitLightError {
         let hint = match self {
             Self::TooFew { .. } => "take more captures, with pins in full view",
             Self::NoDome { .. } => "press one ball in each capture, and leave landmarks away",
-            Self::NoBall { .. } => {
-                "press deeper; the picture at rest belongs apart from the others"
-            }
+            Self::NoBall { .. } => "press deeper; the image at rest belongs apart from the others",
             Self::BallAtEdge { .. } => {
-                "press nearer to the middle of the pad, or give the size of a pixel if pictures are straight"
+                "press nearer to the middle of the pad, or give the size of a pixel if images are straight"
             }
             Self::SeveralBalls { .. } => "press one ball in each capture",
             Self::NoFit => "look at the captures: is the reference of the same exposure?",
@@ -338,11 +336,11 @@ impl LightFitInput<'_> {
         let reference = read_grey(self.reference)?;
         let mut profiles = Vec::new();
         for (i, record) in self.captures.records.iter().enumerate() {
-            let picture = read_grey(&self.folder.join(&record.file))?;
+            let image = read_grey(&self.folder.join(&record.file))?;
             let here = observations.iter().filter(|o| o.contact.capture == i);
             profiles.extend(
                 here.filter_map(|o| {
-                    PinProfile::measure(o, seen, scene.touch, [&reference, &picture])
+                    PinProfile::measure(o, seen, scene.touch, [&reference, &image])
                 }),
             );
         }

@@ -181,14 +181,9 @@ impl PadFitInput<'_> {
         let (mut profiles, mut wrong) = (Vec::new(), Vec::new());
         for file in self.captures {
             let read = || {
-                let picture = CapturedImage::read(file)?;
-                check_size(file, &picture, view.size_px())?;
-                BallProfile::measure(
-                    &view,
-                    file,
-                    [&reference, &picture.grey()],
-                    self.ball_radius_mm,
-                )
+                let image = CapturedImage::read(file)?;
+                check_size(file, &image, view.size_px())?;
+                BallProfile::measure(&view, file, [&reference, &image.grey()], self.ball_radius_mm)
             };
             match read() {
                 Ok(profile) => profiles.push(profile),

@@ -93,7 +93,7 @@ fn unexplained(fitted: &PadFit) -> Vec<String> {
     }
     // An intensity from elsewhere at its lower limit means that the model explains all light by the layer.
     if fitted.values[1] < 1.0 {
-        found.push("the picture at rest is no brighter than the layer makes it: nothing comes from elsewhere".to_owned());
+        found.push("the image at rest is no brighter than the layer makes it: nothing comes from elsewhere".to_owned());
     }
     found
 }

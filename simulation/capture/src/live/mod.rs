@@ -220,10 +220,10 @@ impl LiveState<'_> {
         for body in &mut moved.bodies {
             body.sensor_from_body = way.then_in(body.sensor_from_body);
         }
-        let pressers = compile_indenters(&[moved]).map_err(Error::bug)?;
+        let indenters = compile_indenters(&[moved]).map_err(Error::bug)?;
         // Normals cost time and only shading by slopes needs them.
         let normals = self.studio.needs_normals();
-        let map = self.surface.map_deformed_beyond(STILL_MM, &pressers, &answer, normals);
+        let map = self.surface.map_deformed_beyond(STILL_MM, &indenters, &answer, normals);
         self.to_result(&map, Some(&answer), *seed)
     }
 

@@ -113,7 +113,7 @@ impl LiveSkin {
     /// converge.
     pub fn press(&self, presses: &[Press]) -> Result<Vec<SkinResult>, Error> {
         let bodies: Vec<_> = presses.iter().flat_map(|press| &press.bodies).cloned().collect();
-        let ready = with_indenters(&bodies, |pressers| Ok(self.stack.prepare(pressers)?));
+        let ready = with_indenters(&bodies, |indenters| Ok(self.stack.prepare(indenters)?));
         match ready {
             Ok(ready) => presses.iter().map(|press| self.solve(&ready, press)).collect(),
             Err(error) if error.is_no_contact() => presses.iter().map(|_| self.at_rest()).collect(),
@@ -132,7 +132,7 @@ impl LiveSkin {
     ///
     /// # Errors
     /// Returns an error for an unknown lighting.
-    pub fn pictures(
+    pub fn images(
         &self,
         shown: &[SkinResult],
         wanted: &SkinImageRequest,

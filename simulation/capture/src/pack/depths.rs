@@ -19,7 +19,7 @@ pub(super) fn depth_pack(
     lighting: &Lighting,
     constants: &LightConstants,
 ) -> Result<OpticsPack, Error> {
-    let picture = render_at_rest(scene, lighting, constants, |_| Ok(()))?;
+    let image = render_at_rest(scene, lighting, constants, |_| Ok(()))?;
     let sensor = &scene.project.design.sensor;
     let layers = LayerScene::new(sensor, lighting, constants)?;
     let touch = scene.touch()?;
@@ -48,7 +48,7 @@ pub(super) fn depth_pack(
         array("depth_mm", &[places.len(), longest], NpyValues::F64(depth_mm)),
     ];
     let mut files = vec![
-        file("background.png", background_png(&picture)?),
+        file("background.png", background_png(&image)?),
         npz_file("grey_to_depth.npz", &arrays)?,
     ];
     // 9DTact's own table starts at the intensity at rest and knows a single curve, so it only exists for pads.
@@ -63,8 +63,8 @@ pub(super) fn depth_pack(
         curves.iter().map(|curve| curve.len() - 1 - MAX_GAIN as usize).collect();
     let document = json!({
         "shows": "thickness",
-        "width_px": picture.size_px[0],
-        "height_px": picture.size_px[1],
+        "width_px": image.size_px[0],
+        "height_px": image.size_px[1],
         "polar_deg": places.iter().map(|place| place.polar_deg).collect::<Vec<_>>(),
         "darkest_grey": deepest,
         "ball_radius_mm": BALL_MM,

@@ -74,17 +74,17 @@ fn render_at_rest(
 }
 
 /// Converts an image to 8-bit red, green and blue.
-fn to_rgb8(picture: &SimulatedCapture) -> Vec<u8> {
-    let all = picture.grey.chunks(picture.channels);
+fn to_rgb8(image: &SimulatedCapture) -> Vec<u8> {
+    let all = image.grey.chunks(image.channels);
     // A greyscale pixel is repeated for the three colours.
     all.flat_map(|pixel| std::array::from_fn::<_, 3, _>(|k| pixel[k % pixel.len()]))
         .map(|value| value.round().clamp(0.0, 255.0) as u8)
         .collect()
 }
 
-fn background_png(picture: &SimulatedCapture) -> Result<Vec<u8>, Error> {
-    let [width, height] = picture.size_px;
-    png(width, height, &to_rgb8(picture)).map_err(Error::bug)
+fn background_png(image: &SimulatedCapture) -> Result<Vec<u8>, Error> {
+    let [width, height] = image.size_px;
+    png(width, height, &to_rgb8(image)).map_err(Error::bug)
 }
 
 fn file(name: &str, bytes: Vec<u8>) -> OutputFile {

@@ -9,8 +9,8 @@ use fabkit_depth::ground_truth::{DepthMap, NO_LABEL};
 use fabkit_export::{NpyValues, npy, npy_lists, zip};
 use fabkit_files::Error;
 use fabkit_geometry::{Lighting, Point3, Rgb, TouchSurface, Vector3};
+use fabkit_image::encode_jpeg;
 use fabkit_light::linear_fit;
-use fabkit_picture::encode_jpeg;
 use fabkit_scene::SensorView;
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -84,11 +84,11 @@ pub(super) fn slope_pack(
     }
     let coat = CoatScene::new(sensor, lighting, constants)?;
     let mut spots = Vec::new();
-    let picture = render_at_rest(scene, lighting, constants, |seen| {
+    let image = render_at_rest(scene, lighting, constants, |seen| {
         spots = sample_spots(seen.map, touch);
         Ok(())
     })?;
-    let middle = picture.size_px.map(|px| f64::from(px) / 2.0);
+    let middle = image.size_px.map(|px| f64::from(px) / 2.0);
     // Shadows are rendered at the place nearest to the image's centre.
     let off = |spot: &&Spot| {
         let [x, y] = [0, 1].map(|k| spot.pixel[k] - middle[k]);
@@ -103,8 +103,8 @@ pub(super) fn slope_pack(
     let pixel_mm = scales[scales.len() / 2];
     let table = Table::fit(&coat, &spots, pixel_mm);
     let shadows = shadows(&coat, &centre, pixel_mm);
-    let [width, height] = picture.size_px;
-    let rgb = to_rgb8(&picture);
+    let [width, height] = image.size_px;
+    let rgb = to_rgb8(&image);
     let bgr: Vec<u8> = rgb.chunks(3).flat_map(|pixel| [pixel[2], pixel[1], pixel[0]]).collect();
     let shape = [height as usize, width as usize];
     let f0 = array("f0", &[shape[0], shape[1], 3], NpyValues::U8(bgr));
@@ -124,7 +124,7 @@ pub(super) fn slope_pack(
     });
     let config = serde_json::to_string_pretty(&config);
     let files = vec![
-        file("background.png", background_png(&picture)?),
+        file("background.png", background_png(&image)?),
         npz_file("taxim/polycalib.npz", &table.arrays([2, 1, 0]))?,
         npz_file("taxim/dataPack.npz", &[f0])?,
         file("taxim/gelmap.npy", gel),

@@ -74,20 +74,20 @@ impl ColumnTracker {
         self.ends.iter().map(|end| end.as_ref().map(of)).collect()
     }
 
-    pub(super) fn ends_px(&self, picture: &CapturedImage) -> Vec<Option<Px>> {
-        self.ends.iter().map(|end| end.as_ref()?.locate(picture)).collect()
+    pub(super) fn ends_px(&self, image: &CapturedImage) -> Vec<Option<Px>> {
+        self.ends.iter().map(|end| end.as_ref()?.locate(image)).collect()
     }
 }
 
 impl ColumnEnd {
-    fn locate(&self, picture: &CapturedImage) -> Option<Px> {
+    fn locate(&self, image: &CapturedImage) -> Option<Px> {
         let steps = (self.reach_px / STEP_PX).ceil() as isize;
         let across = [-self.way[1], self.way[0]];
         let beside = (MAX_SIDE_SHIFT * self.pitch_px).floor() as isize;
         // The camera may be slightly off its design, so the channel is searched sideways: it has most dye.
         let dye_at = |off: isize| {
-            let inside = (-steps..-steps / 2)
-                .map(|step| self.red_excess(picture, step, off as f64, &across));
+            let inside =
+                (-steps..-steps / 2).map(|step| self.red_excess(image, step, off as f64, &across));
             inside.sum::<f64>()
         };
         let offs: Vec<(isize, f64)> = (-beside..=beside).map(|off| (off, dye_at(off))).collect();
@@ -105,7 +105,7 @@ impl ColumnEnd {
             .map(|step| {
                 let offs = -half_width..=half_width;
                 let many = (2 * half_width + 1) as f64;
-                offs.map(|off| self.red_excess(picture, step, middle + off as f64, &across))
+                offs.map(|off| self.red_excess(image, step, middle + off as f64, &across))
                     .sum::<f64>()
                     / many
             })
@@ -126,17 +126,17 @@ impl ColumnEnd {
     }
 
     /// Returns the excess of red over green, interpolated linearly; 0 outside the image.
-    fn red_excess(&self, picture: &CapturedImage, step: isize, off_px: f64, across: &Px) -> f64 {
+    fn red_excess(&self, image: &CapturedImage, step: isize, off_px: f64, across: &Px) -> f64 {
         let along_px = step as f64 * STEP_PX;
         let at = [0, 1].map(|k| self.at[k] + along_px * self.way[k] + off_px * across[k]);
-        let [width, height] = picture.size_px;
+        let [width, height] = image.size_px;
         let (left, top) = (at[0].floor(), at[1].floor());
         if left < 0.0 || top < 0.0 || left + 1.0 >= width as f64 || top + 1.0 >= height as f64 {
             return 0.0;
         }
         let (x, y) = (at[0] - left, at[1] - top);
         let value = |column: usize, row: usize| {
-            let pixel = &picture.values[3 * (row * width + column)..];
+            let pixel = &image.values[3 * (row * width + column)..];
             f64::from(pixel[0] - pixel[1])
         };
         let (column, row) = (left as usize, top as usize);

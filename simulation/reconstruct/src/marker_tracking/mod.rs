@@ -197,15 +197,15 @@ impl MarkerTracker {
     ///
     /// # Errors
     /// Returns an error for an image that has another size or lacks required colours.
-    pub fn follow(&self, file: &Path, picture: &CapturedImage) -> Result<TrackedMarkers, Error> {
-        check_size(file, picture, self.size_px)?;
+    pub fn follow(&self, file: &Path, image: &CapturedImage) -> Result<TrackedMarkers, Error> {
+        check_size(file, image, self.size_px)?;
         if self.is_colored {
-            check_has_colours(file, picture)?;
+            check_has_colours(file, image)?;
         }
         let px = match &self.by {
-            Detector::Spots(spots) => spots.follow(picture),
+            Detector::Spots(spots) => spots.follow(image),
             Detector::Columns(columns) => {
-                let ends = columns.ends_px(picture);
+                let ends = columns.ends_px(image);
                 // Without a position at rest there is no displacement.
                 ends.into_iter()
                     .zip(&self.rest_px)
@@ -272,12 +272,12 @@ impl MarkerTracker {
     ///
     /// # Errors
     /// Returns the errors of [`Self::follow`].
-    pub fn measure_images_per_s(&self, file: &Path, picture: &CapturedImage) -> Result<f64, Error> {
+    pub fn measure_images_per_s(&self, file: &Path, image: &CapturedImage) -> Result<f64, Error> {
         const RUNS: usize = 5;
         let mut fastest_s = f64::INFINITY;
         for _ in 0..RUNS {
             let start = Instant::now();
-            std::hint::black_box(self.follow(file, picture)?);
+            std::hint::black_box(self.follow(file, image)?);
             fastest_s = fastest_s.min(start.elapsed().as_secs_f64());
         }
         Ok(fastest_s.recip())
@@ -439,9 +439,9 @@ impl SpotTracker {
         Self { looks, scaling, tells, sizes, rest, strengths }
     }
 
-    fn follow(&self, picture: &CapturedImage) -> Vec<Option<Px>> {
-        let values = self.scaling.values(picture);
-        let said = SignalImage::new(&self.scaling, &self.tells, &values, picture.channels);
+    fn follow(&self, image: &CapturedImage) -> Vec<Option<Px>> {
+        let values = self.scaling.values(image);
+        let said = SignalImage::new(&self.scaling, &self.tells, &values, image.channels);
         let least = |(size, strength): (&MarkerSize, &f64)| {
             (LEAST_OF_REST * strength).max(NOISES * said.noise(*size))
         };

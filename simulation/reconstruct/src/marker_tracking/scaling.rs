@@ -62,16 +62,16 @@ impl Scaling {
     }
 
     /// Returns the averaged pixels, with the channels of each pixel together.
-    pub(super) fn values(&self, picture: &CapturedImage) -> Vec<f32> {
-        let (channels, binned) = (picture.channels, self.binned);
+    pub(super) fn values(&self, image: &CapturedImage) -> Vec<f32> {
+        let (channels, binned) = (image.channels, self.binned);
         if binned == 1 {
-            return picture.values.clone();
+            return image.values.clone();
         }
         let [columns, rows] = self.size_px.map(|px| px / binned);
         let mut values = vec![0.0; columns * rows * channels];
         let line = columns * channels;
         for row in 0..rows * binned {
-            let from = &picture.values[row * self.size_px[0] * channels..];
+            let from = &image.values[row * self.size_px[0] * channels..];
             let to = &mut values[row / binned * line..][..line];
             let (from, to) = (from.chunks_exact(binned * channels), to.chunks_exact_mut(channels));
             for (from, to) in from.zip(to) {

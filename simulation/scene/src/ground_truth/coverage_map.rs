@@ -106,13 +106,13 @@ pub fn draw_coverage_map(
         size[0] * PLACE_PX + 2 * MARGIN_PX + LEGEND_PX,
         (size[1] * PLACE_PX).max(200) + 2 * MARGIN_PX,
     ];
-    let picture = RenderedImage::filled(canvas[0], canvas[1], PAPER);
-    let mut picture = picture.unwrap_or_else(|error: RenderError| unreachable!("{error}"));
+    let image = RenderedImage::filled(canvas[0], canvas[1], PAPER);
+    let mut image = image.unwrap_or_else(|error: RenderError| unreachable!("{error}"));
     for (row, colors) in rows.iter().enumerate() {
         for (column, color) in colors.iter().enumerate() {
             let at = [column, row].map(|at| i64::from(MARGIN_PX + at as u32 * PLACE_PX));
             let Some(color) = color else { continue };
-            picture.fill(at, at.map(|at| at + i64::from(PLACE_PX)), *color);
+            image.fill(at, at.map(|at| at + i64::from(PLACE_PX)), *color);
         }
     }
     let place = |x: f64, y: f64| {
@@ -120,12 +120,12 @@ pub fn draw_coverage_map(
         let margin = f64::from(MARGIN_PX);
         [margin + (x - middle[0] + half[0]) * px, margin + (middle[1] + half[1] - y) * px]
     };
-    axes(&mut picture, &chart, &place);
+    axes(&mut image, &chart, &place);
     let entries: Vec<([u8; 3], String)> =
         legend.into_iter().map(|(_, color, text)| (color, text)).collect();
     let corner = [f64::from(canvas[0] - LEGEND_PX), f64::from(MARGIN_PX)];
-    legend::draw_at(&mut picture, &entries, corner, LETTER_PX);
-    Ok(picture)
+    legend::draw_at(&mut image, &entries, corner, LETTER_PX);
+    Ok(image)
 }
 
 /// Returns the legend's entries as cause, colour and text. The visible share comes first, with an empty cause.
@@ -145,7 +145,7 @@ fn legend_entries(coverage: &SurfaceCoverage) -> Vec<(String, [u8; 3], String)> 
 }
 
 /// Draws the axes: rings of equal polar angle on a dome, ticks in millimetres on a pad.
-fn axes(picture: &mut RenderedImage, chart: &Chart, place: &dyn Fn(f64, f64) -> [f64; 2]) {
+fn axes(image: &mut RenderedImage, chart: &Chart, place: &dyn Fn(f64, f64) -> [f64; 2]) {
     match chart {
         Chart::Dome { last_rad } => {
             let last = last_rad.to_degrees();
@@ -156,19 +156,19 @@ fn axes(picture: &mut RenderedImage, chart: &Chart, place: &dyn Fn(f64, f64) -> 
                     let (sin, cos) = f64::from(step).to_radians().sin_cos();
                     place(ring * cos, ring * sin)
                 };
-                picture.draw_line(&(0..=360).map(at).collect::<Vec<_>>(), 1.0, INK);
+                image.draw_line(&(0..=360).map(at).collect::<Vec<_>>(), 1.0, INK);
                 let [x, y] = at(90);
-                legend::write(picture, &format!("{ring:.0}"), [x + 3.0, y - 12.0], LETTER_PX);
+                legend::write(image, &format!("{ring:.0}"), [x + 3.0, y - 12.0], LETTER_PX);
             }
             let [x, y] = place(0.0, -last);
-            legend::write(picture, "deg from the tip", [x - 60.0, y + 14.0], LETTER_PX);
+            legend::write(image, "deg from the tip", [x - 60.0, y + 14.0], LETTER_PX);
             let [x, y] = place(last, 0.0);
-            legend::write(picture, "x", [x + 6.0, y - 0.5 * LETTER_PX], LETTER_PX);
-            picture.draw_line(&[place(last, 0.0), [x - 10.0, y]], 1.5, INK);
+            legend::write(image, "x", [x + 6.0, y - 0.5 * LETTER_PX], LETTER_PX);
+            image.draw_line(&[place(last, 0.0), [x - 10.0, y]], 1.5, INK);
         }
         Chart::Plane { bounds_mm: [[x0, x1], [y0, y1]] } => {
             let frame = [[*x0, *y0], [*x1, *y0], [*x1, *y1], [*x0, *y1], [*x0, *y0]];
-            picture.draw_line(&frame.map(|[x, y]| place(x, y)), 1.0, INK);
+            image.draw_line(&frame.map(|[x, y]| place(x, y)), 1.0, INK);
             // A tick every 5 mm.
             let ticks = |least: f64, most: f64| {
                 let (first, last) = ((least / 5.0).ceil() as i32, (most / 5.0).floor() as i32);
@@ -176,16 +176,16 @@ fn axes(picture: &mut RenderedImage, chart: &Chart, place: &dyn Fn(f64, f64) -> 
             };
             for x in ticks(*x0, *x1) {
                 let [u, v] = place(x, *y0);
-                picture.draw_line(&[[u, v], [u, v + 6.0]], 1.0, INK);
-                legend::write(picture, &format!("{x:.0}"), [u - 4.0, v + 10.0], LETTER_PX);
+                image.draw_line(&[[u, v], [u, v + 6.0]], 1.0, INK);
+                legend::write(image, &format!("{x:.0}"), [u - 4.0, v + 10.0], LETTER_PX);
             }
             for y in ticks(*y0, *y1) {
                 let [u, v] = place(*x0, y);
-                picture.draw_line(&[[u, v], [u - 6.0, v]], 1.0, INK);
-                legend::write(picture, &format!("{y:.0}"), [u - 34.0, v - 4.0], LETTER_PX);
+                image.draw_line(&[[u, v], [u - 6.0, v]], 1.0, INK);
+                legend::write(image, &format!("{y:.0}"), [u - 34.0, v - 4.0], LETTER_PX);
             }
             let [u, v] = place(0.5 * (x0 + x1), *y0);
-            legend::write(picture, "x, y in mm", [u - 30.0, v + 26.0], LETTER_PX);
+            legend::write(image, "x, y in mm", [u - 30.0, v + 26.0], LETTER_PX);
         }
     }
 }

@@ -175,8 +175,8 @@ impl MapCollector {
     /// # Errors
     /// [`ExportError`].
     pub fn false_color_png(&self) -> Result<Vec<u8>, ExportError> {
-        let picture = files::false_color_image(self.size_px[0], &self.shown_mm);
-        png(picture.width_px, picture.height_px, &picture.rgb)
+        let image = files::false_color_image(self.size_px[0], &self.shown_mm);
+        png(image.width_px, image.height_px, &image.rgb)
     }
 
     /// Encodes the 16-bit greyscale image as PNG.

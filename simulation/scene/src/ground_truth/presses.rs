@@ -21,17 +21,17 @@ pub struct DeepestContact {
 /// # Errors
 /// Returns an error if a solid is not valid.
 pub fn compile_indenters(presses: &[Press]) -> Result<Vec<PlacedIndenter>, InvalidSolid> {
-    let mut pressers = Vec::new();
+    let mut indenters = Vec::new();
     for press in presses {
         for body in &press.bodies {
             let name = match presses {
                 [_] => body.name.clone(),
                 _ => format!("{} {}", press.id, body.name),
             };
-            pressers.push(PlacedIndenter::new(name, &body.solid, body.sensor_from_body)?);
+            indenters.push(PlacedIndenter::new(name, &body.solid, body.sensor_from_body)?);
         }
     }
-    Ok(pressers)
+    Ok(indenters)
 }
 
 /// Finds the deepest contact in a depth map; `None` without contact.

@@ -124,14 +124,14 @@ impl ElasticSolver {
         let solids = bodies.iter().map(|body| CompiledSolid::new(&body.solid));
         let solids = solids.collect::<Result<Vec<_>, _>>().map_err(SoftError::Solid)?;
         let stack_from_sensor = self.soft.sensor_from_stack.inverse();
-        let pressers: Vec<SolidIndenter> = solids
+        let indenters: Vec<SolidIndenter> = solids
             .iter()
             .zip(bodies)
             .map(|(solid, body)| {
                 SolidIndenter::new(solid, &stack_from_sensor.then_in(body.sensor_from_body))
             })
             .collect();
-        Ok(self.stack.press(&pressers, how)?)
+        Ok(self.stack.press(&indenters, how)?)
     }
 }
 

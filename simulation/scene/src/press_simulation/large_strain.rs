@@ -43,7 +43,7 @@ impl PressRequest<'_> {
         // Lifts the indenter from its final pose to its start.
         let up = Pose::translation(0.0, 0.0, self.depth_mm + ABOVE_MM);
         let pose = soft.sensor_from_stack.inverse().then_in(body.sensor_from_body);
-        let presser = SolidIndenter::new(&solid, &up.then_in(pose));
+        let indenter = SolidIndenter::new(&solid, &up.then_in(pose));
         let around = |spacing_mm: f64, across: f64| {
             soft.division_at_pole(spacing_mm, FINE_RADII * across * spacing_mm)
         };
@@ -53,11 +53,11 @@ impl PressRequest<'_> {
         let coarse =
             fabkit_elastic::ElasticStack::new(&soft.body, &around(coarse_mm, 8.0), self.threads)?;
         let down = Press::along(-fabkit_geometry::Vector3::z(), self.depth_mm)?;
-        let contact_mm = coarse.press(&presser, &down)?.contact_radius_mm;
+        let contact_mm = coarse.press(&indenter, &down)?.contact_radius_mm;
         let spacing_mm = self.spacing_mm.unwrap_or(contact_mm.max(coarse_mm) / NODES_PER_RADIUS);
         let stack = FiniteStack::new(&soft.body, &around(spacing_mm, NODES_PER_RADIUS))?;
         let depths_mm: Vec<f64> = (1..=self.steps).map(|i| self.depth_at(i)).collect();
-        let mut outcomes = stack.press(&presser, &depths_mm)?;
+        let mut outcomes = stack.press(&indenter, &depths_mm)?;
         let both = depths_mm.iter().zip(&outcomes);
         let steps =
             both.map(|(mm, outcome)| PressStep::from_outcome([*mm, 0.0], outcome, &soft)).collect();

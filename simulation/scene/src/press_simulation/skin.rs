@@ -74,7 +74,7 @@ impl PressRequest<'_> {
         let spacing_mm = self.spacing_mm.unwrap_or(SPACING_MM);
         let stack = LiquidStack::from_sensor(&project.design.sensor, spacing_mm)?;
         // The setup for the full depth covers all smaller depths as well.
-        let ready = with_indenters(&last.bodies, |pressers| Ok(stack.prepare(pressers)?))?;
+        let ready = with_indenters(&last.bodies, |indenters| Ok(stack.prepare(indenters)?))?;
         let mut steps = Vec::new();
         for i in 1..=self.steps {
             let depth_mm = self.depth_at(i);
@@ -98,7 +98,7 @@ impl PressRequest<'_> {
 /// # Errors
 /// Returns the errors of [`Pressing::run_on_skin`].
 pub fn press_skin(ready: &LiquidSolver<'_>, press: &Press) -> Result<LiquidOutcome, PressingError> {
-    with_indenters(&press.bodies, |pressers| Ok(ready.press(pressers)?))
+    with_indenters(&press.bodies, |indenters| Ok(ready.press(indenters)?))
 }
 
 /// Compiles bodies to solids at their poses and passes them to `call`, since indenters borrow their solids.
@@ -109,12 +109,12 @@ pub fn with_indenters<T>(
     let compiled = |body: &PressBody| CompiledSolid::new(&body.solid);
     let solids = bodies.iter().map(compiled).collect::<Result<Vec<_>, _>>();
     let solids = solids.map_err(SoftError::Solid)?;
-    let pressers: Vec<SolidIndenter<'_>> = solids
+    let indenters: Vec<SolidIndenter<'_>> = solids
         .iter()
         .zip(bodies)
         .map(|(solid, body)| SolidIndenter::new(solid, &body.sensor_from_body))
         .collect();
-    call(&pressers)
+    call(&indenters)
 }
 
 impl SkinPressResult {

@@ -31,7 +31,7 @@ fn what_is_too_large_is_refused_with_both_figures_and_a_way_out() {
         ([&["dataset", "rtac0", "-o", "ds"][..], &large].concat(), "a data set of 8000 x 8000 px"),
         (
             vec!["render", "rtac0", "-o", "r.png", "--size", "8000x8000", "--memory", "500MB"],
-            "a picture of 8000 x 8000 px",
+            "an image of 8000 x 8000 px",
         ),
     ] {
         let run = within(1_000_000, root.path(), &arguments);
@@ -46,7 +46,7 @@ fn what_is_too_large_is_refused_with_both_figures_and_a_way_out() {
 #[test]
 fn what_is_allowed_fits() {
     let root = tempfile::tempdir().unwrap();
-    // 1.2 million rays: 91 bytes of arrays and the pictures are most of it.
+    // 1.2 million rays: 91 bytes of arrays and the images are most of it.
     let cast = [
         "depth",
         "rtac0",
@@ -119,7 +119,7 @@ fn write_png(path: &Path, [width, height]: [u32; 2], depth: png::BitDepth) {
 }
 
 #[test]
-fn pictures_are_refused_by_their_headers() {
+fn images_are_refused_by_their_headers() {
     use png::BitDepth::{Eight, Sixteen};
 
     let root = tempfile::tempdir().unwrap();
@@ -139,7 +139,7 @@ fn pictures_are_refused_by_their_headers() {
     let pins = ["calibrate", "pins", "--memory", "1GB", "--reference"];
     let run = within(SLACK_KIB + 50_000, root.path(), &[&pins[..], &bombs].concat());
     assert_eq!(run.code, Some(3), "{run:?}");
-    assert!(run.stderr.contains("looking for pins in a picture of 6000 x 6000 px takes"));
+    assert!(run.stderr.contains("looking for pins in an image of 6000 x 6000 px takes"));
     // Not of the camera's size.
     let board = ["--board", "boards/checkerboard.board.json", "-o", "c.yaml"];
     let intrinsics = ["calibrate", "intrinsics", "rtac0"];

@@ -1,4 +1,4 @@
-//! `fabkit calibrate`, end to end on synthetic pictures.
+//! `fabkit calibrate`, end to end on synthetic images.
 
 use std::fs;
 use std::path::Path;
@@ -108,7 +108,7 @@ impl Setup {
 }
 
 #[test]
-fn pictures_become_a_pose_with_a_report() {
+fn images_become_a_pose_with_a_report() {
     let setup = Setup::new();
     let run = setup.calibrate(&["--report", "report.html", "--json"]);
     assert_eq!(run.code, Some(0), "{}", run.stderr);
@@ -259,7 +259,7 @@ fn bad_captures_are_refused_by_name() {
     assert!(message.contains("01_02_06_14_22.png: not a readable PNG"), "{message}");
     fs::write(&first, &reference).unwrap();
     let message = setup.refused(&[]);
-    assert!(message.contains("the picture is the reference itself"), "{message}");
+    assert!(message.contains("the image is the reference itself"), "{message}");
     fs::write(&first, &good).unwrap();
 
     fs::write(setup.capture("01_99.png"), &good).unwrap();
@@ -273,7 +273,7 @@ fn bad_captures_are_refused_by_name() {
 
     fs::remove_file(setup.capture("ref.png")).unwrap();
     let message = setup.refused(&[]);
-    assert!(message.contains("no picture without contact"), "{message}");
+    assert!(message.contains("no image without contact"), "{message}");
     assert!(message.contains("--reference"), "{message}");
 }
 

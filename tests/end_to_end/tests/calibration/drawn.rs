@@ -143,7 +143,7 @@ impl Bench {
         solve_drawn(observations, &start, &drawing, Loss::Squares).unwrap()
     }
 
-    /// Where the surface is that each pixel of a small picture shows.
+    /// Where the surface is that each pixel of a small image shows.
     fn shown(&self, viewpoint: &Viewpoint, stack: OpticalStack) -> Vec<Option<Point3<f64>>> {
         let small = viewpoint.resized([80, 60]).unwrap();
         let rays = small.rays(1).traced_through(&Arc::new(ViewStacks::new(stack)));

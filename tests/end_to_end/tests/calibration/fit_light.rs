@@ -60,13 +60,13 @@ fn simulated_captures_give_back_what_they_were_made_with() {
         ground + layer * scatter * 1.45 / (1.0 + scatter * 1.45)
     };
     let share = at_rest(&found) / (made["exposure"].as_f64().unwrap() * at_rest(&made));
-    // The picture at rest has a drift, whose two standard deviations are 2.4 % of it.
+    // The image at rest has a drift, whose two standard deviations are 2.4 % of it.
     assert!((share - 1.0).abs() < 0.05 + 0.024 + 0.01, "{share}");
     // What the profile leaves out: rays that meet the pin before they meet the surface below it.
     let number = |key: &str| found[key].as_f64().unwrap();
     assert!(number("held_out_profile_rms_grey") < 4.0 && number("reference_rms_grey") < 2.0);
 
-    // And a picture by these constants says so.
+    // And an image by these constants says so.
     let said = fabkit(
         root.path(),
         &[
@@ -97,7 +97,7 @@ fn simulated_captures_give_back_what_they_were_made_with() {
     );
 }
 
-/// Pictures of the default ball, pressed in so deep at these places of 9DTact's pad, and the picture at rest.
+/// Images of the default ball, pressed in so deep at these places of 9DTact's pad, and the image at rest.
 fn balls_on_a_pad(folder: &std::path::Path, presses: &[&str]) -> Value {
     let capture = |more: &[&str]| {
         let all = [&["capture", "9dtact", "--spacing", "0.5mm", "--json"], more].concat();
@@ -146,7 +146,7 @@ fn balls_on_a_pad_give_back_light_and_depth() {
     assert!((share - 1.0).abs() < 0.05, "{share}");
     assert!(number("held_out_profile_rms_grey") < 1.0 && number("reference_rms_grey") < 4.0);
 
-    // Pictures rest on these; how far light spreads is as it was.
+    // Images rest on these; how far light spreads is as it was.
     let again = ["capture", "9dtact", "--constants", "light.json", "--press", "ball@0mm,0mm,1mm"];
     let said = fabkit(root.path(), &[&again[..], &["--json", "-o", "again.png"]].concat());
     let said = said.ok().json();
@@ -208,7 +208,7 @@ fn what_shows_no_ball_is_said() {
     assert!(run.code == Some(2) && run.stderr.contains("belongs to pads"), "{}", run.stderr);
 }
 
-/// A folder with `ref.png` and pictures of a ball of 8 mm at 0.051 mm to a pixel, as 9DTact's authors published.
+/// A folder with `ref.png` and images of a ball of 8 mm at 0.051 mm to a pixel, as 9DTact's authors published.
 #[test]
 fn a_real_ball_is_explained_where_it_is_dark() {
     let Some(folder) = std::env::var_os("FABKIT_REAL_BALLS") else {

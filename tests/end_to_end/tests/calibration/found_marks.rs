@@ -1,4 +1,4 @@
-//! A pin's mark is not its tip: pictures of pins, rendered from the drawn layers, give the camera's place back by the real
+//! A pin's mark is not its tip: images of pins, rendered from the drawn layers, give the camera's place back by the real
 //! binary, and pixels of the same marks taken for tips do not.
 
 use std::fmt::Write;

@@ -1,4 +1,4 @@
-//! Halves calibrate as pins do: pictures of a few of them give the camera's place back, by the real binary.
+//! Halves calibrate as pins do: images of a few of them give the camera's place back, by the real binary.
 
 use std::fs;
 use std::path::Path;
@@ -44,7 +44,7 @@ fn take_captures(root: &Path) {
 }
 
 #[test]
-fn pictures_of_halves_tell_where_the_camera_is() {
+fn images_of_halves_tell_where_the_camera_is() {
     let root = tempfile::tempdir().unwrap();
     let drawn_mm = camera(root.path());
     take_captures(root.path());

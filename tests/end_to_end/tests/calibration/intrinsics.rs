@@ -1,4 +1,4 @@
-//! `fabkit calibrate intrinsics`, from rendered pictures to the camera's file.
+//! `fabkit calibrate intrinsics`, from rendered images to the camera's file.
 
 #[path = "../../../../calibration/solver/tests/solver/common/mod.rs"]
 mod common;
@@ -15,20 +15,20 @@ use fabkit_geometry::sequences::SplitMix64;
 use fabkit_tests::{Run, fabkit, read_folder};
 use tempfile::TempDir;
 
-const PICTURES: usize = 10;
+const IMAGES: usize = 10;
 
 fn board() -> Board {
     charuco([12, 9], 4.0, 3.0)
 }
 
-/// A folder with `board.json` and pictures `0.png` to `9.png`, made once.
+/// A folder with `board.json` and images `0.png` to `9.png`, made once.
 fn folder() -> &'static Path {
     static FOLDER: OnceLock<TempDir> = OnceLock::new();
     let make = || {
         let folder = tempfile::tempdir().unwrap();
         let (studio, board, mut random) = (Studio::new(fisheye()), board(), SplitMix64::new(20));
         fs::write(folder.path().join("board.json"), board.to_json()).unwrap();
-        for index in 0..PICTURES {
+        for index in 0..IMAGES {
             let pose = somewhere(&board, &mut random, [22.0, 45.0], 40.0, 45.0);
             let picture = studio.picture(&board, &pose, USUAL, &mut random);
             save(&picture, folder.path().join(format!("{index}.png")));
@@ -38,28 +38,28 @@ fn folder() -> &'static Path {
     FOLDER.get_or_init(make).path()
 }
 
-fn pictures() -> Vec<String> {
-    (0..PICTURES).map(|index| format!("{index}.png")).collect()
+fn images() -> Vec<String> {
+    (0..IMAGES).map(|index| format!("{index}.png")).collect()
 }
 
-fn calibrate(pictures: &[String], more: &[&str]) -> Run {
+fn calibrate(images: &[String], more: &[&str]) -> Run {
     let mut arguments = vec!["calibrate", "intrinsics", "rtac0", "--board", "board.json"];
-    arguments.extend(pictures.iter().map(String::as_str));
+    arguments.extend(images.iter().map(String::as_str));
     arguments.extend(more);
     fabkit(folder(), &arguments)
 }
 
 #[test]
-fn pictures_become_a_camera_with_its_covariance() {
+fn images_become_a_camera_with_its_covariance() {
     let out = tempfile::tempdir().unwrap();
     let camera_file = out.path().join("camera.yaml");
     let report_file = out.path().join("report.html");
     let outputs =
         ["-o", camera_file.to_str().unwrap(), "--report", report_file.to_str().unwrap(), "--json"];
-    let run = calibrate(&pictures(), &outputs).ok();
+    let run = calibrate(&images(), &outputs).ok();
     let json = run.json();
     assert_eq!(json["format"], "fabkit-intrinsics");
-    assert_eq!(json["pictures"].as_array().unwrap().len(), PICTURES);
+    assert_eq!(json["pictures"].as_array().unwrap().len(), IMAGES);
     assert!(json["reprojection_rms_px"].as_f64().unwrap() < 0.15, "{json:#}");
 
     let estimate = files::read(&fs::read_to_string(&camera_file).unwrap()).unwrap();
@@ -80,7 +80,7 @@ fn pictures_become_a_camera_with_its_covariance() {
     // The same on one thread, to the last byte.
     let before = read_folder(out.path());
     let again: Vec<&str> = outputs.into_iter().chain(["--threads", "1"]).collect();
-    assert_eq!(calibrate(&pictures(), &again).ok().stdout, run.stdout);
+    assert_eq!(calibrate(&images(), &again).ok().stdout, run.stdout);
     assert_eq!(read_folder(out.path()), before);
 }
 
@@ -124,12 +124,12 @@ fn lists_of_corners_do_as_well() {
 }
 
 #[test]
-fn pictures_that_cannot_be_are_named_all_at_once() {
+fn images_that_cannot_be_are_named_all_at_once() {
     let bad = tempfile::tempdir().unwrap();
     let path = |name: &str| bad.path().join(name).to_str().unwrap().to_owned();
-    fs::write(path("text.png"), "no picture").unwrap();
+    fs::write(path("text.png"), "no image").unwrap();
     save(&GreyImage::new(320, 240, vec![0.5; 320 * 240]).unwrap(), path("small.png"));
-    let mut given = pictures();
+    let mut given = images();
     given.extend([path("text.png"), path("small.png"), path("missing.png"), given[3].clone()]);
     let output = path("camera.yaml");
     let run = calibrate(&given, &["-o", &output]);
@@ -138,7 +138,7 @@ fn pictures_that_cannot_be_are_named_all_at_once() {
         "text.png: not a readable PNG",
         "small.png: 320 x 240 px; the sensor's camera has 640 x 480 px",
         "missing.png",
-        "3.png and 3.png are the same picture",
+        "3.png and 3.png are the same image",
     ];
     for text in expected {
         assert!(run.stderr.contains(text), "no `{text}` in:\n{}", run.stderr);
@@ -147,19 +147,19 @@ fn pictures_that_cannot_be_are_named_all_at_once() {
 }
 
 #[test]
-fn pictures_without_the_board_are_not_enough() {
+fn images_without_the_board_are_not_enough() {
     let bad = tempfile::tempdir().unwrap();
     let path = |name: &str| bad.path().join(name).to_str().unwrap().to_owned();
     let plain = |value: f32| GreyImage::new(640, 480, vec![value; 640 * 480]).unwrap();
     save(&plain(1.0), path("white.png"));
     save(&plain(0.4), path("grey.png"));
-    let given = [pictures()[0].clone(), path("white.png"), path("grey.png")];
+    let given = [images()[0].clone(), path("white.png"), path("grey.png")];
     let run = calibrate(&given, &["-o", &path("camera.yaml")]);
     assert_eq!(run.code, Some(2), "{run:?}");
     let expected = [
         "views with at least 6 corners of the board: 1; 3 are needed",
-        "white.png: 100 % of the picture is saturated: lower the exposure",
-        "grey.png: the picture has no contrast",
+        "white.png: 100 % of the image is saturated: lower the exposure",
+        "grey.png: the image has no contrast",
     ];
     for text in expected {
         assert!(run.stderr.contains(text), "no `{text}` in:\n{}", run.stderr);

@@ -1,4 +1,4 @@
-//! Captures of a real sensor, published with R-Tac0: 15 pictures of five pins each, named after
+//! Captures of a real sensor, published with R-Tac0: 15 images of five pins each, named after
 //! their holes, `ref.png`, and `holes.json`. They are not part of this repository.
 //!
 //! `cargo xtask real-captures DIR`, or `FABKIT_REAL_CAPTURES=DIR` for any run of the tests. Without
@@ -19,7 +19,7 @@ fn captures() -> Option<PathBuf> {
 }
 
 #[test]
-fn five_pins_are_found_in_at_least_fourteen_pictures() {
+fn five_pins_are_found_in_at_least_fourteen_images() {
     let Some(folder) = captures() else { return };
     let mut files: Vec<String> = fs::read_dir(&folder)
         .unwrap()
@@ -35,7 +35,7 @@ fn five_pins_are_found_in_at_least_fourteen_pictures() {
     let report: Value = serde_json::from_str(&run.stdout).unwrap();
     let images = report["images"].as_array().unwrap();
     let five = images.iter().filter(|image| image["pins"].as_array().unwrap().len() == 5).count();
-    println!("five pins in {five} of {} pictures", images.len());
+    println!("five pins in {five} of {} images", images.len());
     assert!(images.len() == 15 && five >= 14);
 }
 

@@ -221,8 +221,8 @@ fn presses_past_the_rigid_shell_are_refused_all_at_once() {
     dataset(root.path(), &["--presses", "list.txt", "--set", fits]).ok();
 }
 
-/// A picture of one value; the camera's size unless told otherwise.
-fn picture(width: u32, value: u8) -> Vec<u8> {
+/// An image of one value; the camera's size unless told otherwise.
+fn image(width: u32, value: u8) -> Vec<u8> {
     fabkit_application::export::png(width, 72, &vec![value; 3 * width as usize * 72]).unwrap()
 }
 
@@ -239,14 +239,14 @@ fn captures_are_stitched_or_every_fault_is_listed() {
     for pattern in 1..=3u8 {
         for (side, value) in [("left", 10 * pattern), ("right", 100 + pattern)] {
             let name = format!("semi-dome-{pattern:03}-{side}.png");
-            fs::write(captures.join(name), picture(96, value)).unwrap();
+            fs::write(captures.join(name), image(96, value)).unwrap();
         }
     }
     with("captures", "set").ok();
     assert!(root.path().join("set/samples/image/c/0/0/0/0").exists());
 
-    fs::write(captures.join("semi-dome-001-left.png"), picture(97, 0)).unwrap();
-    fs::write(captures.join("semi-dome-002-left.png"), "no picture").unwrap();
+    fs::write(captures.join("semi-dome-001-left.png"), image(97, 0)).unwrap();
+    fs::write(captures.join("semi-dome-002-left.png"), "no image").unwrap();
     fs::remove_file(captures.join("semi-dome-003-right.png")).unwrap();
     let run = with("captures", "new");
     let expected = [
@@ -290,7 +290,7 @@ fn probes_are_spread_seen_and_limited() {
         let point = [r * theta.sin() * phi.cos(), r * theta.sin() * phi.sin(), r * theta.cos()];
         assert!((0..3).all(|i| (point[i] - number(2 + i)).abs() < 1e-9), "{line}");
         assert!(number(1) > 0.0 && number(1) <= deepest_mm);
-        // The nominal camera looks along z, so that angles around it are those in the picture.
+        // The nominal camera looks along z, so that angles around it are those in the image.
         if let Ok(phi_image) = cell(10) {
             assert!((phi - phi_image).abs() < 1e-9, "{line}");
         }

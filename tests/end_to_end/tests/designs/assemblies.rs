@@ -1,4 +1,4 @@
-//! Nothing overlaps that is not meant to in what prints and pictures show: mesh intersection, over every pair of bodies
+//! Nothing overlaps that is not meant to in what prints and images show: mesh intersection, over every pair of bodies
 //! in every assembly of every built-in sensor and fixture. Exact lines are a rule of `fabkit check`, which other tests hold.
 
 use std::cell::OnceCell;

@@ -57,7 +57,7 @@ fn the_job_file_and_the_manifest_name_every_file() {
             let named: Vec<&str> = named.map(|file| file["Path"].as_str().unwrap()).collect();
             let prefix = format!("{board}/");
             let made = files.keys().filter_map(|name| name.strip_prefix(&prefix));
-            // What is etched and drilled; places, parts and pictures are no layers.
+            // What is etched and drilled; places, parts and images are no layers.
             let layers: BTreeSet<&str> =
                 made.filter(|name| name.ends_with(".gbr") || name.ends_with(".drl")).collect();
             assert_eq!(named.len(), layers.len(), "{}: {named:?}", sensor.name);

@@ -38,9 +38,9 @@ fn any_number_of_threads_gives_the_same_bytes() {
 }
 
 #[test]
-fn any_number_of_threads_and_both_profiles_give_the_same_pictures() {
+fn any_number_of_threads_and_both_profiles_give_the_same_images() {
     let parts = ["--format=png", "--part=base", "--part=filling-gel"];
-    let picture = |binary: &Path, threads: &str| {
+    let image = |binary: &Path, threads: &str| {
         let root = tempfile::tempdir().unwrap();
         let status = Command::new(binary)
             .current_dir(root.path())
@@ -51,7 +51,7 @@ fn any_number_of_threads_and_both_profiles_give_the_same_pictures() {
         assert!(status.success(), "{status}");
         read_folder(&root.path().join("here"))
     };
-    let first = picture(binary(), "--threads=1");
+    let first = image(binary(), "--threads=1");
     assert!(first.contains_key("base.png"), "{:?}", first.keys());
-    assert_same(&first, &picture(binary(), "--threads=8"));
+    assert_same(&first, &image(binary(), "--threads=8"));
 }

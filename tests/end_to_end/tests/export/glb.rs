@@ -1,5 +1,5 @@
 //! GLB files against the designs that they are of: bodies, places, colours, masses, and the animation against
-//! the exploded picture. Outside readers judge the same files: `tests/oracles/check_glb.py`.
+//! the exploded image. Outside readers judge the same files: `tests/oracles/check_glb.py`.
 
 use std::collections::BTreeMap;
 
@@ -64,7 +64,7 @@ fn srgb(light: f64) -> f64 {
 }
 
 #[test]
-fn every_sensor_is_its_bodies_and_comes_apart_as_its_exploded_picture() {
+fn every_sensor_is_its_bodies_and_comes_apart_as_its_exploded_image() {
     let (mut moved, mut several, mut clear) = (0, 0, 0);
     for design in fabkit_tests::builtin_designs() {
         let file = exported(&design);

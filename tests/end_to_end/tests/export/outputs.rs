@@ -332,7 +332,7 @@ fn what_verify_keeps_follows_the_rules_of_an_export() {
 }
 
 #[test]
-fn a_data_set_that_does_not_come_about_replaces_no_picture() {
+fn a_data_set_that_does_not_come_about_replaces_no_image() {
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("camera.yaml"), CAMERA).unwrap();
     fs::create_dir(root.path().join("set")).unwrap();

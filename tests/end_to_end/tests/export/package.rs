@@ -113,7 +113,7 @@ fn a_package_holds_boards() {
 
 #[test]
 fn an_archive_is_the_same_on_any_number_of_threads() {
-    // Few and small pictures.
+    // Few and small images.
     const SMALL: &[&str] = &["export", "digit-like", "--tolerance", "0.1mm"];
     let root = tempfile::tempdir().unwrap();
     let run = |words: &[&str]| fabkit(root.path(), words);

@@ -18,7 +18,7 @@ fn texts<'a>(list: &'a Value, key: &str) -> Vec<&'a str> {
     list.as_array().unwrap().iter().map(|one| one[key].as_str().unwrap()).collect()
 }
 
-/// What a reader sees: no tags, no pictures, characters as they are.
+/// What a reader sees: no tags, no images, characters as they are.
 fn text_of(html: &str) -> String {
     let (mut text, mut is_tag) = (String::new(), false);
     for letter in html.chars() {
@@ -321,10 +321,10 @@ fn commands_of_the_calibration_are_understood() {
         let words: Vec<&str> = line.split(' ').filter(|word| !word.is_empty()).collect();
         assert_eq!(words[0], "fabkit");
         let run = fabkit(root.path(), &words[1..]);
-        // Pictures and camera are missing here; the words are not.
+        // Images and camera are missing here; the words are not.
         assert!(!run.stderr.contains("Usage:"), "{line}: {run:?}");
     }
-    // Each picture has as many different holes as pins, all of them holes of the dome.
+    // Each image has as many different holes as pins, all of them holes of the dome.
     let captures = calibration["captures"].as_array().unwrap();
     assert_eq!(captures.len(), 30);
     for capture in captures {
@@ -369,7 +369,7 @@ fn a_difference_names_what_is_used_again() {
     assert_eq!(body(&wider, "camera")["change"], "same");
     assert!(texts(&wider["parameters"], "path").contains(&"surface.radius"));
     let page = fs::read_to_string(root.path().join("page.html")).unwrap();
-    assert!(page.matches("<img").count() >= 20 && text_of(&page).contains("shell"), "no pictures");
+    assert!(page.matches("<img").count() >= 20 && text_of(&page).contains("shell"), "no images");
 
     let route = diff(&["rtac0-published-2025", "rtac0"]);
     assert_eq!(body(&route, "shell")["change"], "same");

@@ -153,7 +153,7 @@ fn every_listed_body_is_shown_and_has_a_source_for_every_parameter() {
 }
 
 #[test]
-fn pictures_are_drawn_of_parts_and_assemblies() {
+fn images_are_drawn_of_parts_and_assemblies() {
     let root = tempfile::tempdir().unwrap();
     let size = |name: &str| {
         let bytes = fs::read(root.path().join(name)).unwrap();
@@ -178,8 +178,8 @@ fn pictures_are_drawn_of_parts_and_assemblies() {
     assert_eq!(view.code, Some(2));
     assert!(view.stderr.contains("did you mean `top`?"), "{}", view.stderr);
     let side = |view| {
-        let picture = ["render", "rtac0", "--size=64x48", "-o", "a.png", "--view", view];
-        assert_eq!(fabkit(root.path(), &picture).code, Some(0), "{view}");
+        let image = ["render", "rtac0", "--size=64x48", "-o", "a.png", "--view", view];
+        assert_eq!(fabkit(root.path(), &image).code, Some(0), "{view}");
         fs::read(root.path().join("a.png")).unwrap()
     };
     assert_eq!(side("front"), side("-90,0"));

@@ -1,5 +1,5 @@
 //! Nothing is forgotten: every file of a family is a module, every sensor's file is a sensor, every
-//! body has a picture, every parameter a source; every file of tests is part of a program, and programs are few.
+//! body has an image, every parameter a source; every file of tests is part of a program, and programs are few.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -106,13 +106,13 @@ fn every_sensor_file_is_registered() {
 }
 
 #[test]
-fn every_body_has_a_picture_that_shows_it() {
+fn every_body_has_an_image_that_shows_it() {
     let shot = ImageView { size_px: [64, 48], is_section: false, from: None };
     for design in fabkit_tests::builtin_designs() {
         for body in &design.sensor.bodies {
             let png = draw_body(body, shot, &ignore_progress)
                 .unwrap_or_else(|e| panic!("{}: {e}", body.name));
-            // An empty picture of this size is smaller than that.
+            // An empty image of this size is smaller than that.
             assert!(png.len() > 300, "{}: {} bytes", body.name, png.len());
         }
     }

@@ -6,7 +6,7 @@ use fabkit_optics::{CameraView, OpticalStack, RayEnd, ViewStacks};
 use fabkit_tests::build_design;
 use nalgebra::Point2;
 
-/// Radius in the picture of what is seen at an angle off the axis, px.
+/// Radius in the image of what is seen at an angle off the axis, px.
 fn radius_px(camera: &NominalCamera, degrees: f64) -> f64 {
     camera.focal_px() * camera.lens.projection.radius(degrees.to_radians())
 }
@@ -41,7 +41,7 @@ fn shadowtacs_focal_length_is_that_of_lens_and_pixels() {
     assert!(off.abs() < 1e-3, "{off}");
 }
 
-/// Reaches of the surface from the middle of UVDtact's picture, px: along a row, a column, and both diagonals.
+/// Reaches of the surface from the middle of UVDtact's image, px: along a row, a column, and both diagonals.
 fn reaches(set: &[&str]) -> Vec<f64> {
     let sensor = build_design("uvdtact", set).sensor;
     let nominal = &sensor.camera;
@@ -67,11 +67,11 @@ fn reaches(set: &[&str]) -> Vec<f64> {
 }
 
 #[test]
-fn uvdtacts_picture_is_the_papers_circle() {
+fn uvdtacts_image_is_the_papers_circle() {
     for reach in reaches(&[]) {
         assert!((152.0..=155.5).contains(&reach), "{reach} px; the paper crops to 311");
     }
-    // As it was drawn: the whole picture.
+    // As it was drawn: the whole image.
     let full = reaches(&["camera.field_of_view=120deg", "camera.front_depth=2.6mm"]);
     assert!(full.iter().all(|&reach| reach > 190.0), "{full:?}");
 }

@@ -46,7 +46,7 @@ fn met(body: &CompiledSolid, origin: [f64; 3], direction: Vector3<f64>) -> Optio
 }
 
 #[test]
-fn tactip_dots_keep_a_margin_in_the_picture() {
+fn tactip_dots_keep_a_margin_in_the_image() {
     let shares = |design: &Design| {
         let seen = derived_mm(design, "width that the camera sees at the outermost dots");
         1.0 - derived_mm(design, "diameter of the circle around all dots") / seen

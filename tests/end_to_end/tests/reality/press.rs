@@ -67,7 +67,7 @@ fn halves_come_on_no_other_way_than_along_their_dowels() {
     });
 }
 
-/// Findings about what pictures of the pins tell, without the forecast that all have.
+/// Findings about what images of the pins tell, without the forecast that all have.
 fn seen(settings: &[&str]) -> Vec<Finding> {
     let report = project("rtac0", settings).examine_fixture("pin-dome").unwrap();
     let of_pins = |finding: &Finding| {

@@ -21,7 +21,7 @@ fn seen(name: &str, set: &str, tilt_deg: f64) -> Vec<Finding> {
     fabkit_checks::check_visibility(&sensor(name, set, tilt_deg)).unwrap()
 }
 
-const BESIDE: &str = "lies beside the picture";
+const BESIDE: &str = "lies beside the image";
 
 /// Sensor, what is set, by how much the camera is turned away, and what the warning says.
 const WRONG: [(&str, &str, f64, &str); 16] = [

@@ -12,7 +12,7 @@ use fabkit_geometry::{NominalCamera, Sensor};
 use fabkit_optics::{FirstInterface, OpticalStack, ViewStacks};
 use fabkit_tests::{build_design, tested_sensors};
 
-/// A small picture of a sensor; what its camera is, by file, if it has the first interface in its own model, and whether
+/// A small image of a sensor; what its camera is, by file, if it has the first interface in its own model, and whether
 /// bodies bend light again behind that.
 fn with_interface(sensor: &Sensor) -> Option<(String, bool)> {
     let nominal = &sensor.camera;

@@ -1,4 +1,4 @@
-//! Pictures that a sensor's camera would take, by the real binary.
+//! Images that a sensor's camera would take, by the real binary.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -8,14 +8,14 @@ use fabkit_tests::contract::find_faults;
 use fabkit_tests::fabkit;
 use serde_json::Value;
 
-/// A picture with its columns and what its file says of itself.
-struct Picture {
+/// An image with its columns and what its file says of itself.
+struct Image {
     /// Of 65535 or 255, row by row.
     grey: Vec<f64>,
     comment: String,
 }
 
-fn picture(path: &Path) -> Picture {
+fn picture(path: &Path) -> Image {
     let mut reader =
         png::Decoder::new(BufReader::new(File::open(path).unwrap())).read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
@@ -27,17 +27,17 @@ fn picture(path: &Path) -> Picture {
         }
     };
     let comment = reader.info().uncompressed_latin1_text[0].text.clone();
-    Picture { grey, comment }
+    Image { grey, comment }
 }
 
-fn capture(folder: &Path, sensor: &str, more: &[&str], name: &str) -> (Value, Picture) {
+fn capture(folder: &Path, sensor: &str, more: &[&str], name: &str) -> (Value, Image) {
     let first = ["capture", sensor, "-o", name, "--json"];
     let json = fabkit(folder, &[&first[..], more].concat()).ok().json();
     assert!(find_faults(&json).is_empty(), "{:?}", find_faults(&json));
     (json, picture(&folder.join(name)))
 }
 
-/// What a picture rests on.
+/// What an image rests on.
 fn constant(said: &Value, name: &str) -> f64 {
     let mut constants = said["constants"].as_array().unwrap().iter();
     constants.find(|constant| constant["name"] == name).unwrap()["value"].as_f64().unwrap()
@@ -70,7 +70,7 @@ fn a_press_is_as_dark_as_its_layer_is_thin() {
     let expected = sent(1.45 - 0.8) / sent(1.45);
     // A pixel is 0.1 mm: the deepest place lies within half of one, where a ball of 4 mm has come off by 1 um.
     assert!((darkest / expected - 1.0).abs() < 1e-3, "{darkest} {expected}");
-    // What follows the presser and nothing else makes nothing brighter.
+    // What follows the indenter and nothing else makes nothing brighter.
     assert!(ratios().all(|ratio| ratio < 1.0 + 1e-4));
     assert!((said["thickness_mm"][0].as_f64().unwrap() - 0.65).abs() < 2e-3);
 
@@ -88,7 +88,7 @@ fn a_press_is_as_dark_as_its_layer_is_thin() {
 }
 
 #[test]
-fn pictures_say_what_they_are_and_are_the_same_again() {
+fn images_say_what_they_are_and_are_the_same_again() {
     let root = tempfile::tempdir().unwrap();
     let press = ["--press", "ball@1mm,-2mm,1mm", "--spacing", "0.8mm"];
     let of = |more: &[&str], name: &str| {
@@ -103,16 +103,16 @@ fn pictures_say_what_they_are_and_are_the_same_again() {
         assert!(first.comment.contains(word), "{}", first.comment);
     }
     let (_, again) = of(&["--seed", "3", "--threads", "1"], "b.png");
-    assert!(bytes == again, "another picture on another number of threads");
+    assert!(bytes == again, "another image on another number of threads");
     let (other, _) = of(&["--seed", "4"], "c.png");
     let (ideal, _) = of(&["--no-noise"], "d.png");
     assert!(ideal.comment.contains("no noise"));
-    // Noise as the constants say it, and a drift: another one with each seed. Both pictures are rounded.
+    // Noise as the constants say it, and a drift: another one with each seed. Both images are rounded.
     let grey = ideal.grey.iter().sum::<f64>() / ideal.grey.len() as f64;
     let stated = constant(&said, "read_noise_grey").powi(2)
         + constant(&said, "shot_noise_grey").powi(2) * grey
         + 2.0 / 12.0;
-    let off = |picture: &Picture| {
+    let off = |picture: &Image| {
         let off = picture.grey.iter().zip(&ideal.grey).map(|(a, b)| a - b).collect::<Vec<_>>();
         let mean = off.iter().sum::<f64>() / off.len() as f64;
         let variance = off.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / off.len() as f64;
@@ -127,7 +127,7 @@ fn pictures_say_what_they_are_and_are_the_same_again() {
         ["--indenter", "ball@1mm,-2mm", "--depth", "1mm", "--spacing", "0.8mm", "--seed", "3"];
     capture(root.path(), "9dtact", &parts, "parts.png");
     assert!(bytes == std::fs::read(root.path().join("parts.png")).unwrap());
-    // Rays are means: what is cast four times as finely is the same picture, but for edges.
+    // Rays are means: what is cast four times as finely is the same image, but for edges.
     let (finer, _) = of(&["--no-noise", "--samples", "2"], "e.png");
     let same = finer.grey.iter().zip(&ideal.grey).filter(|(a, b)| (*a - *b).abs() <= 1.0).count();
     assert!(same as f64 > 0.97 * ideal.grey.len() as f64, "{same}");
@@ -137,7 +137,7 @@ fn pictures_say_what_they_are_and_are_the_same_again() {
 fn a_camera_that_sends_jpeg_leaves_its_blocks() {
     let root = tempfile::tempdir().unwrap();
     // How much neighbours differ across the borders of blocks, over how much they do elsewhere.
-    let blocks = |picture: &Picture| {
+    let blocks = |picture: &Image| {
         let mut sums = [[0.0; 2]; 2];
         for row in picture.grey.chunks(640) {
             for x in 1..640 {
@@ -191,8 +191,8 @@ fn what_cannot_be_captured_is_refused_and_nothing_is_written() {
     assert_eq!(std::fs::read_dir(root.path()).unwrap().count(), 0);
 }
 
-/// The middle of what is brighter than a grey value around a pixel, weighted by how much.
-fn centroid(picture: &Picture, width: usize, [x, y]: [f64; 2], reach: f64, above: f64) -> [f64; 2] {
+/// The middle of what is brighter than an intensity around a pixel, weighted by how much.
+fn centroid(picture: &Image, width: usize, [x, y]: [f64; 2], reach: f64, above: f64) -> [f64; 2] {
     let mut sums = [0.0; 3];
     for (i, grey) in picture.grey.iter().enumerate() {
         let at = [(i % width) as f64, (i / width) as f64];
@@ -223,7 +223,7 @@ fn marks_are_where_they_are_said_to_be() {
 }
 
 #[test]
-fn pictures_of_halves_are_captures_and_come_back_after_an_interruption() {
+fn images_of_halves_are_captures_and_come_back_after_an_interruption() {
     let root = tempfile::tempdir().unwrap();
     let presses = ["ball@24deg,120deg,1mm", "ball@30deg,170deg,0.8mm"];
     let list = format!("first = {}\nsecond = {}\n", presses[0], presses[1]);
@@ -272,7 +272,7 @@ fn a_unit_is_another_sensor_of_the_same_design() {
     let (_, again) = of(&["--unit", "3", "--threads", "1"], "again.png");
     let (_, other) = of(&["--unit", "4"], "other.png");
     assert!(drawn["unit"].is_null() && unit.grey == again.grey);
-    let differ = |a: &Picture, b: &Picture| {
+    let differ = |a: &Image, b: &Image| {
         a.grey.iter().zip(&b.grey).filter(|(a, b)| (*a - *b).abs() > 1.0).count()
     };
     assert!(differ(&unit, &as_drawn) > 10_000 && differ(&unit, &other) > 10_000);

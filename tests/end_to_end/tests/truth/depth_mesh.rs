@@ -64,8 +64,8 @@ fn meshes_of_a_tenth_of_a_micrometre_agree_away_from_creases_and_miss_nothing() 
     let viewpoint = Viewpoint::new(&project.design.sensor.camera, None, None).unwrap();
     let rays = viewpoint.rays(1);
     let surface = ReferenceSurface::cast(touch, &rays).unwrap();
-    let pressers = compile_indenters(&presses).unwrap();
-    let map = surface.map_with_indenters(&pressers);
+    let indenters = compile_indenters(&presses).unwrap();
+    let map = surface.map_with_indenters(&indenters);
 
     // The same camera a little aside: every ray moves by 2 to 3.5 tolerances, to all sides.
     let aside = (0..8).map(|corner| {
@@ -73,7 +73,7 @@ fn meshes_of_a_tenth_of_a_micrometre_agree_away_from_creases_and_miss_nothing() 
         let pose = Pose::translation(shift(0), shift(1), shift(2));
         let rays = PixelRays::new(viewpoint.camera(), &pose.then_in(viewpoint.sensor_from_camera));
         let surface = ReferenceSurface::cast(touch, &rays).unwrap();
-        surface.map_with_indenters(&pressers).range_mm().to_vec()
+        surface.map_with_indenters(&indenters).range_mm().to_vec()
     });
     let aside: Vec<Vec<f64>> = aside.collect();
 

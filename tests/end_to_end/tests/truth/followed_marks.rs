@@ -1,4 +1,4 @@
-//! Marks that are followed in pictures, by the real binary, beside where the pictures' own truth has them.
+//! Marks that are followed in images, by the real binary, beside where the images' own truth has them.
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +11,7 @@ use serde_json::Value;
 
 type Px = [f64; 2];
 
-/// Names and pixels of the marks that a picture is made with.
+/// Names and pixels of the marks that an image is made with.
 fn capture(folder: &Path, words: &[&str], name: &str) -> Vec<(String, Px)> {
     let run = fabkit(folder, &[&["capture"], words, &["-o", name, "--json"]].concat()).ok().json();
     let mark = |mark: &Value| {
@@ -56,7 +56,7 @@ fn away(a: &Px, b: &Px) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// What is found of a picture, beside the truth.
+/// What is found of an image, beside the truth.
 struct Judged {
     at_rest: usize,
     seen: usize,
@@ -72,7 +72,7 @@ impl Judged {
         let ids = numbers(npz, "mark_id");
         assert!(ids.iter().enumerate().all(|(i, id)| *id == (i + 1) as f64));
         let mut own = Self { at_rest: 0, seen: 0, wrong: 0, off_px: Vec::new() };
-        // What is seen of a mark may lie beside the drawn place: as far in all pictures.
+        // What is seen of a mark may lie beside the drawn place: as far in all images.
         let beside = |i: usize| [0, 1].map(|k| rest_px[i][k] - rest[i].1[k]);
         for i in 0..px.len() {
             own.at_rest += usize::from(rest_px[i][0].is_finite());
@@ -113,7 +113,7 @@ fn marks_are_followed_by_their_names() {
     let folder = root.path();
     // A disc of radius r that is sampled once a pixel has an edge of 2 pi r pixels, each of which is wrong by a variance of
     // about a tenth of a pixel's area: its middle by sqrt(0.1 / (pi r)) along each axis, 0.06 px of the skin's markers; from
-    // picture to picture, in two directions, twice that. The tip's dots, less than a pixel wide, have 8 x 8 rays, but a
+    // image to image, in two directions, twice that. The tip's dots, less than a pixel wide, have 8 x 8 rays, but a
     // middle between two pixels that both hold all of it is known to half of one. A column's end lies between two pixels.
     for (sensor, more, press, bounds_px, least_seen) in [
         ("fluidic", &["--spacing", "2mm"][..], "hemisphere@20mm,3mm,5mm", [0.12, 0.12 * 2.45], 100),
@@ -154,7 +154,7 @@ fn marks_are_followed_by_their_names() {
         assert!(judged.seen >= least_seen, "{}", judged.seen);
         assert!(judged.part(0.5) < bounds_px[0] && judged.part(0.95) < bounds_px[1]);
         assert_eq!(json["files"][0]["marks_seen"], judged.seen);
-        // The picture at rest has not moved.
+        // The image at rest has not moved.
         let still = pairs(&folder.join("out/rest.npz"), "mark_moved_px");
         let still: Vec<&Px> = still.iter().filter(|px| px[0].is_finite()).collect();
         assert_eq!(still.len(), json["marks"]["at_rest"].as_u64().unwrap() as usize);
@@ -162,13 +162,12 @@ fn marks_are_followed_by_their_names() {
     }
 }
 
-/// The same picture farther to the right and down.
-fn shifted(picture: &CapturedImage, [right, down]: [usize; 2]) -> Vec<u8> {
-    let [width, height] = picture.size_px;
+/// The same image farther to the right and down.
+fn shifted(image: &CapturedImage, [right, down]: [usize; 2]) -> Vec<u8> {
+    let [width, height] = image.size_px;
     let value = |column: usize, row: usize, k: usize| {
         let from = column.saturating_sub(right) + row.saturating_sub(down) * width;
-        (255.0 * picture.values[from * picture.channels + k.min(picture.channels - 1)]).round()
-            as u8
+        (255.0 * image.values[from * image.channels + k.min(image.channels - 1)]).round() as u8
     };
     let pixel = |i: usize| [0, 1, 2].map(|k| value(i % width, i / width, k));
     let rgb: Vec<u8> = (0..width * height).flat_map(pixel).collect();
@@ -209,7 +208,7 @@ fn a_pattern_that_has_moved_by_half_of_its_pitch_is_the_same_pattern() {
 }
 
 #[test]
-fn a_picture_without_marks_is_refused() {
+fn an_image_without_marks_is_refused() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path();
     // Nothing of a tip, dark all over.

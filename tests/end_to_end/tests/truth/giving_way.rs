@@ -252,7 +252,7 @@ fn forces_are_the_same_through_every_door() {
 
 #[test]
 fn what_stitching_leaves_out_is_stated() {
-    // Two balls on either side of the seam, near it: what each half's picture lacks is what the other one moves.
+    // Two balls on either side of the seam, near it: what each half's image lacks is what the other one moves.
     let scene = scene("rtac0");
     let (left, right) = ("ball@15deg,180deg,0.6mm", "ball@15deg,0deg,0.6mm");
     let both = map(&scene, &[left, right], linear(), [0.0; 2]);

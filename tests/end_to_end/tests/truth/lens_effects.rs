@@ -1,4 +1,4 @@
-//! What a lens does to how bright and how sharp pictures are, where a sensor's file says it, by the real binary.
+//! What a lens does to how bright and how sharp images are, where a sensor's file says it, by the real binary.
 
 use std::fs::{self, File};
 use std::io::BufReader;
@@ -10,7 +10,7 @@ use serde_json::Value;
 
 const WIDTH: usize = 640;
 
-/// What the command says of a picture at rest without noise, and its grey values, of 65535.
+/// What the command says of an image at rest without noise, and its intensities, of 65535.
 fn at_rest(folder: &Path, sensor: &str, sets: &[&str]) -> (Value, Vec<f64>) {
     let sets: Vec<String> = sets.iter().map(|set| format!("--set=camera.{set}")).collect();
     let first = ["capture", sensor, "--reference", "--no-noise", "--bits=16", "--samples=1"];
@@ -28,7 +28,7 @@ fn at_rest(folder: &Path, sensor: &str, sets: &[&str]) -> (Value, Vec<f64>) {
 }
 
 #[test]
-fn a_picture_is_darker_off_the_axis_by_the_cosine_to_the_fourth() {
+fn an_image_is_darker_off_the_axis_by_the_cosine_to_the_fourth() {
     let root = tempfile::tempdir().unwrap();
     let (plain, before) = at_rest(root.path(), "rtac0", &[]);
     let (said, after) = at_rest(root.path(), "rtac0", &["vignetting=4"]);
@@ -51,16 +51,16 @@ fn a_picture_is_darker_off_the_axis_by_the_cosine_to_the_fourth() {
     assert!(compared > 100_000, "{compared}");
 }
 
-/// Mean square of how far light of a marker is spread along a row, beside that in a sharp picture, px^2.
+/// Mean square of how far light of a marker is spread along a row, beside that in a sharp image, px^2.
 fn spread(sharp: &[f64], blurred: &[f64], [x, y]: [usize; 2]) -> f64 {
     let near = || (y - 22..=y + 22).flat_map(|row| (x - 22..=x + 22).map(move |col| [col, row]));
-    let at = |picture: &[f64], [col, row]: [usize; 2]| picture[row * WIDTH + col];
+    let at = |image: &[f64], [col, row]: [usize; 2]| image[row * WIDTH + col];
     let dark = near().map(|place| at(sharp, place)).fold(f64::INFINITY, f64::min);
     let whole: f64 = near().map(|place| at(sharp, place) - dark).sum();
     let middle =
         near().map(|place| (at(sharp, place) - dark) * place[0] as f64).sum::<f64>() / whole;
-    let moment = |picture: &[f64]| {
-        near().map(|place| at(picture, place) * (place[0] as f64 - middle).powi(2)).sum::<f64>()
+    let moment = |image: &[f64]| {
+        near().map(|place| at(image, place) * (place[0] as f64 - middle).powi(2)).sum::<f64>()
     };
     (moment(blurred) - moment(sharp)) / whole
 }
@@ -82,7 +82,7 @@ fn markers_are_as_wide_as_a_thin_lens_makes_them() {
         4.0 * (spread(&sharp, &blurred, mark) - 1.0 / 12.0).max(0.0).sqrt()
     };
     // Proportional to the aperture, and to the difference of one over distances: with the focus farther away than the
-    // markers, the picture at two foci says where they look to be, and the third follows.
+    // markers, the image at two foci says where they look to be, and the third follows.
     let pupil_mm = 1.5;
     let [far, farther, farthest] = [200.0, 400.0, 1e5].map(|focus| diameter_px(pupil_mm, focus));
     // 1 / x - 1 / focus: linear in 1 / focus.
@@ -102,14 +102,14 @@ fn markers_are_as_wide_as_a_thin_lens_makes_them() {
 #[test]
 fn bytes_are_the_same_on_one_and_on_two_threads_and_what_is_wrong_is_refused_at_its_line() {
     let root = tempfile::tempdir().unwrap();
-    let picture = |threads: &str| {
+    let image = |threads: &str| {
         let name = format!("{threads}.png");
         let command = ["capture", "tactip", "--reference", "--threads", threads, "-o", &name];
         let sets = ["--set=camera.aperture=2mm", "--set=camera.focus=40mm"];
         fabkit(root.path(), &[&command[..], &sets, &["--set=camera.vignetting=4"]].concat()).ok();
         fs::read(root.path().join(&name)).unwrap()
     };
-    assert_eq!(picture("1"), picture("2"));
+    assert_eq!(image("1"), image("2"));
     for (key, value, limit) in
         [("vignetting", "9", "8"), ("aperture", "-1 mm", "0 mm"), ("focus", "0 mm", "1 mm")]
     {

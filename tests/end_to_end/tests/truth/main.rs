@@ -1,4 +1,4 @@
-//! What the camera sees of what presses: depth, forces, pictures.
+//! What the camera sees of what presses: depth, forces, images.
 
 mod behind_interface;
 mod capture;

@@ -47,7 +47,7 @@ fn every_camera_looks_through_media_that_are_known() {
     }
 }
 
-/// Tiles over the middle, the corner and the rim of each picture.
+/// Tiles over the middle, the corner and the rim of each image.
 #[test]
 fn together_and_alone_rays_end_at_the_same_points() {
     for name in tested_sensors() {
@@ -134,7 +134,7 @@ fn black_gel_hides_what_is_behind_it() {
     assert_eq!(lost.map_err(|lost| lost.label(sights.stack())), Err("transparent-gel"));
 }
 
-/// A small picture, so that all of it is looked at in a moment.
+/// A small image, so that all of it is looked at in a moment.
 fn small(sensor: &Sensor) -> NominalCamera {
     NominalCamera { width_px: 32, height_px: 24, ..sensor.camera.clone() }
 }

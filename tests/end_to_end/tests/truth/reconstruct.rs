@@ -1,4 +1,4 @@
-//! Depth from pictures: without a network, against the truth that the pictures were made of, simulated; with one, against
+//! Depth from images: without a network, against the truth that the images were made of, simulated; with one, against
 //! what a network says that is small enough to be worked out by hand.
 
 use std::path::Path;
@@ -16,14 +16,14 @@ use fabkit_application::scene::{Cast, SensorView};
 use fabkit_application::source::Source;
 use fabkit_tests::fabkit;
 
-/// A sensor whose camera takes its pictures.
+/// A sensor whose camera takes its images.
 struct Bench {
     project: Arc<Project>,
     scene: SensorView,
     constants: LightConstants,
 }
 
-/// A picture as the camera sends it, and the truth that it shows.
+/// An image as the camera sends it, and the truth that it shows.
 struct Shown {
     values: Vec<f32>,
     depth_mm: Vec<f64>,
@@ -91,7 +91,7 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 #[test]
-fn depth_is_what_the_pictures_were_made_of() {
+fn depth_is_what_the_images_were_made_of() {
     // A quarter of the pixels shows as much, in a quarter of the time.
     let fewer = ["camera.width_px=320", "camera.height_px=240"];
     for (sensor, press, pitch) in [
@@ -119,7 +119,7 @@ fn depth_is_what_the_pictures_were_made_of() {
         assert!(contact_mm < 0.25 * nothing_mm && beside_mm < 0.05, "{contact_mm} {beside_mm}");
         assert!(told > 0.95, "{told}");
         assert!((found.relative_brightness - 1.0).abs() < 0.01, "{}", found.relative_brightness);
-        // A picture that is brighter as a whole is the same press.
+        // An image that is brighter as a whole is the same press.
         let brighter: Vec<f32> = shown.values.iter().map(|value| (1.05 * value).min(1.0)).collect();
         let again = known.reconstruct(Path::new("brighter.png"), bench.picture(&brighter)).unwrap();
         assert!(
@@ -136,7 +136,7 @@ fn grey_png([width, height]: [u32; 2], value: f32) -> Vec<u8> {
     GreyImage::new(width, height, vec![value; (width * height) as usize]).unwrap().to_png()
 }
 
-/// A picture of R-Tac0's size, grey, and darker in a square of 40 px.
+/// An image of R-Tac0's size, grey, and darker in a square of 40 px.
 fn pressed(grey: f32, darker: f32) -> Vec<u8> {
     let square = |i: usize| (220..260).contains(&(i / 640)) && (300..340).contains(&(i % 640));
     let value = |i| (grey - if square(i) { darker } else { 0.0 }) / 255.0;
@@ -234,13 +234,13 @@ fn what_cannot_be_reconstructed_is_refused_by_name() {
             &["rtac0", "dark.png", "--reference", "small.png"][..],
             "100 x 80 px; the camera takes 640 x 480 px",
         ),
-        (&["rtac0", "small.png", "--reference", "dark.png"], "no picture of it at rest"),
+        (&["rtac0", "small.png", "--reference", "dark.png"], "no image of it at rest"),
         (&["uvdtact", "dark.png", "--reference", "small.png"], "the camera takes 400 x 400 px"),
         (
             &["uvdtact", "square.png", "--reference", "square.png", "--light", "uv"],
-            "this picture has no colours, by which lamps and layers are told apart",
+            "this image has no colours, by which lamps and layers are told apart",
         ),
-        (&["digit-like", "dark.png", "--reference", "dark.png"], "this picture has no colours"),
+        (&["digit-like", "dark.png", "--reference", "dark.png"], "this image has no colours"),
         (
             &["rtac0", "dark.png", "other/dark.png", "--reference", "dark.png"],
             "would both be written as dark.npz",

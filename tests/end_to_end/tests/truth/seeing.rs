@@ -1,4 +1,4 @@
-//! Pictures of what the camera sees, by the real binary: its rays, its own view, its coverage.
+//! Images of what the camera sees, by the real binary: its rays, its own view, its coverage.
 
 use std::fs::{self, File};
 use std::io::BufReader;
@@ -30,7 +30,7 @@ impl Pixels {
         &self.bytes[at..at + self.channels]
     }
 
-    /// Share of the pixels that are not as in another picture of the same size.
+    /// Share of the pixels that are not as in another image of the same size.
     fn unlike(&self, other: &Self) -> f64 {
         assert_eq!((self.size, self.channels), (other.size, other.channels));
         let pairs = self.bytes.chunks(self.channels).zip(other.bytes.chunks(self.channels));
@@ -60,7 +60,7 @@ fn rays_end_where_depth_says() {
             let pixel = floats(&ray["pixel"]);
             let is_surface = ray["seen_by"] == "surface";
             on_surface += usize::from(is_surface);
-            // The middle row of a picture of even height is the edge between two.
+            // The middle row of an image of even height is the edge between two.
             let near = [-0.6, 0.6].iter().flat_map(|dx| [-0.6, 0.6].map(|dy| [*dx, dy]));
             let near = near.map(|[dx, dy]| {
                 let at = |value: f64, size: usize| (value.max(0.0) as usize).min(size - 1);
@@ -107,7 +107,7 @@ fn a_lens_by_itself_looks_through_what_is_drawn() {
     assert!(straight.as_f64().unwrap() > drawn.as_f64().unwrap() + 0.05, "{straight} {drawn}");
 }
 
-/// The picture has the camera's size, and what it shows is the mask's business too: where the surface is seen
+/// The image has the camera's size, and what it shows is the mask's business too: where the surface is seen
 /// there is another colour than where a black body is. A narrower bore shows, and threads do not.
 #[test]
 fn the_view_is_the_camera_s() {
@@ -126,7 +126,7 @@ fn the_view_is_the_camera_s() {
     let narrow = render(&["--set", "diffuser.bore_radius=6mm"], "narrow.png");
     let share = one.unlike(&narrow);
     assert!((0.1..0.9).contains(&share), "{share}");
-    // The middle of the picture shows the same surface through either bore.
+    // The middle of the image shows the same surface through either bore.
     assert_eq!(one.at(80, 60), narrow.at(80, 60));
 
     let camera = "name: wide\n";
@@ -152,8 +152,7 @@ fn the_map_of_coverage_has_the_shares_that_are_told() {
         let arguments = ["depth", name, "--reference", "--coverage-map", file, "--json"];
         fabkit(root.path(), &[&arguments[..], more].concat()).ok().json()
     };
-    for (name, lost) in [("9dtact", "beside the picture"), ("gelsight-like", "beside the picture")]
-    {
+    for (name, lost) in [("9dtact", "beside the image"), ("gelsight-like", "beside the image")] {
         let document = depth(name, "map.png", &[]);
         let map = Pixels::read(&root.path().join("map.png"));
         let count = |color: [u8; 3]| map.bytes.chunks(3).filter(|pixel| *pixel == color).count();

@@ -58,7 +58,7 @@ impl IntrinsicsReport<'_> {
         let rows = [
             ("board", self.board.to_owned()),
             (
-                "pictures, used, corners",
+                "images, used, corners",
                 format!("{}, {}, {corners}", self.images.len(), calibration.views.len()),
             ),
             ("lens model chosen", calibration.model.name().to_owned()),

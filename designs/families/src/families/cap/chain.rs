@@ -67,7 +67,7 @@ pub fn chain(p: &Cap, layout: &CapLayout) -> Vec<Step> {
         assemble("assemble", SENSOR, &[CAMERA, CAMERA_CABLE, BASE])
             .with_instruction(format!(
                 "put the camera into the base, plug through the window{}, hold both against the holder and \
-                 look at the picture; turn the lens between two looks until the paint is sharp, lock it \
+                 look at the image; turn the lens between two looks until the paint is sharp, lock it \
                  with a drop of nail polish; join base and holder with four M2 screws, screw the base to the gripper; the LEDs' \
                  wires leave by the window to a microcontroller outside of the sensor",
                 match p.base.cable_side {

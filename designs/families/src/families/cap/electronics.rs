@@ -23,7 +23,7 @@ pub const CONNECTOR_MM: [f64; 2] = [13.0, 6.0];
 /// Returns all bought components.
 pub fn components(p: &Cap, layout: &CapLayout) -> Vec<Body> {
     let c = &p.camera;
-    let camera_text = format!("{} with lens {}, {}", c.module.model, c.lens, *c.pictures);
+    let camera_text = format!("{} with lens {}, {}", c.module.model, c.lens, *c.images);
     let led_text = format!("{}, one LED on {} of strip", p.leds.model, p.leds.strip_length);
     let leds = led_poses(p, layout);
     let leds = leds.iter().map(|pose| SENSOR.at_exploded(pose, 2.0).lifted(14.0));

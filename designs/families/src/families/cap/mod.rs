@@ -113,7 +113,7 @@ const LED_COLOR_ORDER: [usize; 3] = [0, 2, 1];
 /// Nominal camera, turned to the side on which its plug leaves.
 fn nominal_camera(p: &Cap) -> NominalCamera {
     let c = &p.camera;
-    let camera = c.view.camera_at(-c.depth.mm(), c.pictures.size_px());
+    let camera = c.view.camera_at(-c.depth.mm(), c.images.size_px());
     let sensor_from_camera = electronics::turned_to_cable_side(p, camera.sensor_from_camera);
     NominalCamera { sensor_from_camera, ..camera }
 }

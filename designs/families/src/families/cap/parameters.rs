@@ -137,7 +137,7 @@ sections! {
         /// Type of lens to buy.
         lens: String = 1..=80,
         /// Images of the camera.
-        pictures: Inline<ImageFormat>,
+        images: Inline<ImageFormat>,
         /// View of the camera's lens.
         view: Inline<View>,
         /// Distance of the lens's optical centre below the skin's foot.

@@ -346,7 +346,7 @@ impl StepSequence<'_> {
             assemble("focus", SENSOR, &[&[CAMERA, BASE], cable].concat())
                 .with_instruction(format!(
                     "melt the nuts into the base, screw the camera down, {lead}push the base in without \
-                     its screws, light the LEDs and look at the picture; pull the base out by its pry \
+                     its screws, light the LEDs and look at the image; pull the base out by its pry \
                      slots, turn the lens by its rim with tweezers, and try again until the dust on the \
                      gel is sharp; then lock the lens in its thread with a drop of nail polish"
                 ))

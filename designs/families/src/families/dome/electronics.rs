@@ -157,7 +157,7 @@ fn camera(p: &Dome, layout: &DomeLayout) -> Body {
             .named("connector");
     let heights = [layout.camera_board_bottom_z_mm, layout.camera_board_top_z_mm];
     let c = &p.camera;
-    c.board.bought((&c.module, &c.pictures, &c.view), heights, holes.tools, connector)
+    c.board.bought((&c.module, &c.images, &c.view), heights, holes.tools, connector)
 }
 
 fn dowel(p: &Dome) -> Dowel {

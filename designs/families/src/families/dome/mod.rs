@@ -97,7 +97,7 @@ fn build_sensor(p: &Dome, header: &Header) -> Sensor {
         layers.extend(both.map(|cavity| molds::silicone_mold(p, &layout, cavity)));
     }
     let c = &p.camera;
-    let camera = c.view.camera_at(-c.depth.mm(), c.pictures.size_px());
+    let camera = c.view.camera_at(-c.depth.mm(), c.images.size_px());
     let bodies = parts.into_iter().chain(layers).chain(electronics::components(p, &layout));
     Sensor {
         chain: chain::chain(p, &layout),

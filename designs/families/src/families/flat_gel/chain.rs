@@ -133,7 +133,7 @@ pub fn chain(p: &FlatGel, layout: &FlatGelLayout) -> Vec<Step> {
         assemble("fit-camera", SENSOR, &[CAMERA, BASE])
             .with_instruction(
                 "screw the camera's board onto the base's posts, plug the cable in, hold the base against \
-                 the shell and look at the picture; turn the lens by its rim between two looks until \
+                 the shell and look at the image; turn the lens by its rim between two looks until \
                  the gel is sharp, lock it with a drop of nail polish",
             )
             .source("chosen")

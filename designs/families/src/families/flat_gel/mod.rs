@@ -105,7 +105,7 @@ fn lighting(p: &FlatGel, layout: &FlatGelLayout) -> Lighting {
 /// Nominal camera, turned so that the long side of its image lies along that of the pad.
 fn nominal_camera(layout: &FlatGelLayout) -> NominalCamera {
     let c = layout.camera.camera;
-    let size = c.pictures.size_px();
+    let size = c.images.size_px();
     let camera = c.view.camera_at(layout.camera.pupil_z, size);
     // Turned if the image is wide and the pad is long along y, or the other way round.
     let turned = layout.pad.longer() == usize::from(size[0] >= size[1]);
@@ -267,7 +267,7 @@ impl<'a> FlatGelLayout<'a> {
     /// is limited by the gel's edge, the image's edge, the plate's ledge or the LEDs.
     pub fn visible_half_mm(&self) -> [f64; 2] {
         let camera = self.camera.camera;
-        let px = camera.pictures.size_px().map(f64::from);
+        let px = camera.images.size_px().map(f64::from);
         let (air, inside) = (
             self.plate_bottom_z_mm - self.camera.pupil_z,
             self.gel_top_z_mm - self.plate_bottom_z_mm,

@@ -47,7 +47,7 @@ pub fn components(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Vec<Body> 
     let camera_text = format!(
         "{}, {}, {} lens, {} x {} mm",
         c.module.model,
-        *c.pictures,
+        *c.images,
         c.field_of_view,
         c.diameter.mm(),
         c.length.mm()

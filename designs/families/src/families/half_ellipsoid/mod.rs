@@ -97,7 +97,7 @@ fn build_sensor(p: &HalfEllipsoid, header: &Header) -> Sensor {
             header,
             p.camera.optics.camera_at(
                 pupil_z,
-                p.camera.pictures.size_px(),
+                p.camera.images.size_px(),
                 (p.camera.field_of_view, p.camera.projection),
             ),
             bodies,

@@ -162,7 +162,7 @@ sections! {
         /// Distance of the entrance pupil behind the lens's front.
         pupil_behind_front: Length = 0.0..=5.0,
         /// Images of the camera.
-        pictures: Inline<ImageFormat>,
+        images: Inline<ImageFormat>,
         /// Full angle of view of the lens, over the image's diagonal.
         field_of_view: Angle = 10.0..=180.0,
         /// Projection of the lens: relation between the angle to its axis and the distance from the image's centre.

@@ -102,7 +102,7 @@ pub fn chain(p: &SheetMold, layout: &SheetMoldLayout) -> Vec<Step> {
             &[STAND_PLATE, STAND_SPACER, CAMERA, STAND_CABLE, CAMERA_SPACER],
         )
         .with_instruction(
-            "plug the cable in, put the second camera on four spacers above the display, look at the picture; \
+            "plug the cable in, put the second camera on four spacers above the display, look at the image; \
              turn the lens between two looks until the liquid's ends are sharp, and tighten its lock",
         )
         .source("II-A, figure 2: a camera sees the display; stand chosen")

@@ -9,7 +9,7 @@ use fabkit_application::calibration_runs::extrinsics::{
 };
 use fabkit_application::calibration_runs::{captures, pose_file};
 use fabkit_application::edited_files::check_replaceable;
-use fabkit_application::picture::has_image_extension as is_picture;
+use fabkit_application::image::has_image_extension as is_image;
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 
@@ -68,7 +68,7 @@ fn write(args: &CalibrateExtrinsics, report: &ExtrinsicsReport<'_>) -> Result<()
 }
 
 fn roles(args: &CalibrateExtrinsics) -> Result<FileRoles, Failure> {
-    let is_read = |name: &str| is_picture(name) || name.ends_with(".csv");
+    let is_read = |name: &str| is_image(name) || name.ends_with(".csv");
     let captures = Some(args.captures.as_path());
     Ok(FileRoles::default()
         .reads("SENSOR", Target::new(&args.sensor).files())

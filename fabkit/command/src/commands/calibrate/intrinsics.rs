@@ -30,7 +30,7 @@ pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Outcome, Failure> {
     let board = boards::read_board(&args.board)?;
     let views = match &args.corners {
         Some(list) => boards::from_list(list, &board)?,
-        None => boards::from_pictures(&args.images, &board, camera, args.detector.into())?,
+        None => boards::from_files(&args.images, &board, camera, args.detector.into())?,
     };
     let calibration = solve(&views, camera, &args.models)?;
     let report = IntrinsicsReport {

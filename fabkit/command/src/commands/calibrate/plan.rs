@@ -8,7 +8,7 @@ use fabkit_application::calibration_runs::extrinsics::read_camera;
 use fabkit_application::calibration_runs::planning::{
     PlanReport, PlanRequest, build_forecast, plan_captures,
 };
-use fabkit_application::picture::has_image_extension as is_picture;
+use fabkit_application::image::has_image_extension as is_image;
 use fabkit_application::source::{Source, Target};
 
 use super::Outcome;
@@ -18,7 +18,7 @@ use crate::roles::FileRoles;
 use crate::table::{Align, table, wrap_text};
 
 pub(super) fn run(args: &CalibratePlan) -> Result<Outcome, Failure> {
-    let is_read = |name: &str| is_picture(name) || name.ends_with(".csv");
+    let is_read = |name: &str| is_image(name) || name.ends_with(".csv");
     FileRoles::default()
         .reads("SENSOR", Target::new(&args.sensor).files())
         .reads("--camera", &args.camera)
@@ -54,7 +54,7 @@ fn words(plan: &PlanReport, done: usize) -> String {
     let _ = writeln!(text, "{seen} of {all} pins are seen; {marks}");
     let loose = &plan.looseness;
     let line = format!(
-        "expected (1 sigma), with marks found to {} px, tips {:.2} mm beside their places, and a seat that is {:.2} mm and {:.2} deg off in each picture:",
+        "expected (1 sigma), with marks found to {} px, tips {:.2} mm beside their places, and a seat that is {:.2} mm and {:.2} deg off in each image:",
         plan.noise_px,
         loose.across_mm,
         loose.dome_mm[0],

@@ -13,7 +13,7 @@ use crate::failure::{ErrorKind, Failure};
 
 pub(super) fn run(args: &FitLight, reference: &Path) -> Result<Outcome, Failure> {
     let of_domes = [
-        ("--landmarks", args.landmarks.is_some(), "where a ball is, its picture says"),
+        ("--landmarks", args.landmarks.is_some(), "where a ball is, its image says"),
         ("--pin", args.pin.is_some(), "press one ball in each capture"),
         ("--pin-radius", args.pin_radius.is_some(), "write --ball-diameter LENGTH"),
     ];

@@ -26,7 +26,7 @@ pub enum Wrong {
     Index(f64),
     /// The first face, farther from the lens than drawn, mm.
     Face(f64),
-    /// Glue on a face, which bends rays like a lens: at most so many pixels, about a place of the picture, so wide, px.
+    /// Glue on a face, which bends rays like a lens: at most so many pixels, about a place of the image, so wide, px.
     Ridge {
         px: f64,
         at: [f64; 2],

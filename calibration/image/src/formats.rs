@@ -30,7 +30,7 @@ pub(crate) fn encode_jpeg(
     let color = match values.len().checked_div(pixels) {
         Some(1) => jpeg_encoder::ColorType::Luma,
         Some(3) => jpeg_encoder::ColorType::Rgb,
-        _ => return Err(wrong("such a picture cannot be written")),
+        _ => return Err(wrong("such an image cannot be written")),
     };
     let mut file = Vec::new();
     let mut encoder = jpeg_encoder::Encoder::new(&mut file, quality.clamp(1, 100));

@@ -1,6 +1,6 @@
 //! Images of 16 x 12 px that another library (Pillow) wrote in each format.
 
-use fabkit_picture::{DecodedImage, ImageFileError, PixelValues, read, read_size_px};
+use fabkit_image::{DecodedImage, ImageFileError, PixelValues, read, read_size_px};
 
 macro_rules! file {
     ($name:literal) => {
@@ -28,7 +28,7 @@ fn deep() -> DecodedImage {
 }
 
 #[test]
-fn values_are_those_of_the_picture_in_every_format_without_loss() {
+fn values_are_those_of_the_image_in_every_format_without_loss() {
     let cases = [
         (file!("colour.png"), colour()),
         (file!("alpha.png"), colour()),
@@ -81,7 +81,7 @@ fn what_cannot_be_read_is_refused_by_name() {
     };
     says(file!("float.tif"), "not a readable TIFF: Gray(32); write grey or RGB of 8 or 16 bits");
     says(file!("planar.tif"), "colours in separate planes");
-    says(("text", b"no picture"), "not a readable PNG, JPEG, TIFF or BMP picture");
+    says(("text", b"no image"), "not a readable PNG, JPEG, TIFF or BMP image");
     let (_, bytes) = file!("colour.bmp");
     let most = PIXELS - 1;
     let too_large = ImageFileError::TooLarge { width_px: 16, height_px: 12, max_pixels: most };
@@ -89,7 +89,7 @@ fn what_cannot_be_read_is_refused_by_name() {
 }
 
 #[test]
-fn half_a_file_is_no_picture() {
+fn half_a_file_is_no_image() {
     for (name, bytes) in [
         file!("colour.png"),
         file!("colour.jpg"),

@@ -6,10 +6,10 @@
 //!
 //! ```
 //! let file = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/colour.jpg"));
-//! assert_eq!(fabkit_picture::size_px(file)?, [16, 12]);
-//! let picture = fabkit_picture::read(file, 1000)?;
-//! assert_eq!((picture.channels, picture.values.len()), (3, 3 * 16 * 12));
-//! # Ok::<(), fabkit_picture::PictureError>(())
+//! assert_eq!(fabkit_image::size_px(file)?, [16, 12]);
+//! let image = fabkit_image::read(file, 1000)?;
+//! assert_eq!((image.channels, image.values.len()), (3, 3 * 16 * 12));
+//! # Ok::<(), fabkit_image::PictureError>(())
 //! ```
 
 #![forbid(unsafe_code)]
@@ -70,7 +70,7 @@ impl PixelValues {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ImageFileError {
     /// The first bytes belong to none of the four formats.
-    #[error("not a readable PNG, JPEG, TIFF or BMP picture")]
+    #[error("not a readable PNG, JPEG, TIFF or BMP image")]
     UnknownFormat,
     /// The file is damaged, or uses a variant of its format that cameras do not write.
     #[error("not a readable {format}: {reason}")]
@@ -95,7 +95,7 @@ pub enum ImageFileError {
 /// Returns whether a file name ends with one of [`ENDINGS`], in upper or lower case.
 ///
 /// ```
-/// assert!(fabkit_picture::is_named_as_one("01_05.JPG") && !fabkit_picture::is_named_as_one("jpg"));
+/// assert!(fabkit_image::is_named_as_one("01_05.JPG") && !fabkit_image::is_named_as_one("jpg"));
 /// ```
 pub fn has_image_extension(name: &str) -> bool {
     name.rsplit_once('.').is_some_and(|(_, end)| EXTENSIONS.contains(&&*end.to_ascii_lowercase()))
@@ -104,7 +104,7 @@ pub fn has_image_extension(name: &str) -> bool {
 /// Returns width and height, px, from the header of a file, so that a large image can be refused before it is decoded.
 ///
 /// # Errors
-/// Returns any [`PictureError`] except [`PictureError::TooLarge`].
+/// Returns any [`ImageError`] except [`ImageError::TooLarge`].
 pub fn read_size_px(bytes: &[u8]) -> Result<[u32; 2], ImageFileError> {
     Format::from_first_bytes(bytes).ok_or(ImageFileError::UnknownFormat)?.size_px(bytes)
 }
@@ -114,7 +114,7 @@ pub fn read_size_px(bytes: &[u8]) -> Result<[u32; 2], ImageFileError> {
 /// Memory: the result, and the file's own values where they have more channels.
 ///
 /// # Errors
-/// Returns a [`PictureError`]. The size is checked before anything is decoded.
+/// Returns a [`ImageError`]. The size is checked before anything is decoded.
 pub fn read(bytes: &[u8], most_pixels: u64) -> Result<DecodedImage, ImageFileError> {
     let format = Format::from_first_bytes(bytes).ok_or(ImageFileError::UnknownFormat)?;
     let [width_px, height_px] = format.size_px(bytes)?;
@@ -141,10 +141,10 @@ pub fn read(bytes: &[u8], most_pixels: u64) -> Result<DecodedImage, ImageFileErr
 ///
 /// ```
 /// let grey = [90; 16 * 8];
-/// let file = fabkit_picture::jpeg([16, 8], &grey, 70)?;
-/// let back = fabkit_picture::read(&file, 1000)?;
+/// let file = fabkit_image::jpeg([16, 8], &grey, 70)?;
+/// let back = fabkit_image::read(&file, 1000)?;
 /// assert_eq!((back.width_px, back.height_px, back.channels), (16, 8, 1));
-/// # Ok::<(), fabkit_picture::PictureError>(())
+/// # Ok::<(), fabkit_image::PictureError>(())
 /// ```
 ///
 /// # Errors

@@ -23,7 +23,7 @@ fn hidden_ball() -> [Actor; 2] {
 
 fn render_with_threads(threads: usize, actors: &[Actor], view: &View) -> RenderedImage {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-    pool.install(|| render(actors, view)).expect("a picture")
+    pool.install(|| render(actors, view)).expect("an image")
 }
 
 #[test]
@@ -39,27 +39,27 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
 #[test]
 fn a_cut_shows_what_is_inside() {
     let actors = hidden_ball();
-    let whole = render(&actors, &View::front(160, 160)).expect("a picture");
+    let whole = render(&actors, &View::front(160, 160)).expect("an image");
     assert!(redness(whole.pixel(80, 80)) < 0, "the box hides the ball");
     // In front of the ball: the ball stays whole. Through its centre: a flat, hatched face.
     let section = |y_mm| {
         let view = View::front(160, 160).cut(Point3::new(0.0, y_mm, 0.0), -Vector3::y());
-        render(&actors, &view).expect("a picture")
+        render(&actors, &view).expect("an image")
     };
     let (in_front, through) = (section(-7.0), section(0.0));
     assert!(redness(in_front.pixel(80, 80)) > 60);
     // A round ball is shaded from place to place; a cut one repeats the hatch's few colours.
-    let colors = |picture: &RenderedImage| {
-        let mut found: Vec<_> = (60..100).map(|x| picture.pixel(x, 81)).collect();
+    let colors = |image: &RenderedImage| {
+        let mut found: Vec<_> = (60..100).map(|x| image.pixel(x, 81)).collect();
         found.sort_unstable();
         found.dedup();
         found.len()
     };
-    let rows = |picture: &RenderedImage| (60..100).map(|x| redness(picture.pixel(x, 80))).min();
+    let rows = |image: &RenderedImage| (60..100).map(|x| redness(image.pixel(x, 80))).min();
     assert!(rows(&through) > Some(0), "all red");
     assert!(colors(&in_front) > 20, "{}", colors(&in_front));
-    let spread = |picture: &RenderedImage| {
-        let column = |x: u32| (62..78).map(|y| i32::from(picture.pixel(x, y)[1])).sum::<i32>() / 16;
+    let spread = |image: &RenderedImage| {
+        let column = |x: u32| (62..78).map(|y| i32::from(image.pixel(x, y)[1])).sum::<i32>() / 16;
         (column(64) - column(95)).abs()
     };
     assert!(spread(&through) < spread(&in_front), "flat when cut");
@@ -70,7 +70,7 @@ fn what_is_clear_lets_the_inside_show() {
     let [hollow, ball] = hidden_ball();
     let center = |opacity: f64| {
         let actors = [hollow.clone().with_opacity(opacity), ball.clone()];
-        redness(render(&actors, &View::front(90, 90)).expect("a picture").pixel(45, 45))
+        redness(render(&actors, &View::front(90, 90)).expect("an image").pixel(45, 45))
     };
     let seen: Vec<i32> = [0.0, 0.2, 0.5, 0.8, 1.0].map(center).into();
     assert!(seen.windows(2).all(|pair| pair[0] > pair[1] + 5), "less and less red: {seen:?}");
@@ -81,13 +81,13 @@ fn what_is_clear_lets_the_inside_show() {
 fn black_and_white_parts_show_their_faces_and_edges() {
     for color in [[0; 3], [255; 3]] {
         let cube = [actor(&Solid::cuboid(10.0, 10.0, 10.0), color)];
-        let picture = render(&cube, &View::isometric(200, 200)).expect("a picture");
+        let image = render(&cube, &View::isometric(200, 200)).expect("an image");
         // The three faces that an isometric view shows meet in the middle.
         let [top, left, right] =
-            [[100, 60], [70, 120], [130, 120]].map(|[x, y]| i32::from(picture.pixel(x, y)[1]));
+            [[100, 60], [70, 120], [130, 120]].map(|[x, y]| i32::from(image.pixel(x, y)[1]));
         assert!(top > left + 8 && left > right + 8, "{color:?}: {top} {left} {right}");
         // The vertical edge: a pixel wide, shared by two columns.
-        let edge = (95..105).map(|x| i32::from(picture.pixel(x, 140)[1])).min().expect("pixels");
+        let edge = (95..105).map(|x| i32::from(image.pixel(x, 140)[1])).min().expect("pixels");
         assert!(10 * edge < 9 * right, "{color:?}: {edge} {right}");
     }
 }
@@ -100,9 +100,9 @@ fn touching_bodies_do_not_flicker() {
     let first = actor(&Solid::cuboid(10.0, 10.0, 0.3).at(0.0, 0.0, 0.7), RED).placed(pose);
     let second = actor(&Solid::cuboid(10.0, 10.0, 1.0), BLUE).placed(pose);
     let looking = pose.vector(-Vector3::z());
-    let picture = render(&[first, second], &View::along(looking, 120, 120)).expect("a picture");
+    let image = render(&[first, second], &View::along(looking, 120, 120)).expect("an image");
     for y in 50..70 {
-        assert!((50..70).all(|x| redness(picture.pixel(x, y)) > 60), "row {y}");
+        assert!((50..70).all(|x| redness(image.pixel(x, y)) > 60), "row {y}");
     }
 }
 
@@ -113,9 +113,9 @@ fn in_perspective_what_is_near_is_larger() {
     let far = actor(&Solid::sphere(3.0), BLUE).placed(place(20.0, 10.0));
     let actors = [near, far];
     let areas = |view: &View| {
-        let picture = render(&actors, view).expect("a picture");
+        let image = render(&actors, view).expect("an image");
         let mut areas = [0.0, 0.0];
-        for pixel in picture.rgb.chunks_exact(3) {
+        for pixel in image.rgb.chunks_exact(3) {
             let red = redness([pixel[0], pixel[1], pixel[2]]);
             areas[0] += f64::from(u8::from(red > 30));
             areas[1] += f64::from(u8::from(red < -30));
@@ -140,46 +140,46 @@ fn views_have_the_axes_they_promise() {
     let along_x = actor(&Solid::cuboid_between([2.0, -1.0, -1.0], [20.0, 1.0, 1.0]), RED);
     let along_z = actor(&Solid::cuboid_between([-1.0, -1.0, 2.0], [1.0, 1.0, 20.0]), BLUE);
     let actors = [along_x, along_z];
-    let picture = render(&actors, &View::front(200, 200)).expect("a picture");
-    assert!(redness(picture.pixel(150, 185)) > 60, "x to the right");
-    assert!(redness(picture.pixel(15, 60)) < -60, "z up");
+    let image = render(&actors, &View::front(200, 200)).expect("an image");
+    assert!(redness(image.pixel(150, 185)) > 60, "x to the right");
+    assert!(redness(image.pixel(15, 60)) < -60, "z up");
     let along_y = actor(&Solid::cuboid_between([-1.0, 2.0, -1.0], [1.0, 20.0, 1.0]), BLUE);
     let actors = [actors[0].clone(), along_y];
-    let picture = render(&actors, &View::top(200, 200)).expect("a picture");
-    assert!(redness(picture.pixel(150, 185)) > 60, "x to the right");
-    assert!(redness(picture.pixel(15, 60)) < -60, "y up");
+    let image = render(&actors, &View::top(200, 200)).expect("an image");
+    assert!(redness(image.pixel(150, 185)) > 60, "x to the right");
+    assert!(redness(image.pixel(15, 60)) < -60, "y up");
 }
 
 #[test]
-fn a_sheet_holds_all_pictures_in_order() {
+fn a_sheet_holds_all_images_in_order() {
     let flat = |width_px: u32, height_px: u32, color: [u8; 3]| RenderedImage {
         width_px,
         height_px,
         rgb: color.repeat((width_px * height_px) as usize),
     };
-    let pictures = [flat(20, 10, RED), flat(10, 10, BLUE), flat(20, 6, RED)];
-    let sheet = contact_sheet(&pictures, 2, 3).expect("a sheet");
+    let images = [flat(20, 10, RED), flat(10, 10, BLUE), flat(20, 6, RED)];
+    let sheet = contact_sheet(&images, 2, 3).expect("a sheet");
     assert_eq!((sheet.width_px, sheet.height_px), (3 + 20 + 3 + 20 + 3, 3 + 10 + 3 + 10 + 3));
     assert_eq!(sheet.pixel(3, 3), RED);
     assert_eq!(sheet.pixel(22, 12), RED);
     let paper = sheet.pixel(0, 0);
     assert_eq!(sheet.pixel(23, 3), paper);
-    assert_eq!(sheet.pixel(30, 3), paper, "smaller pictures are centred");
+    assert_eq!(sheet.pixel(30, 3), paper, "smaller images are centred");
     assert_eq!(sheet.pixel(31, 3), BLUE);
     assert_eq!(sheet.pixel(3, 17), paper);
     assert_eq!(sheet.pixel(3, 18), RED);
     assert_eq!(sheet.pixel(40, 20), paper, "an empty cell");
     assert_eq!(contact_sheet(&[], 2, 3), Err(RenderError::NothingToDraw));
-    assert_eq!(contact_sheet(&pictures, 0, 3), Err(RenderError::NothingToDraw));
-    let huge = contact_sheet(&pictures, 2, u32::MAX);
+    assert_eq!(contact_sheet(&images, 0, 3), Err(RenderError::NothingToDraw));
+    let huge = contact_sheet(&images, 2, u32::MAX);
     assert!(matches!(huge, Err(RenderError::TooLarge { .. })));
 }
 
 #[test]
-fn impossible_pictures_are_refused() {
+fn impossible_images_are_refused() {
     let ball = [actor(&Solid::sphere(1.0), RED)];
     let view = View::isometric(40, 30);
-    let refused = |actors: &[Actor], view: &View| render(actors, view).expect_err("no picture");
+    let refused = |actors: &[Actor], view: &View| render(actors, view).expect_err("no image");
     assert_eq!(refused(&[], &view), RenderError::NothingToDraw);
     assert_eq!(
         refused(&ball, &View::isometric(0, 30)),
@@ -213,8 +213,8 @@ fn impossible_pictures_are_refused() {
 }
 
 #[test]
-fn even_the_smallest_picture_is_drawn() {
+fn even_the_smallest_image_is_drawn() {
     let ball = [actor(&Solid::sphere(1.0), RED)];
-    let picture = render(&ball, &View::isometric(1, 1)).expect("a picture");
-    assert!(redness(picture.pixel(0, 0)) > 0);
+    let image = render(&ball, &View::isometric(1, 1)).expect("an image");
+    assert!(redness(image.pixel(0, 0)) > 0);
 }

@@ -54,6 +54,15 @@ impl FileRoles {
         self.inputs(option, path, true)
     }
 
+    /// Adds input files that may be missing, because they are optional or because their reader reports all faults at once.
+    pub(crate) fn may_read<P: AsRef<Path>>(
+        self,
+        option: &str,
+        path: impl IntoIterator<Item = P>,
+    ) -> Self {
+        self.inputs(option, path, false)
+    }
+
     fn inputs<P: AsRef<Path>>(
         mut self,
         option: &str,

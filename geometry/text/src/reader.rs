@@ -323,7 +323,7 @@ pub(crate) fn read_scalar_text<T: Scalar>(
                 Some(outside) => {
                     let nearest = outside.nearest(limits).map(|value| value.show());
                     let hint = nearest.as_ref().map(|value| format!("write for example `{value}`"));
-                    (message, hint.or(Some("write a number and its unit".into())), code, nearest)
+                    (message, hint.or(Some("write a number and its unit".into())), code, None)
                 }
                 None => (message, hint, code, instead),
             }

@@ -9,7 +9,7 @@ use fabkit_geometry::{Angle, Length};
 use crate::parameter_table::find_changed_inputs;
 use crate::place::{LocatedProblem, TextPlace, WrittenText, WrittenValue};
 use crate::suggest::join_words;
-use crate::{InvalidDesign, Parameter, ProblemFacts, SourceKind, UNKNOWN_PARAMETER, to_printable};
+use crate::{InvalidDesign, Parameter, ProblemFacts, SourceKind, TextLayer, UNKNOWN_PARAMETER, to_printable};
 
 /// Tolerance when values are compared with limits, for rounding in the computation of a limit.
 const TOLERANCE: f64 = 1e-9;
@@ -561,7 +561,7 @@ impl RuleReport {
     fn describe_input(&self, path: &str) -> String {
         let written = self.written(path);
         let value = written.text.to_printable();
-        if written.source.kind != SourceKind::User {
+        if matches!(written.place.layer, TextLayer::Base | TextLayer::Default) {
             return format!("{path} is {value}");
         }
         let line = written.place.position.map(|p| format!(":{}", p.line)).unwrap_or_default();

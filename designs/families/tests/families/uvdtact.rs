@@ -225,7 +225,7 @@ fn what_cannot_be_built_is_refused_with_the_limit() {
         ("inner_elastomer.thickness=2.5mm", "inner_elastomer.thickness", "at most 2.175 mm"),
         ("shell.thickness=6mm", "shell.thickness", "at most 5.1 mm"),
         ("surface.height=10mm", "surface.height", "at least 10.8 mm"),
-        ("black_gel.material=honey", "black_gel.material", "MoldStar 30"),
+        ("black_gel.material=honey", "black_gel.material", "declare your own"),
         ("camera.front_depth=6mm shell.foot_height=3mm", "camera.front_depth", "at most 3.9 mm"),
         ("holder.skirt=0.8mm", "holder.skirt", "at least 1.2"),
         ("holder.outer_diameter=13mm", "holder.outer_diameter", "at least 14.2 mm"),

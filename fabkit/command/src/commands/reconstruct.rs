@@ -29,10 +29,8 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     view::roles(&args.design, &args.camera)
         .reads("--constants", &args.light.constants)
         .reads("--reference", [&args.reference])
-        .reads(
-            "--network",
-            args.network.iter().flat_map(|file| [file.clone(), DepthNetwork::card_path(file)]),
-        )
+        .reads("--network", &args.network)
+        .may_read("--network", args.network.as_deref().map(DepthNetwork::card_path))
         .reads("IMAGE", &args.images)
         .writes("-o", &paths)
         .check()?;

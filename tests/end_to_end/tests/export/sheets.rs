@@ -137,8 +137,8 @@ fn what_cannot_be_cut_is_refused_with_a_way_out() {
             "--stock",
         ),
         (&["--part=base", "--format=dxf"], "none of these parts is cut from a sheet: base", "stl"),
-        (&["--kerf=3mm"], "3 mm is not between 0 mm and 2 mm", "--help"),
-        (&["--kerf=0.1mm", "--nominal"], "cannot be used with", "--help"),
+        (&["--kerf=3mm"], "3 mm is not between 0 mm and 2 mm", "--kerf"),
+        (&["--kerf=0.1mm", "--nominal"], "cannot be used with", "--nominal"),
     ] {
         let run = fabkit(root.path(), &[&["export", "rtac0"], arguments].concat());
         assert_eq!(run.code, Some(2), "{run:?}");

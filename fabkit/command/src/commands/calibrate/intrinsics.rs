@@ -21,7 +21,7 @@ pub(super) fn run(args: &CalibrateIntrinsics) -> Result<Outcome, Failure> {
         .reads("SENSOR", Target::new(&args.sensor).files())
         .reads("--board", [&args.board])
         .reads("--corners", &args.corners)
-        .reads("IMAGE", &args.images)
+        .may_read("IMAGE", &args.images)
         .writes("--report", &args.report)
         .writes("-o", [&args.output])
         .check()?;

@@ -190,7 +190,7 @@ pub struct Design {
     /// Keep what you set and adjust fabkit's own choices as little as possible until the design is valid
     #[arg(long)]
     pub fix: bool,
-    /// Built-in variant of the sensor, for example `published-2025`: the sensor SENSOR-NAME
+    /// Built-in variant of the sensor: `rtac0 --preset published-2025` is the sensor `rtac0-published-2025`
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
 }
@@ -250,7 +250,7 @@ pub struct Export {
     /// Write one reproducible archive instead of a folder
     #[arg(long, conflicts_with_all = ["output", "clean"], value_name = "FILE.zip")]
     pub zip: Option<PathBuf>,
-    /// Built-in variant of the sensor, for example `published-2025`: the sensor SENSOR-NAME
+    /// Built-in variant of the sensor: `rtac0 --preset published-2025` is the sensor `rtac0-published-2025`
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
     /// Output folder [default: out/SENSOR or out/SENSOR/FIXTURE; fabkit.yaml can replace `out`]
@@ -297,7 +297,7 @@ pub struct Export {
     /// Write nominal geometry, without correction for kerf, printer and shrinkage
     #[arg(long, conflicts_with_all = ["kerf", "process"])]
     pub nominal: bool,
-    /// Remove files that the folder's manifest lists, this export does not write, and nobody has edited
+    /// Remove unedited files of earlier exports that this export does not write
     #[arg(long)]
     pub clean: bool,
     /// Replace edited and foreign files too, and do not run `check` on the design
@@ -406,7 +406,7 @@ pub struct Render {
     /// Keep what you set and adjust fabkit's own choices as little as possible until the design is valid
     #[arg(long)]
     pub fix: bool,
-    /// Built-in variant of the sensor, for example `published-2025`: the sensor SENSOR-NAME
+    /// Built-in variant of the sensor: `rtac0 --preset published-2025` is the sensor `rtac0-published-2025`
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
     /// PNG file to write

@@ -44,10 +44,10 @@ Examples:
 pub(crate) const PROFILE: &str = "\
 Examples:
   fabkit export rtac0/coupon
-  fabkit profile coupon.yaml -o printer.yaml
+  fabkit profile out/rtac0/coupon/coupon.yaml -o printer.yaml
   fabkit export rtac0 --process printer.yaml
   fabkit export rtac0/gel-coupon
-  fabkit profile gel-smooth-on-ecoflex-00-30.yaml -o my-batch.yaml";
+  fabkit profile out/rtac0/gel-coupon/gel-smooth-on-ecoflex-00-30.yaml -o my-batch.yaml";
 
 pub(crate) const RENDER: &str = "\
 Examples:

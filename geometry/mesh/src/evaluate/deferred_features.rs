@@ -1,7 +1,7 @@
 //! Extraction of operands' features from the tree, and their insertion into the finished mesh.
 //!
 //! A mold is a block minus a layer, and the layer has hundreds of dimples. Evaluated as written, the block would be cut
-//! by a mesh full of dimples; here it is cut by the bare layer, and the dimples follow (`conform/nested.rs` states the
+//! by a mesh full of dimples; here it is cut by the bare layer, and the dimples follow (`conform/operand_features.rs` states the
 //! conditions).
 
 use std::ops::Range;
@@ -46,7 +46,7 @@ impl Evaluator {
         for (number, leaf) in (0..).zip(bare.leaves()) {
             first_faces.push(faces[first as usize]);
             first += face_count(leaf.primitive);
-            // Half spaces have no triangles; `conform/nested.rs` tests their planes directly.
+            // Half spaces have no triangles; `conform/operand_features.rs` tests their planes directly.
             if !matches!(leaf.primitive, Solid::HalfSpace(_)) {
                 let item = Subtree::peel(Pose::identity(), leaf.primitive, 0);
                 let shape = self.body(&item, &Aabb::everything())?.shape;

@@ -132,10 +132,8 @@ fn parse<T>(
     // Editors on Windows may write a byte order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     // OpenCV's first line, `%YAML:1.0`, is not YAML.
-    let commented = match text.starts_with("%YAML") {
-        true => format!("#{}", &text[1..]),
-        false => text.to_owned(),
-    };
+    let commented =
+        if text.starts_with("%YAML") { format!("#{}", &text[1..]) } else { text.to_owned() };
     let (root, twice) = fabkit_text::parse(&commented, &CAMERA)?;
     if root.content == YamlContent::Nothing {
         return Err(YamlFault::new(None, "", "the file is empty").into());

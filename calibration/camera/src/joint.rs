@@ -151,9 +151,10 @@ impl fmt::Display for CovarianceCoverage {
             write!(f, "{name}, ")?;
         }
         f.write_str("shape")?;
-        match self.assumes_independence {
-            true => f.write_str("; pose and camera as if independent"),
-            false => Ok(()),
+        if self.assumes_independence {
+            f.write_str("; pose and camera as if independent")
+        } else {
+            Ok(())
         }
     }
 }

@@ -24,10 +24,8 @@ pub(crate) fn find_increasing_root(
         // A slope of 0 makes this infinite or NaN, which fails the comparisons below: then the bracket is halved.
         let newton = x - value / slope;
         let halves = (newton - x).abs() <= 0.5 * last_step.abs();
-        let next = match newton >= low && newton <= high && halves {
-            true => newton,
-            false => 0.5 * (low + high),
-        };
+        let next =
+            if newton >= low && newton <= high && halves { newton } else { 0.5 * (low + high) };
         last_step = next - x;
         x = next;
         if last_step.abs() <= f64::EPSILON * x.abs() {

@@ -285,9 +285,10 @@ impl ApparentDisplacements {
     }
 
     fn displacement_at(&self, place: &Point3<f64>) -> Vector3<f64> {
-        match self.0.is_empty() {
-            true => Vector3::zeros(),
-            false => self.0.get(&key(place)).copied().unwrap_or_default(),
+        if self.0.is_empty() {
+            Vector3::zeros()
+        } else {
+            self.0.get(&key(place)).copied().unwrap_or_default()
         }
     }
 }

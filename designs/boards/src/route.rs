@@ -218,15 +218,12 @@ impl Router<'_> {
                 |(new_side, new_shape, _, new_drill): &(Option<usize>, Shape, usize, f64)| {
                     let is_apart = matches!((side, new_side), (Some(a), Some(b)) if a != b);
                     let ring = |shape: &Shape, drill: f64| shape.radius_mm() - drill / 2.0;
-                    let holes = match *drill_mm > 0.0 && *new_drill > 0.0 {
-                        true => {
-                            // The rule holds between the drills' edges. The distance below is that of the copper,
-                            // which is wider than each drill by its ring.
-                            rules.hole_to_hole_mm
-                                - ring(shape, *drill_mm)
-                                - ring(new_shape, *new_drill)
-                        }
-                        false => 0.0,
+                    let holes = if *drill_mm > 0.0 && *new_drill > 0.0 {
+                        // The rule holds between the drills' edges. The distance below is that of the copper,
+                        // which is wider than each drill by its ring.
+                        rules.hole_to_hole_mm - ring(shape, *drill_mm) - ring(new_shape, *new_drill)
+                    } else {
+                        0.0
                     };
                     !is_apart && shape.distance(new_shape) < rules.clearance_mm.max(holes)
                 };

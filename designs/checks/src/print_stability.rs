@@ -196,12 +196,13 @@ impl PartColumns {
         }
         let (index, [low, high]) = air[first];
         let place = part.bed_from_body.inverse().point(self.point(index, (low + high) / 2.0));
-        let (what, fix) = match is_closed {
-            true => ("a hollow without a way out", "open it with a hole of 3 mm or more"),
-            false => (
+        let (what, fix) = if is_closed {
+            ("a hollow without a way out", "open it with a hole of 3 mm or more")
+        } else {
+            (
                 "a hollow that the plate closes",
                 "give it a drain of 3 mm, lay it otherwise, or note that it stands on supports",
-            ),
+            )
         };
         let message = format!("{volume_mm3:.0} mm3 of resin stay in {}: {what}", part.name);
         let finding = warning(part, message, fix)

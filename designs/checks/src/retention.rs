@@ -71,9 +71,10 @@ fn leaving(graph: &Graph) -> Vec<Finding> {
         // Words are pushed in order, so equal ones are neighbours.
         ways.dedup();
         let idle: Vec<&str> = graph.idle_at(&names).into_iter().collect();
-        let idle = match idle.is_empty() {
-            true => String::new(),
-            false => format!("; in no thread, and of no use: {}", idle.join(", ")),
+        let idle = if idle.is_empty() {
+            String::new()
+        } else {
+            format!("; in no thread, and of no use: {}", idle.join(", "))
         };
         let message = format!(
             "{}{together} can leave the sensor along {}: nothing holds it{idle}",

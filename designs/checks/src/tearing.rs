@@ -41,10 +41,8 @@ fn torn(sensor: &Sensor, line: &BondLine, depth_mm: f64) -> Option<Finding> {
         1e3 * adhesion.shear_mpa
     );
     let softer = format!("make {layer} thicker or softer");
-    let fix = match adhesion.by.contains("primer") {
-        true => softer,
-        false => format!("prime {below}, or {softer}"),
-    };
+    let fix =
+        if adhesion.by.contains("primer") { softer } else { format!("prime {below}, or {softer}") };
     let finding = Finding::error(Rule::Bonding, message, fix).with_severity(Severity::Warning);
     Some(finding.about_bodies([layer.as_str(), below]))
 }

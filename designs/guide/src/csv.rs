@@ -8,9 +8,10 @@ pub const BOM_HEADS: &str = "kind,name,quantity,unit,of,what,article,size,maker,
 
 /// Quotes a cell where its text requires it.
 fn quoted(text: &str) -> String {
-    match text.contains(['"', ',', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
+    if text.contains(['"', ',', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
     }
 }
 

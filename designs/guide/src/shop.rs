@@ -110,12 +110,11 @@ impl Purchase {
             source: order.source.clone(),
             price_source: or(&order.price_source, NONE),
         };
-        match order.is_sensor_itself {
-            true => {
-                (purchase.pack, purchase.price_eur, purchase.cost_eur) =
-                    ("at hand".into(), Some(0.0), Some(0.0))
-            }
-            false => purchase.set_packs(order.pack.count(needed)),
+        if order.is_sensor_itself {
+            (purchase.pack, purchase.price_eur, purchase.cost_eur) =
+                ("at hand".into(), Some(0.0), Some(0.0))
+        } else {
+            purchase.set_packs(order.pack.count(needed))
         }
         purchase
     }

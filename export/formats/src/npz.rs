@@ -127,9 +127,10 @@ pub(crate) fn header(shape: &[usize], descriptor: &str) -> Vec<u8> {
 impl NpyArray {
     fn check(&self) -> Result<(), ExportError> {
         let Self { name, shape, values } = self;
-        match shape.iter().product::<usize>() == values.len() {
-            true => Ok(()),
-            false => Err(wrong_shape(name, shape, values.len())),
+        if shape.iter().product::<usize>() == values.len() {
+            Ok(())
+        } else {
+            Err(wrong_shape(name, shape, values.len()))
         }
     }
 }

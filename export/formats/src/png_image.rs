@@ -60,9 +60,10 @@ pub fn png_with_comment(
     check(width_px, height_px, if is_colored { 3 } else { 1 }, grey.len())?;
     // 255 * 257 = 65535.
     let deep = |value: &f64| ((value * 257.0).round() as u16).to_be_bytes();
-    let data: Vec<u8> = match is_deep {
-        true => grey.iter().flat_map(deep).collect(),
-        false => grey.iter().map(|value| value.round() as u8).collect(),
+    let data: Vec<u8> = if is_deep {
+        grey.iter().flat_map(deep).collect()
+    } else {
+        grey.iter().map(|value| value.round() as u8).collect()
     };
     // The closure cannot return the error of the text chunk, so it is kept for later.
     let mut unwritten = None;

@@ -98,9 +98,10 @@ pub fn run(arguments: &[OsString], tell: &(dyn Fn(&str) + Sync)) -> Result<Value
             // All lines from the first error on belong to the error message.
             let mut failed: Vec<String> = Vec::new();
             for line in err.into_iter().flat_map(|err| BufReader::new(err).lines()).flatten() {
-                match failed.is_empty() && !line.starts_with("error: ") {
-                    true => tell(&line),
-                    false => failed.push(line),
+                if failed.is_empty() && !line.starts_with("error: ") {
+                    tell(&line)
+                } else {
+                    failed.push(line)
                 }
             }
             failed

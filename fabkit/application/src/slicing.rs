@@ -143,9 +143,10 @@ pub fn slice_parts(
         formats: vec![Format::ThreeMf],
         ..ExportOptions::default()
     };
-    let exported = match printed.is_empty() {
-        true => return Ok(()),
-        false => exports::export(design, &options, &|_| {})?,
+    let exported = if printed.is_empty() {
+        return Ok(());
+    } else {
+        exports::export(design, &options, &|_| {})?
     };
     let stem = |name: &str| name.strip_suffix(".3mf").map(str::to_owned);
     let named = exported.files.iter().filter_map(|file| Some((stem(&file.name)?, &file.bytes[..])));
@@ -222,9 +223,10 @@ fn wait_for_slicer(
             // Errors of `kill` are ignored: the process may have ended just now.
             let _ = child.kill();
             let _ = child.wait();
-            return Err(match is_cancelled {
-                true => SlicingError::Cancelled,
-                false => SlicingError::TooSlow { part: part.to_owned() },
+            return Err(if is_cancelled {
+                SlicingError::Cancelled
+            } else {
+                SlicingError::TooSlow { part: part.to_owned() }
             });
         }
         std::thread::sleep(POLL_INTERVAL);

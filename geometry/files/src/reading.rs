@@ -128,9 +128,10 @@ pub fn open(path: &Path) -> Result<(File, u64), ReadError> {
     let failed = |source| ReadError::Io { path: path.into(), source };
     let check = |found: &std::fs::Metadata| {
         let what = if found.is_dir() { "a folder" } else { "a device or a pipe" };
-        match found.is_file() {
-            true => Ok(found.len()),
-            false => Err(ReadError::NotAFile { path: path.into(), found: what }),
+        if found.is_file() {
+            Ok(found.len())
+        } else {
+            Err(ReadError::NotAFile { path: path.into(), found: what })
         }
     };
     check(&std::fs::metadata(path).map_err(failed)?)?;

@@ -28,9 +28,10 @@ pub fn without_lettering(solid: &Solid) -> Solid {
         Solid::Union(of) => Solid::Union(each(of)),
         Solid::Difference { of, minus } => {
             let minus: Vec<Solid> = each(minus);
-            match minus.is_empty() {
-                true => without_lettering(of),
-                false => Solid::Difference { of: Box::new(without_lettering(of)), minus },
+            if minus.is_empty() {
+                without_lettering(of)
+            } else {
+                Solid::Difference { of: Box::new(without_lettering(of)), minus }
             }
         }
         Solid::Placed { pose, of } => {

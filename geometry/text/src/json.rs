@@ -38,9 +38,10 @@ impl JsonFormat {
     /// # Errors
     /// The problems, if there are any.
     pub fn accept(&self, problems: Vec<String>) -> Result<(), InvalidDocument> {
-        match problems.is_empty() {
-            true => Ok(()),
-            false => Err(InvalidDocument { what: self.what, problems }),
+        if problems.is_empty() {
+            Ok(())
+        } else {
+            Err(InvalidDocument { what: self.what, problems })
         }
     }
 

@@ -106,9 +106,10 @@ impl ParameterTable {
     pub(crate) fn suggest_hint(&self, path: &str) -> String {
         let paths = self.paths();
         let near = find_similar_paths(path, &paths);
-        match near.is_empty() {
-            true => describe_alternatives(path, &paths, self.root.dialect.absent),
-            false => did_you_mean(&near),
+        if near.is_empty() {
+            describe_alternatives(path, &paths, self.root.dialect.absent)
+        } else {
+            did_you_mean(&near)
         }
     }
 
@@ -292,14 +293,15 @@ impl ParameterTable {
             let elsewhere: Vec<&str> =
                 paths.iter().map(String::as_str).filter(is_meant).take(3).collect();
             other = elsewhere.first().map(|path| (*path).to_owned());
-            match elsewhere.is_empty() {
-                true => match place.dialect.absent.iter().find(|(name, _)| *name == key) {
+            if elsewhere.is_empty() {
+                match place.dialect.absent.iter().find(|(name, _)| *name == key) {
                     Some((_, why)) => {
                         format!("fabkit has none: {why}; the keys are {}", names(fields))
                     }
                     None => format!("the keys are {}", names(fields)),
-                },
-                false => did_you_mean(&elsewhere),
+                }
+            } else {
+                did_you_mean(&elsewhere)
             }
         };
         let path = join(section, &to_printable(key));
@@ -478,9 +480,10 @@ fn parse_tolerance(kind: ValueKind, is_list: bool, text: &str) -> Result<String,
             ));
         }
     };
-    match value >= 0.0 {
-        true => Ok(text.trim().to_owned()),
-        false => Err(Refusal::new("is below 0", "write how far it may be off either way")),
+    if value >= 0.0 {
+        Ok(text.trim().to_owned())
+    } else {
+        Err(Refusal::new("is below 0", "write how far it may be off either way"))
     }
 }
 

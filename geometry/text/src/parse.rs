@@ -130,9 +130,10 @@ impl Builder {
                 self.count_node(at)?;
                 // Only unquoted: `"null"` in quotes is a text.
                 let missing = style == ScalarStyle::Plain && matches!(&*text, "" | "~" | "null");
-                let content = match missing {
-                    true => YamlContent::Nothing,
-                    false => YamlContent::Scalar(text.into_owned()),
+                let content = if missing {
+                    YamlContent::Nothing
+                } else {
+                    YamlContent::Scalar(text.into_owned())
                 };
                 self.attach(YamlNode { position: at, content })?;
             }

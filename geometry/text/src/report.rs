@@ -9,7 +9,9 @@ use fabkit_geometry::{Angle, Length};
 use crate::parameter_table::find_changed_inputs;
 use crate::place::{LocatedProblem, TextPlace, WrittenText, WrittenValue};
 use crate::suggest::join_words;
-use crate::{InvalidDesign, Parameter, ProblemFacts, SourceKind, TextLayer, UNKNOWN_PARAMETER, to_printable};
+use crate::{
+    InvalidDesign, Parameter, ProblemFacts, SourceKind, TextLayer, UNKNOWN_PARAMETER, to_printable,
+};
 
 /// Tolerance when values are compared with limits, for rounding in the computation of a limit.
 const TOLERANCE: f64 = 1e-9;

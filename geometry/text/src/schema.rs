@@ -160,9 +160,10 @@ fn build_value(
     if has_expressions && is_list {
         plain["items"] = json!({ "anyOf": [plain["items"], expression] });
     }
-    let (value, alone) = match has_expressions && !is_list {
-        true => (json!({ "anyOf": [plain, expression] }), vec![expression]),
-        false => (plain.clone(), Vec::new()),
+    let (value, alone) = if has_expressions && !is_list {
+        (json!({ "anyOf": [plain, expression] }), vec![expression])
+    } else {
+        (plain.clone(), Vec::new())
     };
     let with_source = json!({
         "type": "object",

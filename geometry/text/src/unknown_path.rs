@@ -13,9 +13,10 @@ pub(crate) fn find_similar_paths<'a>(path: &str, known: &'a [String]) -> Vec<&'a
         return vec![above];
     }
     let sections: Vec<&str> = known.iter().map(|path| split_section(path).0).collect();
-    let section = match sections.contains(&section) {
-        true => Some(section),
-        false => find_similar(section, sections).first().copied(),
+    let section = if sections.contains(&section) {
+        Some(section)
+    } else {
+        find_similar(section, sections).first().copied()
     };
     if let Some(section) = section.filter(|section| !section.is_empty()) {
         let of_section = || known.iter().filter(|path| split_section(path).0 == section);
@@ -61,12 +62,13 @@ pub(crate) fn describe_alternatives(
         .filter(|path| !section.is_empty() && split_section(path).0 == section)
         .map(|path| split_section(path).1)
         .collect();
-    match of_section.is_empty() {
-        true => format!("fabkit has no such parameter{why}; `fabkit show` lists every parameter"),
-        false => format!(
+    if of_section.is_empty() {
+        format!("fabkit has no such parameter{why}; `fabkit show` lists every parameter")
+    } else {
+        format!(
             "fabkit has no such parameter{why}; those of {section} are {}",
             of_section.join(", ")
-        ),
+        )
     }
 }
 

@@ -187,14 +187,15 @@ fn check_size(mesh: &Mesh, rings: &Rings, loads: &LoadSet) -> Result<(), Elastic
         })
         .sum();
     let needed_mib = numbers * size_of::<f64>() / (1 << 20);
-    match needed_mib > LIMIT_MIB {
-        true => Err(ElasticError::TooLarge {
+    if needed_mib > LIMIT_MIB {
+        Err(ElasticError::TooLarge {
             harmonics: harmonics + 1,
             rings: loads.rings.len(),
             needed_mib,
             limit_mib: LIMIT_MIB,
-        }),
-        false => Ok(()),
+        })
+    } else {
+        Ok(())
     }
 }
 

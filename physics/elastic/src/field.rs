@@ -166,12 +166,11 @@ impl DisplacementField {
         for (i, by_row) in (-1..).zip(by_row) {
             let row = first_row + i;
             // Beyond the pole the opposite side continues, where tangential components point the other way.
-            let (row, first, sign) = match row < 0 {
-                true => {
-                    let behind = (first_column + self.around / 2) % self.around;
-                    (-row, behind, if part == 0 { 1.0 } else { -1.0 })
-                }
-                false => (row.min(self.along as isize), first_column, 1.0),
+            let (row, first, sign) = if row < 0 {
+                let behind = (first_column + self.around / 2) % self.around;
+                (-row, behind, if part == 0 { 1.0 } else { -1.0 })
+            } else {
+                (row.min(self.along as isize), first_column, 1.0)
             };
             let values = &self.parts[part][row as usize * width + first..][..4];
             let around: f64 =

@@ -275,9 +275,10 @@ fn solve_tractions(
             energies.iter().rev().take(ENERGY_HISTORY).copied().fold(f64::NEG_INFINITY, f64::max);
         // Nonmonotone line search on the exact quadratic energy.
         let whole = energy + slope + 0.5 * bend;
-        let part = match whole <= highest + 1e-4 * slope || bend <= 0.0 {
-            true => 1.0,
-            false => (-slope / bend).min(1.0),
+        let part = if whole <= highest + 1e-4 * slope || bend <= 0.0 {
+            1.0
+        } else {
+            (-slope / bend).min(1.0)
         };
         energy += part * slope + 0.5 * part * part * bend;
         for k in 0..2 {

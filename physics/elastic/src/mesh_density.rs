@@ -45,15 +45,19 @@ impl MeshDensity {
     /// # Errors
     /// Lengths that are not positive and finite (`reach_mm` may be infinite), or growth factors outside 1 to 2.
     pub(crate) fn check(&self) -> Result<(), ElasticError> {
-        let positive = |what, value: f64| match value > 0.0 && value.is_finite() {
-            true => Ok(()),
-            false => {
+        let positive = |what, value: f64| {
+            if value > 0.0 && value.is_finite() {
+                Ok(())
+            } else {
                 Err(ElasticError::MeshDensity { what, value, hint: "take a positive length in mm" })
             }
         };
-        let growing = |what, value: f64| match (1.0..=2.0).contains(&value) {
-            true => Ok(()),
-            false => Err(ElasticError::MeshDensity { what, value, hint: "take 1 to 2" }),
+        let growing = |what, value: f64| {
+            if (1.0..=2.0).contains(&value) {
+                Ok(())
+            } else {
+                Err(ElasticError::MeshDensity { what, value, hint: "take 1 to 2" })
+            }
         };
         positive("a spacing", self.spacing_mm)?;
         // An infinite reach stands for constant spacing everywhere.

@@ -174,11 +174,10 @@ impl Patch<'_> {
     fn synthesise(&self, moved: [Option<&mut [f64]>; 3], work: &mut Workspace) {
         let harmonics = self.harmonics();
         // Inverse of the special case in `analyse`: harmonic 1 on the axis is a vector across it.
-        let on_axis = match self.rings.start == 0 && harmonics > 0 && moved[ALONG].is_some() {
-            true => Some(
-                (work.displacements[ALONG].at(1, 0) - work.displacements[AROUND].at(1, 0)) * 0.5,
-            ),
-            false => None,
+        let on_axis = if self.rings.start == 0 && harmonics > 0 && moved[ALONG].is_some() {
+            Some((work.displacements[ALONG].at(1, 0) - work.displacements[AROUND].at(1, 0)) * 0.5)
+        } else {
+            None
         };
         for (component, values) in moved.into_iter().enumerate() {
             let Some(values) = values else { continue };

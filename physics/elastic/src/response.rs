@@ -64,9 +64,10 @@ pub(crate) fn compute_surface_nodes(
             let azimuth = stack.rings.azimuth(ring, node);
             let (place_mm, outward) = stack.place(ring, azimuth);
             // On the axis harmonic 1 is a vector across it, which the one-node ring does not carry.
-            let displacement_mm = match ring == 0 && amplitudes.len() > 1 {
-                true => Vector3::new(at(1, 0).re, -at(1, 0).im, at(0, 2).re),
-                false => to_body_frame([*radial, *around, *axial], azimuth),
+            let displacement_mm = if ring == 0 && amplitudes.len() > 1 {
+                Vector3::new(at(1, 0).re, -at(1, 0).im, at(0, 2).re)
+            } else {
+                to_body_frame([*radial, *around, *axial], azimuth)
             };
             nodes.push(SurfaceNode {
                 place_mm,

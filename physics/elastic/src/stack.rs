@@ -309,22 +309,21 @@ impl ElasticStack {
                     presser.gap_mm(&(place - shift_mm), &outward, self.thickness_mm[column])
                 };
                 let own_mm = gap(ring);
-                gaps.push(match own_mm <= depth_mm {
-                    true => {
-                        let share_of = |&(column, share): &(usize, f64)| {
-                            let gap_mm = if column == ring { own_mm } else { gap(column) };
-                            // A neighbour that much higher faces another part of the indenter, such as a shank or a
-                            // holder.
-                            let apart_mm = self.apart_mm(ring, column);
-                            let is_met = gap_mm - own_mm <= MAX_GAP_SLOPE * apart_mm;
-                            share * if is_met { gap_mm } else { f64::INFINITY }
-                        };
-                        let mean = of_ring.column_weights.iter().map(share_of).sum::<f64>()
-                            / of_ring.weight;
-                        // Neighbours miss the indenter: the node is at its edge. This also replaces NaN.
-                        if mean.is_finite() { mean } else { f64::INFINITY }
-                    }
-                    false => f64::INFINITY,
+                gaps.push(if own_mm <= depth_mm {
+                    let share_of = |&(column, share): &(usize, f64)| {
+                        let gap_mm = if column == ring { own_mm } else { gap(column) };
+                        // A neighbour that much higher faces another part of the indenter, such as a shank or a
+                        // holder.
+                        let apart_mm = self.apart_mm(ring, column);
+                        let is_met = gap_mm - own_mm <= MAX_GAP_SLOPE * apart_mm;
+                        share * if is_met { gap_mm } else { f64::INFINITY }
+                    };
+                    let mean =
+                        of_ring.column_weights.iter().map(share_of).sum::<f64>() / of_ring.weight;
+                    // Neighbours miss the indenter: the node is at its edge. This also replaces NaN.
+                    if mean.is_finite() { mean } else { f64::INFINITY }
+                } else {
+                    f64::INFINITY
                 });
             }
         }

@@ -43,10 +43,10 @@ impl Coat {
         let shine = (between > 1e-12).then(|| {
             let along = ((normal.dot(to_viewer) + cosine) / between).max(0.0);
             // Fitted exponents are whole numbers, for which `powi` is many times faster.
-            let lobe = match f64::from(self.exponent as i32) == self.exponent && self.exponent < 1e6
-            {
-                true => along.powi(self.exponent as i32),
-                false => along.powf(self.exponent),
+            let lobe = if f64::from(self.exponent as i32) == self.exponent && self.exponent < 1e6 {
+                along.powi(self.exponent as i32)
+            } else {
+                along.powf(self.exponent)
             };
             self.gloss * (self.exponent + 8.0) / 8.0 * lobe
         });

@@ -61,9 +61,10 @@ impl Disk {
             places().flat_map(|y| places().map(move |x| covered_area(radius, [x, y]))).collect();
         let sum: f64 = weights.iter().sum();
         // A disk of radius zero covers nothing and becomes a single point.
-        match sum > 0.0 {
-            true => weights.iter_mut().for_each(|weight| *weight /= sum),
-            false => weights = vec![1.0],
+        if sum > 0.0 {
+            weights.iter_mut().for_each(|weight| *weight /= sum)
+        } else {
+            weights = vec![1.0]
         }
         Self { reach, weights }
     }

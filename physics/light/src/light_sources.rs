@@ -168,14 +168,10 @@ impl Emitters {
         found.density *= emitter.power * found.departure_direction.dot(&emitter.outward).max(0.0);
         let is_free = found.density > 0.0 && {
             // Each straight part of a refracted path is tested for shadows.
-            let corners = match self.planes.is_empty() {
-                true => vec![*place, emitter.place],
-                false => vec![
-                    *place,
-                    found.refraction_points[1],
-                    found.refraction_points[0],
-                    emitter.place,
-                ],
+            let corners = if self.planes.is_empty() {
+                vec![*place, emitter.place]
+            } else {
+                vec![*place, found.refraction_points[1], found.refraction_points[0], emitter.place]
             };
             corners.windows(2).all(|pair| is_free(&pair[0], &pair[1], tracer))
         };

@@ -21,9 +21,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut fastest_s, mut found) = (f64::INFINITY, Vec::new());
     for _ in 0..5 {
         let start = Instant::now();
-        found = match touched {
-            true => network.run_nonzero(&image, columns)?,
-            false => network.run(&image, columns)?,
+        found = if touched {
+            network.run_nonzero(&image, columns)?
+        } else {
+            network.run(&image, columns)?
         };
         fastest_s = fastest_s.min(start.elapsed().as_secs_f64());
     }

@@ -61,11 +61,10 @@ impl Plain {
                 && (wide / 2..columns + wide / 2).contains(&x);
             for input in 0..per_group {
                 let weight = self.weights[((output * per_group + input) * high + ky) * wide + kx];
-                let value = match inside {
-                    true => {
-                        maps[group * per_group + input][(y - high / 2) * columns + x - wide / 2]
-                    }
-                    false => 0.0,
+                let value = if inside {
+                    maps[group * per_group + input][(y - high / 2) * columns + x - wide / 2]
+                } else {
+                    0.0
                 };
                 sum = step(sum, weight, value);
             }
@@ -91,9 +90,10 @@ fn relu(maps: &mut [Vec<f32>]) {
 /// Builds four convolutions, to be used with a Relu between them: odd channel counts, a depthwise or full one, and a
 /// grouped one.
 fn four_convolutions(numbers: &mut Numbers, channels: usize, depthwise: bool) -> Vec<Plain> {
-    let middle = match depthwise {
-        true => ([channels, 1, 5, 3], channels),
-        false => ([2 * channels, channels, 3, 5], 1),
+    let middle = if depthwise {
+        ([channels, 1, 5, 3], channels)
+    } else {
+        ([2 * channels, channels, 3, 5], 1)
     };
     let last = middle.0[0];
     let groups = if last % 2 == 0 { 2 } else { 1 };

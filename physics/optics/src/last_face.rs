@@ -54,9 +54,10 @@ impl LastFace {
     /// Returns the ray continued behind the face.
     pub(crate) fn advance(&self, ray: &Ray) -> Ray {
         let ahead_mm = self.distance_mm(ray);
-        match ahead_mm > -BEHIND_MM {
-            true => Ray { origin: ray.at(ahead_mm + BEHIND_MM), ..*ray },
-            false => *ray,
+        if ahead_mm > -BEHIND_MM {
+            Ray { origin: ray.at(ahead_mm + BEHIND_MM), ..*ray }
+        } else {
+            *ray
         }
     }
 }

@@ -190,9 +190,10 @@ impl DomeVolume {
             let half_axes_mm = [radius_mm, radius_mm, height_mm];
             // Validated as a solid, although none is built.
             Solid::ellipsoid(half_axes_mm).validate()?;
-            match radius_mm == height_mm {
-                true => DomeShape::Sphere,
-                false => DomeShape::Ellipsoid(Vector3::from(half_axes_mm).map(f64::recip)),
+            if radius_mm == height_mm {
+                DomeShape::Sphere
+            } else {
+                DomeShape::Ellipsoid(Vector3::from(half_axes_mm).map(f64::recip))
             }
         } else {
             let solid = Solid::EllipsoidOffset(dome.clone()).at(0.0, 0.0, *centre_z_mm);

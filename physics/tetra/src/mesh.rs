@@ -302,9 +302,10 @@ impl SurfaceTriangles {
             for part in 1..=*parts {
                 let share = part as f64 / *parts as f64;
                 // The last level lies exactly on the interface, without rounding.
-                let level: Vec<Point3<f64>> = match part == *parts {
-                    true => lower.clone(),
-                    false => upper.iter().zip(&lower).map(|(a, b)| a + share * (b - a)).collect(),
+                let level: Vec<Point3<f64>> = if part == *parts {
+                    lower.clone()
+                } else {
+                    upper.iter().zip(&lower).map(|(a, b)| a + share * (b - a)).collect()
                 };
                 add(&level);
             }

@@ -26,9 +26,10 @@ pub(crate) fn triangulate(
     let mut faces = Vec::new();
     let mut before = Ring { first: 0, count: 1, phase: 0.0 };
     for row in 1..=rows {
-        let s = match row == rows {
-            true => 1.0,
-            false => find_parameter(&lengths, total_mm * row as f64 / rows as f64),
+        let s = if row == rows {
+            1.0
+        } else {
+            find_parameter(&lengths, total_mm * row as f64 / rows as f64)
         };
         let around_mm = TAU * surface.at(s)[0];
         let count = ((around_mm / edge_mm).round() as usize).max(MIN_RING_NODES);
@@ -76,15 +77,12 @@ fn triangulate_strip(inner: &Ring, outer: &Ring, faces: &mut Vec<Face>) {
         let across_outer = (outer.turn(j + skip + 1) - inner.turn(i)).abs();
         let across_inner = (inner.turn(i + 1) - outer.turn(j + skip)).abs();
         let takes_outer = j < outer.count && (i == inner.count || across_outer <= across_inner);
-        match takes_outer {
-            true => {
-                faces.push([a, b, outer.node(j + skip + 1)]);
-                j += 1;
-            }
-            false => {
-                faces.push([a, b, inner.node(i + 1)]);
-                i += 1;
-            }
+        if takes_outer {
+            faces.push([a, b, outer.node(j + skip + 1)]);
+            j += 1;
+        } else {
+            faces.push([a, b, inner.node(i + 1)]);
+            i += 1;
         }
     }
 }

@@ -46,9 +46,10 @@ impl LensEffects {
             // Natural vignetting: a power of the cosine of the angle to the axis.
             ray.map_or(0.0, |ray| ray.direction.z.max(0.0).powf(falloff_power))
         };
-        let falloff = match falloff_power > 0.0 {
-            true => (0..rays.len()).into_par_iter().map(part).collect(),
-            false => Vec::new(),
+        let falloff = if falloff_power > 0.0 {
+            (0..rays.len()).into_par_iter().map(part).collect()
+        } else {
+            Vec::new()
         };
         if pupil_mm == 0.0 {
             return Ok(Some(Self { falloff, defocus: None }));
@@ -60,12 +61,13 @@ impl LensEffects {
         let pupil = pose.point(Point3::origin());
         // Apparent distances are measured from the pupil, so rays start there. The drawn interface is close enough to
         // that of the camera model.
-        let ray = |i: usize| match stack.starts_behind_interface() {
-            true => {
+        let ray = |i: usize| {
+            if stack.starts_behind_interface() {
                 let direction = camera.unproject(&rays.at_px(i)).ok()?.direction;
                 Some(Ray { origin: pupil, direction: pose.vector(direction) })
+            } else {
+                rays.ray(i)
             }
-            false => rays.ray(i),
         };
         let diameter = |tracer: &mut Tracer<'_>, i: usize| {
             let Some(ray) = ray(i) else { return 0.0 };

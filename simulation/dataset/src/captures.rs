@@ -48,9 +48,10 @@ impl HalfCaptures {
         size_px: [u32; 2],
     ) -> Result<Self, InvalidCaptures> {
         let mut faults = Vec::new();
-        let paths = match place.is_dir() {
-            true => in_folder(place, patterns),
-            false => in_csv(place, patterns, &mut faults),
+        let paths = if place.is_dir() {
+            in_folder(place, patterns)
+        } else {
+            in_csv(place, patterns, &mut faults)
         };
         let mut files = Vec::new();
         for side in SIDES {

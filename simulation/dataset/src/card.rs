@@ -38,12 +38,11 @@ pub(super) fn write_card(job: &DatasetJob) -> Result<String, DatasetError> {
                               the moduli below and scale with them"
             .into(),
     };
-    let samples = match job.materialise {
-        true => "`samples/indentation_mm` and `samples/label` hold them stitched.",
-        false => {
-            "They are not stored: stitch two halves by `is_left` and `is_right` of `reference.npz`, \
+    let samples = if job.materialise {
+        "`samples/indentation_mm` and `samples/label` hold them stitched."
+    } else {
+        "They are not stored: stitch two halves by `is_left` and `is_right` of `reference.npz`, \
              0 where neither holds."
-        }
     };
     let model = match job.contact {
         ContactModel::Linear(_) => compare_with_rigid(job)?,

@@ -238,12 +238,11 @@ impl DatasetWriter {
     fn check(&self, job: &DatasetJob) -> Result<(), DatasetError> {
         let differences =
             fabkit_files::resumable::find_differences(&self.plan, &job.plan.document(job));
-        match differences.is_empty() {
-            true => Ok(()),
-            false => {
-                let folder = self.folder.path().into();
-                Err(ResumableFolderError::OtherPlan { what: KIND.what, folder, differences }.into())
-            }
+        if differences.is_empty() {
+            Ok(())
+        } else {
+            let folder = self.folder.path().into();
+            Err(ResumableFolderError::OtherPlan { what: KIND.what, folder, differences }.into())
         }
     }
 }

@@ -100,13 +100,12 @@ pub(super) fn prepare(
             Err(found) => faults.extend(found),
         }
     }
-    match faults.is_empty() {
-        true => Ok(patterns),
-        false => {
-            let hint = faults.iter().find_map(|fault: &Fault| fault.hint.clone());
-            let faults = faults.into_iter().map(|fault| fault.text).collect();
-            Err(DatasetRequestError::Presses { faults, hint }.into())
-        }
+    if faults.is_empty() {
+        Ok(patterns)
+    } else {
+        let hint = faults.iter().find_map(|fault: &Fault| fault.hint.clone());
+        let faults = faults.into_iter().map(|fault| fault.text).collect();
+        Err(DatasetRequestError::Presses { faults, hint }.into())
     }
 }
 

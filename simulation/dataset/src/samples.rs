@@ -106,9 +106,10 @@ impl HalfPart {
             let mut bytes = vec![0; N * tiling.chunk_pixels()];
             let (places, _) = bytes.as_chunks_mut::<N>();
             pixels().for_each(|(place, pixel)| places[place] = bytes_of(pixel));
-            match bytes.iter().all(|byte| *byte == 0) {
-                true => Ok(PartChunk::Empty),
-                false => Ok(PartChunk::Whole(zarr_pack(&bytes)?)),
+            if bytes.iter().all(|byte| *byte == 0) {
+                Ok(PartChunk::Empty)
+            } else {
+                Ok(PartChunk::Whole(zarr_pack(&bytes)?))
             }
         };
         Ok(Self((0..tiling.chunks()).map(chunk).collect::<Result<_, _>>()?))
@@ -199,9 +200,10 @@ fn collect_runs<const N: usize>(
                 content.extend(bytes);
             }
             _ => {
-                let content = match is_fill {
-                    true => RunContent::Fill(bytes[0]),
-                    false => RunContent::Bytes(bytes.to_vec()),
+                let content = if is_fill {
+                    RunContent::Fill(bytes[0])
+                } else {
+                    RunContent::Bytes(bytes.to_vec())
                 };
                 runs.push(ByteRun { place, content });
             }

@@ -125,10 +125,7 @@ impl DepthNetwork {
         let network = Network::read(&bytes).map_err(wrong)?;
         let path = Self::card_path(file);
         // A network named `.json` cannot have a card of the same name.
-        let card = match path.exists() && path != file {
-            true => Some(read_card(&path)?),
-            false => None,
-        };
+        let card = if path.exists() && path != file { Some(read_card(&path)?) } else { None };
         Ok(Self { file: file.to_owned(), network, card })
     }
 
@@ -368,10 +365,7 @@ mod tests {
         one[4 * 9 + 4] = 1.0;
         let spread = blur(&one, 9, &bell);
         for (row, column) in [(4, 4), (2, 4), (2, 6), (4, 7)] {
-            let wanted = match column < 7 {
-                true => 255.0 * bell[row - 2] * bell[column - 2],
-                false => 0.0,
-            };
+            let wanted = if column < 7 { 255.0 * bell[row - 2] * bell[column - 2] } else { 0.0 };
             assert!((spread[row * 9 + column] - wanted).abs() < 1e-4);
         }
         // A pixel in the corner is seen from beyond the border by its neighbours, not by itself again.

@@ -148,9 +148,8 @@ impl PhotometricStereo {
             let mut lit = NodeLight { arrives, grey: *grey, gain: [0.0; 3], tangents };
             let sent = own.predicted_light(node, &lit, &-node.outward, 0.0);
             // Colours that are too dark at rest get a gain of 0 and are ignored from then on.
-            lit.gain = [0, 1, 2].map(|k| match grey[k] >= LEAST_GREY && sent[k] > 0.0 {
-                true => grey[k] / sent[k],
-                false => 0.0,
+            lit.gain = [0, 1, 2].map(|k| {
+                if grey[k] >= LEAST_GREY && sent[k] > 0.0 { grey[k] / sent[k] } else { 0.0 }
             });
             Some(lit).filter(|lit| lit.gain.iter().any(|gain| *gain > 0.0))
         };
@@ -255,9 +254,8 @@ impl PhotometricStereo {
             |a: f64, b: f64| (node.outward + a * lit.tangents[0] + b * lit.tangents[1]).normalize();
         let miss = |at: &Vector3<f64>| {
             let sent = self.predicted_light(node, lit, &-outward(at[0], at[1]), nearer_mm);
-            Vector3::from_fn(|k, _| match lit.gain[k] > 0.0 {
-                true => at[2] * lit.gain[k] * sent[k] - grey[k],
-                false => 0.0,
+            Vector3::from_fn(|k, _| {
+                if lit.gain[k] > 0.0 { at[2] * lit.gain[k] * sent[k] - grey[k] } else { 0.0 }
             })
         };
         let rest = Vector3::new(0.0, 0.0, 1.0);

@@ -97,11 +97,10 @@ impl SceneError {
     pub(super) fn unseen(coverage: &SurfaceCoverage) -> Self {
         // The largest share decides: surface outside the image is a matter of the pose, otherwise a body blocks it.
         let is_beside = coverage.lost.first().is_none_or(|(by, _)| by == OUTSIDE_IMAGE);
-        match is_beside {
-            true => {
-                Self::OutOfView { angles_rad: coverage.angles_rad, lens_rad: coverage.lens_rad }
-            }
-            false => Self::Hidden { lost: coverage.lost.clone() },
+        if is_beside {
+            Self::OutOfView { angles_rad: coverage.angles_rad, lens_rad: coverage.lens_rad }
+        } else {
+            Self::Hidden { lost: coverage.lost.clone() }
         }
     }
 

@@ -264,9 +264,10 @@ impl SensorView {
     fn ready(&self, cast: &Cast) -> Result<Option<Arc<ElasticSolver>>, Error> {
         // Rigid and membrane contact have no tangential degrees of freedom, so a shear would be ignored silently.
         let ContactModel::Linear(linear) = cast.contact else {
-            return match cast.shear_mm == [0.0; 2] {
-                true => Ok(None),
-                false => Err(PressingError::RigidShear { contact: cast.contact.name() }.into()),
+            return if cast.shear_mm == [0.0; 2] {
+                Ok(None)
+            } else {
+                Err(PressingError::RigidShear { contact: cast.contact.name() }.into())
             };
         };
         let bodies: Vec<PressBody> =

@@ -35,11 +35,12 @@ impl Table {
             rows.iter().flat_map(|row| row.metrics.keys().map(String::as_str)).collect();
         let mut metrics: Vec<String> = Vec::new();
         for metric in plan.metrics() {
-            match metric.per_material {
-                false => metrics.push(metric.name.to_owned()),
-                true => metrics.extend(
+            if metric.per_material {
+                metrics.extend(
                     found.iter().filter(|name| metric.covers(name)).map(|name| (*name).to_owned()),
-                ),
+                )
+            } else {
+                metrics.push(metric.name.to_owned())
             }
         }
         metrics.extend(plan.source().custom_metrics.iter().cloned());
@@ -143,11 +144,10 @@ impl Table {
             let values = || self.rows.iter().map(|row| row.parameters.get(i));
             // A column has one type: a single word makes it a column of texts.
             let is_number = values().all(|value| matches!(value, None | Some(Value::Number(_))));
-            let column = match is_number {
-                true => {
-                    ParquetColumn::Numbers(values().map(|v| v.and_then(Value::number)).collect())
-                }
-                false => ParquetColumn::Texts(values().map(|v| v.map(format_value)).collect()),
+            let column = if is_number {
+                ParquetColumn::Numbers(values().map(|v| v.and_then(Value::number)).collect())
+            } else {
+                ParquetColumn::Texts(values().map(|v| v.map(format_value)).collect())
             };
             columns.push((name.clone(), column));
         }
@@ -168,8 +168,9 @@ fn format_value(value: &Value) -> String {
 
 /// Quotes a cell if necessary.
 fn quote_cell(text: &str) -> String {
-    match text.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
     }
 }

@@ -237,10 +237,7 @@ mod tests {
         );
         assert_eq!(run("```console fails=1\n$ false\n```\n"), Ok(1));
         let wrong = run("words\n```console\n$ true\n$ echo b\na\n```\n").unwrap_err();
-        assert!(
-            wrong.starts_with("a.md:4: $ echo b") && wrong.contains("lacks `a`"),
-            "{wrong}"
-        );
+        assert!(wrong.starts_with("a.md:4: $ echo b") && wrong.contains("lacks `a`"), "{wrong}");
         let failed = run("```console\n$ false\n```\n").unwrap_err();
         assert!(failed.contains("exit code 1 instead of 0"), "{failed}");
         assert!(run("```bash\ntrue\n```\n").unwrap_err().contains("do not run"));

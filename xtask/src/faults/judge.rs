@@ -69,9 +69,10 @@ pub fn check_recoverable(after: &Files, old: &Files, new: &Files) -> Result<(), 
 
 /// Judges an undisturbed run: exactly the new files.
 pub fn check_exact(after: &Files, new: &Files) -> Result<(), String> {
-    match after == new {
-        true => Ok(()),
-        false => Err(format!("after the next run: {}", difference(after, new, new))),
+    if after == new {
+        Ok(())
+    } else {
+        Err(format!("after the next run: {}", difference(after, new, new)))
     }
 }
 

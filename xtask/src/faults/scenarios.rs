@@ -249,9 +249,10 @@ impl Scenario {
         let is_stuck =
             matches!(trial, Trial::Call(Fault { call: "rename", is_persistent: true, .. }));
         if self.kind == Kind::Set {
-            match died || is_stuck {
-                true => judge::check_recoverable(&after, &self.old, &self.new)?,
-                false => judge::check_complete(&after, &self.old, &self.new)?,
+            if died || is_stuck {
+                judge::check_recoverable(&after, &self.old, &self.new)?
+            } else {
+                judge::check_complete(&after, &self.old, &self.new)?
             }
         }
         if after != self.new {
@@ -334,9 +335,10 @@ impl Scenario {
         }
         let mut command = self.command(place, arguments);
         let output = command.stderr(Stdio::piped()).output().map_err(text)?;
-        match output.status.success() {
-            true => Ok(()),
-            false => Err(format!("{}: {}", self.name, String::from_utf8_lossy(&output.stderr))),
+        if output.status.success() {
+            Ok(())
+        } else {
+            Err(format!("{}: {}", self.name, String::from_utf8_lossy(&output.stderr)))
         }
     }
 }

@@ -57,9 +57,10 @@ pub fn build(folder: &Path) -> Result<PathBuf, String> {
         .arg("-ldl")
         .output()
         .map_err(|e| format!("no C compiler: {e}"))?;
-    match output.status.success() {
-        true => Ok(library),
-        false => Err(String::from_utf8_lossy(&output.stderr).into_owned()),
+    if output.status.success() {
+        Ok(library)
+    } else {
+        Err(String::from_utf8_lossy(&output.stderr).into_owned())
     }
 }
 

@@ -147,12 +147,13 @@ impl FlatRefraction {
             ],
             distance_mm: flat.distance_mm,
             // Index 1 instead of the given one, which has no meaning (it may even be 0) without a pane.
-            glass: match flat.glass_thickness_mm > 0.0 {
-                true => Layer {
+            glass: if flat.glass_thickness_mm > 0.0 {
+                Layer {
                     thickness_mm: flat.glass_thickness_mm,
                     index: flat.index_glass / flat.index_inside,
-                },
-                false => Layer { thickness_mm: 0.0, index: 1.0 },
+                }
+            } else {
+                Layer { thickness_mm: 0.0, index: 1.0 }
             },
             gel_index: flat.index_outside / flat.index_inside,
             index_inside: flat.index_inside,
@@ -205,9 +206,10 @@ impl FlatRefraction {
         point: &Point3<f64>,
     ) -> Result<Vector3<f64>, OutsideDomain> {
         let path = self.find_path(point)?;
-        Ok(match path.radius_mm > 0.0 {
-            true => self.normal_in_camera + path.perpendicular * (path.w / path.radius_mm),
-            false => self.normal_in_camera,
+        Ok(if path.radius_mm > 0.0 {
+            self.normal_in_camera + path.perpendicular * (path.w / path.radius_mm)
+        } else {
+            self.normal_in_camera
         })
     }
 
@@ -220,9 +222,10 @@ impl FlatRefraction {
         let normal = self.normal_in_camera;
         let by_radius = 1.0 / path.slope_mm;
         // On the normal through the lens any azimuth will do, because both stretches are equal there.
-        let (azimuth, around) = match path.radius_mm > 0.0 {
-            true => (path.perpendicular / path.radius_mm, path.w / path.radius_mm),
-            false => (normal.cross(&least_axis(&normal)).normalize(), by_radius),
+        let (azimuth, around) = if path.radius_mm > 0.0 {
+            (path.perpendicular / path.radius_mm, path.w / path.radius_mm)
+        } else {
+            (normal.cross(&least_axis(&normal)).normalize(), by_radius)
         };
         // Derivatives of `w` at a fixed point, from the condition that the shifts add up to its radius.
         let squared = self.gel_index * self.gel_index;

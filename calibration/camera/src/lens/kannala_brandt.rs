@@ -109,9 +109,10 @@ impl Projector for KannalaBrandt {
         let (radius, slope) = self.radius(theta);
         let squared = direction.norm_squared();
         // On the axis any azimuth will do: there the stretch is 1/z in both directions.
-        let (azimuth, along_azimuth) = match across > 0.0 {
-            true => (direction.xy() / across, radius / across),
-            false => (Vector2::x(), 1.0 / direction.z),
+        let (azimuth, along_azimuth) = if across > 0.0 {
+            (direction.xy() / across, radius / across)
+        } else {
+            (Vector2::x(), 1.0 / direction.z)
         };
         let along_radius = slope * direction.z / squared;
         // Stretch along the radius differs from that along the azimuth.

@@ -125,9 +125,10 @@ impl OpenCv {
         // The limit itself may be a pole: start anywhere but there.
         let start = if radius < self.limit_tangent { radius } else { 0.5 * self.limit_tangent };
         // The radial part alone gives a start for the tangential terms.
-        let r = match within {
-            true => find_increasing_root(excess, 0.0, self.limit_tangent, start),
-            false => self.limit_tangent,
+        let r = if within {
+            find_increasing_root(excess, 0.0, self.limit_tangent, start)
+        } else {
+            self.limit_tangent
         };
         let point = target * (r / radius);
         if margin == 0.0 {

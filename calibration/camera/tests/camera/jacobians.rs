@@ -16,9 +16,10 @@ fn difference(pixel_at: impl Fn(f64) -> Vector2<f64>, step: f64) -> Vector2<f64>
 fn agree(analytic: Vector2<f64>, numeric: Vector2<f64>, step: f64) -> Result<(), String> {
     let allowed = 1e-6 * analytic.norm() + 3e-12 / step;
     let error = (analytic - numeric).norm();
-    match error <= allowed {
-        true => Ok(()),
-        false => Err(format!("{analytic} differs from {numeric} by {error:e} > {allowed:e}")),
+    if error <= allowed {
+        Ok(())
+    } else {
+        Err(format!("{analytic} differs from {numeric} by {error:e} > {allowed:e}"))
     }
 }
 

@@ -109,9 +109,10 @@ fn row<'a>(
         format!("`{}` is no corner of this board; they are numbered 0 to {last}", cells[1])
     })?;
     let coordinates = [-MAX_COORDINATE_PX, MAX_COORDINATE_PX];
-    let sigma_px = match count > COLUMNS.len() {
-        true => number(COLUMNS.len(), SIGMA_LIMITS_PX)?,
-        false => USUAL_SIGMA_PX,
+    let sigma_px = if count > COLUMNS.len() {
+        number(COLUMNS.len(), SIGMA_LIMITS_PX)?
+    } else {
+        USUAL_SIGMA_PX
     };
     let pixel = Point2::new(number(2, coordinates)?, number(3, coordinates)?);
     Ok((cells[0], DetectedCorner { id, pixel, sigma_px }))

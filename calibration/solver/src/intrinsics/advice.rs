@@ -260,8 +260,5 @@ fn empty_parts(corners: &[usize]) -> String {
             }
         }
     }
-    match empty.is_empty() {
-        true => "in scattered places".into(),
-        false => empty.join(", "),
-    }
+    if empty.is_empty() { "in scattered places".into() } else { empty.join(", ") }
 }

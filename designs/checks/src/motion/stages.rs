@@ -140,10 +140,8 @@ fn put_together<'s>(
             motion.and_then(|motion| motion.legs.iter().rev().find_map(straight))
         };
         let alone: Vec<Vec<&Placed>> = piece.iter().map(|placed| vec![*placed]).collect();
-        let apart = match apart.is_empty() {
-            true => Vec::new(),
-            false => put_together(step, &alone, apart, stands),
-        };
+        let apart =
+            if apart.is_empty() { Vec::new() } else { put_together(step, &alone, apart, stands) };
         came.push(Movement {
             bodies: stands(piece),
             removal_direction: way.or_else(stated),

@@ -76,9 +76,10 @@ fn merge_entry(order: &mut Order, known: &ListedArticle) {
 pub(crate) fn fill_all(sensor: &mut Sensor, articles: &Articles) {
     for body in sensor.bodies.iter_mut().filter(|body| body.kind == BodyKind::Bought) {
         let order = body.order.take().unwrap_or_else(|| Order::new(body.summary.clone(), ""));
-        body.order = Some(match order.is_sensor_itself {
-            true => order,
-            false => articles.fill_order(&order, &body.name),
+        body.order = Some(if order.is_sensor_itself {
+            order
+        } else {
+            articles.fill_order(&order, &body.name)
         });
     }
 }
@@ -149,11 +150,10 @@ pub(crate) fn fill_and_check(
         let close =
             similar_names(&known.name, names.iter().copied().chain(Articles::builtin().names()));
         let listed = &names[..names.len().min(MOST_LISTED)];
-        let hint = match close.is_empty() {
-            true => unknown_hint(&known.name, listed),
-            false => {
-                format!("{} pieces are {}", fabkit_text::did_you_mean(&close), listed.join("; "))
-            }
+        let hint = if close.is_empty() {
+            unknown_hint(&known.name, listed)
+        } else {
+            format!("{} pieces are {}", fabkit_text::did_you_mean(&close), listed.join("; "))
         };
         found.push(place.problem(&path, &to_printable(&known.name), message).hint(hint));
     }

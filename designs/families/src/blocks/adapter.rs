@@ -203,9 +203,10 @@ impl<'a> AdapterPlan<'a> {
         };
         let poses: Vec<Pose> = face.mounting.poses.iter().map(at).collect();
         let label = "adapter screw";
-        let screws = match face.mounting.nut_name().is_some() || face.replaced_screw_mm.is_some() {
-            true => ScrewJoint::in_threads(label, screw, poses),
-            false => ScrewJoint::self_tapping(label, screw, poses, thickness_mm + deep_mm),
+        let screws = if face.mounting.nut_name().is_some() || face.replaced_screw_mm.is_some() {
+            ScrewJoint::in_threads(label, screw, poses)
+        } else {
+            ScrewJoint::self_tapping(label, screw, poses, thickness_mm + deep_mm)
         };
         let adapter = Adapter { ..*adapter };
         // The height depends on the screws, so the underside is set in a second step.
@@ -215,9 +216,10 @@ impl<'a> AdapterPlan<'a> {
 
     /// Returns the plan with the robot's pattern and the cable slot turned to other angles.
     fn with_angles(&self, angle: Angle, cable_angle: Angle) -> Self {
-        let adapter = match self.is_iso() {
-            true => Adapter { flange_angle: angle, cable_angle, ..self.adapter },
-            false => Adapter { angle, cable_angle, ..self.adapter },
+        let adapter = if self.is_iso() {
+            Adapter { flange_angle: angle, cable_angle, ..self.adapter }
+        } else {
+            Adapter { angle, cable_angle, ..self.adapter }
         };
         Self { adapter, screws: self.screws.clone(), ..*self }
     }
@@ -231,9 +233,10 @@ impl<'a> AdapterPlan<'a> {
 
     /// Returns the turn of the robot's pattern, and the parameter that sets it.
     fn angle(&self) -> (Angle, &'static str) {
-        match self.is_iso() {
-            true => (self.adapter.flange_angle, "adapter.flange_angle"),
-            false => (self.adapter.angle, "adapter.angle"),
+        if self.is_iso() {
+            (self.adapter.flange_angle, "adapter.flange_angle")
+        } else {
+            (self.adapter.angle, "adapter.angle")
         }
     }
 

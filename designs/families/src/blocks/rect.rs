@@ -70,9 +70,10 @@ impl Rect {
         let beside = [0, 1].map(|i| self.half[i] - inner.half[i]);
         // Corners matter only if the centre of the inner arc lies farther out than that of this outline.
         let off = [0, 1].map(|i| self.corner - inner.corner - beside[i]);
-        let at_corner = match off[0] > 0.0 && off[1] > 0.0 {
-            true => self.corner - inner.corner - off[0].hypot(off[1]),
-            false => f64::INFINITY,
+        let at_corner = if off[0] > 0.0 && off[1] > 0.0 {
+            self.corner - inner.corner - off[0].hypot(off[1])
+        } else {
+            f64::INFINITY
         };
         beside[0].min(beside[1]).min(at_corner)
     }
@@ -146,9 +147,10 @@ mod tests {
                     let at = [0, 1].map(|i| inner.half[i] - inner.corner + at[i]);
                     let off = [0, 1].map(|i| (at[i] - outer.half[i] + outer.corner).max(0.0));
                     let beside = (outer.half[0] - at[0]).min(outer.half[1] - at[1]);
-                    match off[0] > 0.0 && off[1] > 0.0 {
-                        true => outer.corner - off[0].hypot(off[1]),
-                        false => beside,
+                    if off[0] > 0.0 && off[1] > 0.0 {
+                        outer.corner - off[0].hypot(off[1])
+                    } else {
+                        beside
                     }
                 });
                 let expected = nearest.fold(f64::INFINITY, f64::min);

@@ -169,9 +169,10 @@ fn format_hint(
 ) -> String {
     let number = &space.numbers[number];
     let most = if up { "at least" } else { "at most" };
-    match number.path == problem.path {
-        true => format!("write {most} {}", number.format_value(value)),
-        false => format!("write {most} {} for `{}`", number.format_value(value), number.path),
+    if number.path == problem.path {
+        format!("write {most} {}", number.format_value(value))
+    } else {
+        format!("write {most} {} for `{}`", number.format_value(value), number.path)
     }
 }
 

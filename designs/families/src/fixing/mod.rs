@@ -205,9 +205,10 @@ fn contradiction_problem(
         }
     }
     let kept: Vec<String> = set.iter().map(|path| format!("`{path}`")).collect();
-    let given = match kept.is_empty() {
-        true => "whatever the chosen values are".to_owned(),
-        false => format!("with {} as set, whatever the chosen values are", kept.join(", ")),
+    let given = if kept.is_empty() {
+        "whatever the chosen values are".to_owned()
+    } else {
+        format!("with {} as set, whatever the chosen values are", kept.join(", "))
     };
     let message = match &said[..] {
         [one] => format!("a contradiction: {one}; that cannot be kept {given}"),
@@ -219,9 +220,10 @@ fn contradiction_problem(
     // The new problem keeps the place of the first one in the file.
     let first = as_it_is.and_then(|invalid| invalid.problems.into_iter().next());
     let Some(first) = first else { return InvalidDesign { problems: Vec::new() } };
-    let hint = match instead.is_empty() {
-        true => first.hint.clone().filter(|_| set.is_empty()),
-        false => Some(instead.join(", or ")),
+    let hint = if instead.is_empty() {
+        first.hint.clone().filter(|_| set.is_empty())
+    } else {
+        Some(instead.join(", or "))
     };
     let hint = hint.or_else(|| Some(format!("take back one of {}", kept.join(", "))));
     InvalidDesign { problems: vec![Problem { message, hint, ..first }] }

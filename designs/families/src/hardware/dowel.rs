@@ -48,11 +48,10 @@ impl Dowel {
     /// Returns the specification as text.
     pub fn specification(&self) -> String {
         let Self { diameter_mm, length_mm } = *self;
-        match self.is_stocked() {
-            true => format!("dowel pin ISO 2338, {diameter_mm} x {length_mm} mm"),
-            false => format!(
-                "steel pin, {diameter_mm} x {length_mm} mm, to be made: no size of ISO 2338"
-            ),
+        if self.is_stocked() {
+            format!("dowel pin ISO 2338, {diameter_mm} x {length_mm} mm")
+        } else {
+            format!("steel pin, {diameter_mm} x {length_mm} mm, to be made: no size of ISO 2338")
         }
     }
 

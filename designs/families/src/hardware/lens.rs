@@ -38,9 +38,10 @@ impl ThreadedLens {
     /// Returns the space for turning the lens from the front: by fingers around its barrel, or by tweezers at the rim
     /// of a small one.
     pub fn front_access(&self) -> ToolAccess {
-        let (name, [grip, thick, reach], hand) = match self.barrel_mm >= FINGERS_FROM_MM {
-            true => ("the fingers that turn the lens", FINGERS_MM, HAND_MM),
-            false => ("the tweezers that turn the lens", TWEEZERS_MM, TWEEZERS_HAND_MM),
+        let (name, [grip, thick, reach], hand) = if self.barrel_mm >= FINGERS_FROM_MM {
+            ("the fingers that turn the lens", FINGERS_MM, HAND_MM)
+        } else {
+            ("the tweezers that turn the lens", TWEEZERS_MM, TWEEZERS_HAND_MM)
         };
         let inner = self.barrel_mm / 2.0 + TOUCH_MM;
         let outer = inner + thick;

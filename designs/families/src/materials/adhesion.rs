@@ -218,9 +218,10 @@ impl<'a> AdhesionFinder<'a> {
         let before = index.checked_sub(1).and_then(|at| self.sensor.chain.get(at));
         let Some(Step { action: Action::Pour(pour), .. }) = before else { return };
         for body in &step.bodies {
-            let agent = match self.is_primed(index, body) {
-                true => BondAgent::Primed,
-                false => BondAgent::WetSilicone,
+            let agent = if self.is_primed(index, body) {
+                BondAgent::Primed
+            } else {
+                BondAgent::WetSilicone
             };
             self.add([&pour.layer, body], agent);
         }

@@ -34,10 +34,12 @@ pub(super) fn elasticity_from_castable(
     let path = format!("materials.{}.youngs_modulus", material.name);
     let setting = material.settings.iter().find(|setting| setting.path == path);
     let said = setting.map(|setting| (setting.source.kind.word(), &setting.source.note));
-    let source = said.map(|(kind, note)| match note.is_empty() {
-        true => kind.to_owned(),
-        false => format!("{kind}: {note}"),
-    });
+    let source =
+        said.map(
+            |(kind, note)| {
+                if note.is_empty() { kind.to_owned() } else { format!("{kind}: {note}") }
+            },
+        );
     let least = mpa(figures.youngs_modulus_least).unwrap_or(young_mpa / SPREAD);
     let most = mpa(figures.youngs_modulus_most).unwrap_or(young_mpa * SPREAD);
     Some(Elasticity {

@@ -37,9 +37,10 @@ impl Workshop {
         if let Some(labels) = self.labels.as_ref().filter(|labels| labels.selects_all()) {
             labels::apply(labels, kit, report);
         }
-        match found.is_empty() {
-            true => Ok(self.processes.settings(&names(kit, &scope))),
-            false => Err(InvalidDesign { problems: LocatedProblem::sort(found) }),
+        if found.is_empty() {
+            Ok(self.processes.settings(&names(kit, &scope)))
+        } else {
+            Err(InvalidDesign { problems: LocatedProblem::sort(found) })
         }
     }
 }

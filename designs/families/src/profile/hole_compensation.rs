@@ -85,9 +85,10 @@ impl HoleCompensator<'_> {
                 let Profile { outer, holes } = profile;
                 // A hole in the profile of a cutting body leaves a pin, which is not compensated.
                 let outer = if is_cut { self.path(outer, bed_from_solid) } else { outer.clone() };
-                let holes = match is_cut {
-                    true => holes.clone(),
-                    false => holes.iter().map(|hole| self.path(hole, bed_from_solid)).collect(),
+                let holes = if is_cut {
+                    holes.clone()
+                } else {
+                    holes.iter().map(|hole| self.path(hole, bed_from_solid)).collect()
                 };
                 let profile = Profile { outer, holes };
                 Solid::Extrusion(Extrusion { profile, height_mm: *height_mm })

@@ -76,13 +76,16 @@ fn because(printed: &[(&MadePart, &PrintPlan)]) -> String {
             }
         }
         // A reason shared by all parts needs no list of them.
-        let said = whys.iter().map(|(why, parts)| match parts.len() == printed.len() {
-            true => escape(why),
-            false => format!(
-                "{}: {}",
-                parts.iter().map(|p| escape(p)).collect::<Vec<_>>().join(", "),
+        let said = whys.iter().map(|(why, parts)| {
+            if parts.len() == printed.len() {
                 escape(why)
-            ),
+            } else {
+                format!(
+                    "{}: {}",
+                    parts.iter().map(|p| escape(p)).collect::<Vec<_>>().join(", "),
+                    escape(why)
+                )
+            }
         });
         let said: Vec<String> = said.collect();
         text += &format!("<dt>{setting}</dt><dd>{}</dd>\n", said.join("<br>"));

@@ -18,9 +18,12 @@ impl Guide {
         let rows = self.made.iter().map(|part| (&part.name, &part.steps));
         let rows = rows.chain(self.bought.iter().map(|piece| (&piece.name, &piece.steps)));
         let row = |(piece, needed): (&String, &Vec<usize>)| {
-            let cells = self.steps.iter().map(|step| match needed.contains(&step.number) {
-                true => format!("<td>{}</td>", step.number),
-                false => "<td></td>".to_owned(),
+            let cells = self.steps.iter().map(|step| {
+                if needed.contains(&step.number) {
+                    format!("<td>{}</td>", step.number)
+                } else {
+                    "<td></td>".to_owned()
+                }
             });
             name(piece) + &cells.collect::<String>()
         };

@@ -84,9 +84,10 @@ impl ZarrArray {
 
     /// Checks every size against its limit.
     fn check_sizes(&self) -> Result<(), InvalidMetadata> {
-        let limit = |what: &str, found: u64, most: u64| match (1..=most).contains(&found) {
-            true => Ok(()),
-            false => {
+        let limit = |what: &str, found: u64, most: u64| {
+            if (1..=most).contains(&found) {
+                Ok(())
+            } else {
                 let limit = format!("it is from 1 to {most}");
                 Err(InvalidMetadata::Size { what: what.into(), found, limit })
             }
@@ -116,10 +117,7 @@ impl ZarrArray {
             }
         }
         // Unknown keys may change the meaning of the rest, such as extensions and storage transformers.
-        match *json == expected {
-            true => Ok(()),
-            false => Err(InvalidMetadata::Foreign("a key of the array")),
-        }
+        if *json == expected { Ok(()) } else { Err(InvalidMetadata::Foreign("a key of the array")) }
     }
 }
 

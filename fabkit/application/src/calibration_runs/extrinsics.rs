@@ -110,12 +110,11 @@ pub fn solve<R, E: From<Error>>(
     };
     let constants = LightConstants::for_sensor(sensor);
     // Only marks found by fabkit's detector have its offset. Pixels from elsewhere are taken as tips.
-    let rendered = match captures.is_detected {
-        true => {
-            let shapes = LandmarkShapes::find(project, landmarks, captures, inputs.tip_radius_mm);
-            PinMarkRenderer::new(sensor, camera.camera(), &constants, shapes)
-        }
-        false => Ok(None),
+    let rendered = if captures.is_detected {
+        let shapes = LandmarkShapes::find(project, landmarks, captures, inputs.tip_radius_mm);
+        PinMarkRenderer::new(sensor, camera.camera(), &constants, shapes)
+    } else {
+        Ok(None)
     };
     let calibration = match &rendered {
         Ok(Some(rendered)) => {

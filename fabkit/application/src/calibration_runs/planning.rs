@@ -120,13 +120,12 @@ pub fn plan_captures(
         model.mark_offsets = offsets;
     }
     let mut parameters = forecast.parameters.clone();
-    let marks_rendered = match model.mark_offsets.is_empty() {
-        true => 0,
-        false => {
-            // Rendered offsets depend on the light, so its parameters become unknowns of the fit.
-            parameters.extend(FitParameter::LIGHT);
-            is_seen.iter().filter(|is_seen| **is_seen).count()
-        }
+    let marks_rendered = if model.mark_offsets.is_empty() {
+        0
+    } else {
+        // Rendered offsets depend on the light, so its parameters become unknowns of the fit.
+        parameters.extend(FitParameter::LIGHT);
+        is_seen.iter().filter(|is_seen| **is_seen).count()
     };
     let forecast = PoseForecast { model, parameters, is_seen, ..forecast.clone() };
     let setup = forecast.setup(lens);

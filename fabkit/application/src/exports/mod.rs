@@ -245,9 +245,8 @@ fn select_bodies<'a>(sensor: &'a Sensor, parts: &[String]) -> Result<Vec<&'a Bod
         bodies::find(sensor, name)?;
     }
     let asked: BTreeSet<&str> = parts.iter().map(String::as_str).collect();
-    let is_asked = |body: &&Body| match asked.is_empty() {
-        true => body.is_made(),
-        false => asked.contains(body.name.as_str()),
+    let is_asked = |body: &&Body| {
+        if asked.is_empty() { body.is_made() } else { asked.contains(body.name.as_str()) }
     };
     Ok(sensor.bodies.iter().filter(is_asked).collect())
 }

@@ -29,12 +29,13 @@ pub fn describe_calibration(
         Some(name) if name == pins_in && has_pins => {}
         Some(_) => return None,
     }
-    let captures = match has_pins {
-        true => project
+    let captures = if has_pins {
+        project
             .fixture(pins_in)
             .map(|fixture| plan_captures(project, &fixture, pins_in))
-            .unwrap_or_default(),
-        false => Vec::new(),
+            .unwrap_or_default()
+    } else {
+        Vec::new()
     };
     let note = |name: &&str| FixtureNote {
         name: (*name).to_owned(),

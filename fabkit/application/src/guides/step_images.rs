@@ -33,9 +33,10 @@ impl Scene {
     pub(super) fn draw(&self) -> Result<Vec<u8>, DrawingError> {
         let [width, height] = STEP_PX;
         let cut = View::section(width, height, Point3::origin(), -Vector3::y());
-        let whole = match self.is_from_below {
-            true => View::from_side(-50.0, -24.0, width, height),
-            false => View::isometric(width, height),
+        let whole = if self.is_from_below {
+            View::from_side(-50.0, -24.0, width, height)
+        } else {
+            View::isometric(width, height)
         };
         let image = match render(&self.actors, if self.is_cut { &cut } else { &whole }) {
             // All bodies may lie in front of the section plane; then they are drawn whole.
@@ -76,13 +77,12 @@ impl<'a> CompiledBodies<'a> {
         let action = &self.sensor.chain[stage.step].action;
         // Molds are cut open to show their inside; assemblies are seen from outside.
         let is_cut = matches!(action, Action::Pour(_) | Action::Spray(_) | Action::Demold(_));
-        let before = match stage.going.is_empty() {
-            true => self.movement_scene(stage, &stage.before, &stage.coming, false, is_cut),
-            false => {
-                // Pieces leave in the given order; reversed, so that the first one to leave ends up outermost.
-                let leaving: Vec<Movement> = stage.going.iter().rev().cloned().collect();
-                self.movement_scene(stage, &stage.after, &leaving, true, is_cut)
-            }
+        let before = if stage.going.is_empty() {
+            self.movement_scene(stage, &stage.before, &stage.coming, false, is_cut)
+        } else {
+            // Pieces leave in the given order; reversed, so that the first one to leave ends up outermost.
+            let leaving: Vec<Movement> = stage.going.iter().rev().cloned().collect();
+            self.movement_scene(stage, &stage.after, &leaving, true, is_cut)
         };
         let after =
             stage.after.iter().map(|stand| ShiftedBody { stand: *stand, shift: Vector3::zeros() });

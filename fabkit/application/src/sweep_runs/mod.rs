@@ -63,10 +63,8 @@ pub fn parse_plan(file: &str, text: &str, folder: &Path, custom: &[String]) -> R
     let sensor = Plan::sensor_name(file, text).map_err(invalid)?;
     let beside = folder.join(&sensor);
     let is_file = Path::new(&sensor).extension().is_some_and(|e| e == "yaml" || e == "yml");
-    let source = match is_file {
-        true => Source::find(&beside.display().to_string())?,
-        false => Source::find(&sensor)?,
-    };
+    let source =
+        if is_file { Source::find(&beside.display().to_string())? } else { Source::find(&sensor)? };
     let SourceText { file: sensor_file, text: sensor_yaml } = source.text().clone();
     let plan = PlanSource {
         file: file.into(),

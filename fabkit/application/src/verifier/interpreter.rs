@@ -38,9 +38,10 @@ impl Interpreter {
             return Err(VerifierError::RelativePython(path));
         }
         let named = Self { path };
-        match named.has_package(folder) {
-            true => Ok(named),
-            false => Err(VerifierError::NoPackage(named.path)),
+        if named.has_package(folder) {
+            Ok(named)
+        } else {
+            Err(VerifierError::NoPackage(named.path))
         }
     }
 

@@ -104,9 +104,10 @@ impl Piece {
                         Err(error) => return Err(read(error)),
                     }
                 }
-                match hasher.finalize() == self.hash {
-                    true => Ok(PieceState::Intact),
-                    false => other("its checksum is another".into()),
+                if hasher.finalize() == self.hash {
+                    Ok(PieceState::Intact)
+                } else {
+                    other("its checksum is another".into())
                 }
             }
             Err(error) if is_absent(&error) => Ok(PieceState::Missing),

@@ -321,9 +321,10 @@ impl Outline {
             Solid::Revolution(s) if s.profile.holes.is_empty() => {
                 let path = &s.profile.outer;
                 let segs = of_path(path, face);
-                match path.signed_area_mm2() > 0.0 {
-                    true => segs,
-                    false => segs.into_iter().rev().map(OutlineSegment::reversed).collect(),
+                if path.signed_area_mm2() > 0.0 {
+                    segs
+                } else {
+                    segs.into_iter().rev().map(OutlineSegment::reversed).collect()
                 }
             }
             _ => return None,

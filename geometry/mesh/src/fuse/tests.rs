@@ -24,9 +24,10 @@ fn round() -> impl Strategy<Value = Solid> {
         size().prop_map(|r| Solid::sphere(r).at(0.0, 0.0, r)),
         (size(), size(), any::<bool>()).prop_map(|(r, h, long)| {
             let dome = Path::from([0.0, 0.0]).line([r, 0.0]).line([r, h]);
-            Solid::revolution(match long {
-                true => dome.elliptic_arc([0.0, 1.5 * r + h], [0.0, h], [r, 1.5 * r], true).close(),
-                false => dome.arc([0.0, r + h], [0.0, h], true).close(),
+            Solid::revolution(if long {
+                dome.elliptic_arc([0.0, 1.5 * r + h], [0.0, h], [r, 1.5 * r], true).close()
+            } else {
+                dome.arc([0.0, r + h], [0.0, h], true).close()
             })
         }),
         (size(), size(), size()).prop_map(|(r, wide, h)| {

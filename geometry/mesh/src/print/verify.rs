@@ -77,9 +77,12 @@ fn is_single_cycle(steps: &[[u32; 2]], are_few: bool) -> bool {
     if steps.len() < 3 {
         return false;
     }
-    let next = |at: u32| match are_few {
-        true => steps.iter().find(|step| step[0] == at),
-        false => steps.binary_search_by_key(&at, |step| step[0]).ok().map(|i| &steps[i]),
+    let next = |at: u32| {
+        if are_few {
+            steps.iter().find(|step| step[0] == at)
+        } else {
+            steps.binary_search_by_key(&at, |step| step[0]).ok().map(|i| &steps[i])
+        }
     };
     // If two steps share a start, one of them is never taken, and the cycle closes too early.
     let mut current = steps[0][0];

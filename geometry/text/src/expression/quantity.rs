@@ -176,10 +176,8 @@ impl Quantity {
     pub fn to_text(self) -> String {
         /// Above this size, doubles have too few digits for rounding to 1e-9.
         const LARGE: f64 = 1e6;
-        let rounded = match self.value.abs() < LARGE {
-            true => (self.value * 1e9).round() / 1e9,
-            false => self.value,
-        };
+        let rounded =
+            if self.value.abs() < LARGE { (self.value * 1e9).round() / 1e9 } else { self.value };
         // Adding 0 turns `-0` into `0`.
         let number = rounded + 0.0;
         match self.dimension {

@@ -143,8 +143,7 @@ fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
     let problem = &report.found[0].problem;
     let hint = "write at most 3.25 mm, or change `width`, `ribs` or `gaps`";
     assert_eq!(problem.hint.as_deref(), Some(hint));
-    let follows =
-        "(width is 1 in x.yaml, ribs is 1 in x.yaml, gaps is 1 in x.yaml)";
+    let follows = "(width is 1 in x.yaml, ribs is 1 in x.yaml, gaps is 1 in x.yaml)";
     assert!(problem.message.ends_with(follows), "{}", problem.message);
 
     // Small changes do not move a saturated limit; the input that saturated it is still named.

@@ -121,9 +121,10 @@ impl Transfer {
 fn stepped(ray: &Ray, way: usize, step: f64) -> Ray {
     let across = SightLine::transverse_axes(&ray.direction);
     let by = step * across.column(way % 2);
-    match way < 2 {
-        true => Ray { direction: (ray.direction + by).normalize(), ..*ray },
-        false => Ray { origin: ray.origin + by, ..*ray },
+    if way < 2 {
+        Ray { direction: (ray.direction + by).normalize(), ..*ray }
+    } else {
+        Ray { origin: ray.origin + by, ..*ray }
     }
 }
 

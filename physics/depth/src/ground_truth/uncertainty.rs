@@ -152,9 +152,10 @@ impl DepthMap<'_> {
             let spread = propagate_covariance(&by, &covariance);
             let shape = |end: &End<'_>| uncertainty.shape_mm / end.cosine();
             // Without contact at the pixel the same surface errs alike in both ranges.
-            let of_indentation = match is_pressed {
-                true => shape(&before).hypot(shape(&now)),
-                false => shape(&before) - shape(&now),
+            let of_indentation = if is_pressed {
+                shape(&before).hypot(shape(&now))
+            } else {
+                shape(&before) - shape(&now)
             };
             let points = Matrix3::from_fn(|r, c| spread[r][c]);
             let turned = shown.normal_by_point(pixel);
@@ -273,12 +274,11 @@ fn camera_ray_change(
             // The pose maps sensor to camera, so a ray fixed in the camera moves the opposite way in the sensor frame.
             // Parameters 0 to 2 turn, 3 to 5 shift.
             let back = |v: Vector3<f64>| -rotation.tr_mul(&v);
-            Some(match *i < 3 {
-                true => {
-                    let (from, way) = (rotation * ray.origin.coords, rotation * ray.direction);
-                    Change { origin: back(by.cross(&from)), direction: back(by.cross(&way)) }
-                }
-                false => Change { origin: back(by), direction: Vector3::zeros() },
+            Some(if *i < 3 {
+                let (from, way) = (rotation * ray.origin.coords, rotation * ray.direction);
+                Change { origin: back(by.cross(&from)), direction: back(by.cross(&way)) }
+            } else {
+                Change { origin: back(by), direction: Vector3::zeros() }
             })
         }
         RayParameter::Camera(stepped) => {

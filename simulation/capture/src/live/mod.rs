@@ -197,15 +197,14 @@ fn run_live(
 impl LiveState<'_> {
     fn press(&self, asked: &LivePress) -> Result<LiveResult, Error> {
         let LivePress { press, shear_mm, friction, seed } = asked;
-        let answer = match press.bodies.is_empty() {
-            true => None,
-            false => {
-                match self.ready.solve_contact(self.touch, &press.bodies, *shear_mm, *friction) {
-                    // Contact smaller than the node spacing counts as none, so that a control loop does not stop at first
-                    // touch.
-                    Err(error) if error.is_no_contact() || error.is_first_touch() => None,
-                    answer => Some(answer?),
-                }
+        let answer = if press.bodies.is_empty() {
+            None
+        } else {
+            match self.ready.solve_contact(self.touch, &press.bodies, *shear_mm, *friction) {
+                // Contact smaller than the node spacing counts as none, so that a control loop does not stop at first
+                // touch.
+                Err(error) if error.is_no_contact() || error.is_first_touch() => None,
+                answer => Some(answer?),
             }
         };
         let Some(answer) = answer else {

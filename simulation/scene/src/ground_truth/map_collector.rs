@@ -132,10 +132,9 @@ impl MapCollector {
             Some(npz) => npz,
             none => {
                 let height = self.size_px[1] as usize;
-                let rows = pieces.iter().map(|array| match array.name.ends_with(NAMES) {
-                    true => array.shape[0],
-                    false => height,
-                });
+                let rows = pieces
+                    .iter()
+                    .map(|array| if array.name.ends_with(NAMES) { array.shape[0] } else { height });
                 self.sigmas_at = SIGMAS
                     .map(|name| pieces.iter().position(|array| array.name == name).unwrap_or(0));
                 none.insert(NpzWriter::new(&pieces, &rows.collect::<Vec<_>>())?)

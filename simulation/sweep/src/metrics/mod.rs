@@ -93,11 +93,12 @@ pub struct Metric {
 impl Metric {
     /// Returns whether a column belongs to this metric.
     pub(crate) fn covers(&self, column: &str) -> bool {
-        match self.per_material {
-            false => self.name == column,
-            true => column
+        if self.per_material {
+            column
                 .strip_prefix(self.name)
-                .is_some_and(|rest| rest.starts_with('[') && rest.ends_with(']')),
+                .is_some_and(|rest| rest.starts_with('[') && rest.ends_with(']'))
+        } else {
+            self.name == column
         }
     }
 }

@@ -201,16 +201,15 @@ impl Term {
         };
         let name = crate::metrics::current_name(name);
         if let Some(setting) = known.parameters.get(name) {
-            return match quantity::is_numeric(setting.kind) {
-                true => {
-                    let unit = Some(quantity::suffix(setting.kind).trim_start_matches('_'));
-                    let unit = unit.filter(|unit| !unit.is_empty());
-                    Ok(term(factor, Operand::Parameter(name.into()), unit))
-                }
-                false => Err((
+            return if quantity::is_numeric(setting.kind) {
+                let unit = Some(quantity::suffix(setting.kind).trim_start_matches('_'));
+                let unit = unit.filter(|unit| !unit.is_empty());
+                Ok(term(factor, Operand::Parameter(name.into()), unit))
+            } else {
+                Err((
                     format!("`{name}` is not a number"),
                     "only numbers, lengths and angles can be compared".into(),
-                )),
+                ))
             };
         }
         if known.is_computed(name) {

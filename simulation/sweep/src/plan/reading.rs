@@ -90,10 +90,7 @@ fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
 
     let fix = find(&entries, "fix").is_some_and(|entry| is_true(&mut reading, entry));
     // The sensor with the fixed overrides shows which parameters exist.
-    let project = match fix {
-        true => super::find_changes(&source, &fixed),
-        false => Ok(Vec::new()),
-    };
+    let project = if fix { super::find_changes(&source, &fixed) } else { Ok(Vec::new()) };
     let project = project.and_then(|changes| source.load(&[&fixed[..], &changes].concat()));
     let project = match project {
         Ok(project) => project,
@@ -282,17 +279,16 @@ fn read_objectives(
     for entry in reading.read_map("objectives", node) {
         let name = metrics::current_name(&entry.key);
         if !known.is_computed(name) {
-            let (message, hint) = match metrics::is_metric(name) {
-                true => (
+            let (message, hint) = if metrics::is_metric(name) {
+                (
                     format!("`{name}` is not among the metrics of this plan"),
                     format!("add `{name}` to `metrics`"),
-                ),
-                false => {
-                    let names = known.metrics.iter().map(|metric| metric.name);
-                    let names: Vec<&str> = names.chain(known.custom.iter().map(|c| &**c)).collect();
-                    let hint = suggestion(name, names, "the metrics are");
-                    (format!("`{}` is not a metric", to_printable(name)), hint)
-                }
+                )
+            } else {
+                let names = known.metrics.iter().map(|metric| metric.name);
+                let names: Vec<&str> = names.chain(known.custom.iter().map(|c| &**c)).collect();
+                let hint = suggestion(name, names, "the metrics are");
+                (format!("`{}` is not a metric", to_printable(name)), hint)
             };
             reading.report_problem(entry.key_position, "objectives", name, message, hint);
         }

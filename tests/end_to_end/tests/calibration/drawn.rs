@@ -82,9 +82,10 @@ impl Bench {
                 plug.at(face.x, face.y, face.z + from_mm)
             };
             let solid = body.solid.clone();
-            body.solid = match shift_mm > 0.0 {
-                true => solid.minus(plug(-0.5, shift_mm)),
-                false => solid.plus(plug(shift_mm, 0.5)),
+            body.solid = if shift_mm > 0.0 {
+                solid.minus(plug(-0.5, shift_mm))
+            } else {
+                solid.plus(plug(shift_mm, 0.5))
             };
         }
         let [turn, shift] =

@@ -43,13 +43,14 @@ fn tree(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
-        match path.is_dir() {
-            true => found.extend(tree(&path)),
-            false => match fs::read(&path) {
+        if path.is_dir() {
+            found.extend(tree(&path))
+        } else {
+            match fs::read(&path) {
                 Ok(bytes) => drop(found.insert(path, bytes)),
                 // A run that goes on has put it in its place, or removed it.
                 Err(error) => assert_eq!(error.kind(), std::io::ErrorKind::NotFound, "{error}"),
-            },
+            }
         }
     }
     found

@@ -100,17 +100,16 @@ fn plates_profiles_and_the_manifest_follow_the_machine() {
     for part in parts(manifest) {
         let name = part["name"].as_str().unwrap();
         let machine = &part["machine"];
-        match is_mold(name) {
-            true => {
-                assert_eq!(machine["name"], "Our Resin Printer", "{name}");
-                let note = machine["note"].as_str().unwrap();
-                assert!(note.contains("grey resin in place of PLA"), "{note}");
-                assert_eq!(
-                    (&part["process"], &part["material"]),
-                    (&"sla".into(), &"grey resin".into())
-                );
-            }
-            false => assert!(machine.is_null(), "{name}"),
+        if is_mold(name) {
+            assert_eq!(machine["name"], "Our Resin Printer", "{name}");
+            let note = machine["note"].as_str().unwrap();
+            assert!(note.contains("grey resin in place of PLA"), "{note}");
+            assert_eq!(
+                (&part["process"], &part["material"]),
+                (&"sla".into(), &"grey resin".into())
+            );
+        } else {
+            assert!(machine.is_null(), "{name}")
         }
         // The profile of that resin is for them alone.
         assert_eq!(part["compensation"]["print"].is_object(), is_mold(name), "{name}");

@@ -119,9 +119,10 @@ fn tree(folder: &Path, prefix: &str, names: &mut Vec<String>) {
     entries.sort_by_key(|entry| entry.file_name());
     for entry in entries {
         let name = format!("{prefix}{}", entry.file_name().to_str().unwrap());
-        match entry.file_type().unwrap().is_dir() {
-            true => tree(&entry.path(), &format!("{name}/"), names),
-            false => names.push(name),
+        if entry.file_type().unwrap().is_dir() {
+            tree(&entry.path(), &format!("{name}/"), names)
+        } else {
+            names.push(name)
         }
     }
 }

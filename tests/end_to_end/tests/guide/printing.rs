@@ -15,9 +15,10 @@ fn before<'a>(note: &'a str, words: &str) -> Option<&'a str> {
 fn supports(part: &Body) -> Option<bool> {
     let notes = part.notes.join("; ").to_lowercase();
     let denied = ["no supports", "without support"];
-    match denied.iter().any(|words| notes.contains(words)) {
-        true => Some(false),
-        false => notes.contains("support").then_some(true),
+    if denied.iter().any(|words| notes.contains(words)) {
+        Some(false)
+    } else {
+        notes.contains("support").then_some(true)
     }
 }
 

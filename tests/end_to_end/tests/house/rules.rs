@@ -62,9 +62,12 @@ pub fn wrong_rows(plan: &Plan, crates: &Crates) -> Vec<String> {
 
 /// Arrows between rooms that do not point down the list of rooms.
 pub fn arrows_up(plan: &Plan, crates: &Crates) -> Vec<String> {
-    let place = |room: &str| match ABOVE_ALL.contains(&room) {
-        true => Some(0),
-        false => plan.rooms.iter().position(|row| row.folder == room).map(|place| place + 1),
+    let place = |room: &str| {
+        if ABOVE_ALL.contains(&room) {
+            Some(0)
+        } else {
+            plan.rooms.iter().position(|row| row.folder == room).map(|place| place + 1)
+        }
     };
     let mut wrong = Vec::new();
     for (package, own) in crates {

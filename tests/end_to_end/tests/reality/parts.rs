@@ -139,9 +139,10 @@ fn labels_where_bodies_touch_are_found() {
             let pose = contact(&sensor, [part, other]);
             let label = Label::new("i", 2.5, pose).unwrap();
             let body = sensor.body_mut(part).unwrap();
-            *body = match is_sunken {
-                true => body.clone().cut(label.sunken()),
-                false => Body { solid: body.solid.clone().plus(label.raised()), ..body.clone() },
+            *body = if is_sunken {
+                body.clone().cut(label.sunken())
+            } else {
+                Body { solid: body.solid.clone().plus(label.raised()), ..body.clone() }
             };
             let found = wrong(find_findings(&sensor, &[Rule::Labels]).unwrap());
             let blamed = found.iter().find(|finding| finding.message.contains("the label of"));

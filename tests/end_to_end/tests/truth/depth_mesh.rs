@@ -90,14 +90,13 @@ fn meshes_of_a_tenth_of_a_micrometre_agree_away_from_creases_and_miss_nothing() 
             return Verdict::WithinChord;
         }
         let around = aside.iter().map(|map| map[pixel]).chain([exact_mm]);
-        let is_crease = match found_mm.is_nan() {
-            true => around.into_iter().any(f64::is_nan),
-            false => {
-                let [low, high] = around.fold([f64::INFINITY, 0.0f64], |[low, high], range_mm| {
-                    [low.min(range_mm), high.max(range_mm)]
-                });
-                (low - TOLERANCE_MM..=high + TOLERANCE_MM).contains(&found_mm)
-            }
+        let is_crease = if found_mm.is_nan() {
+            around.into_iter().any(f64::is_nan)
+        } else {
+            let [low, high] = around.fold([f64::INFINITY, 0.0f64], |[low, high], range_mm| {
+                [low.min(range_mm), high.max(range_mm)]
+            });
+            (low - TOLERANCE_MM..=high + TOLERANCE_MM).contains(&found_mm)
         };
         if is_crease { Verdict::AtCrease } else { Verdict::Wrong }
     };

@@ -102,9 +102,10 @@ fn mutate_once(bytes: &mut Vec<u8>, other: &[u8], random: &mut SplitMix64) {
         7 | 8 => {
             let number = random.choose(&NUMBERS).as_bytes();
             let found = find_numbers(bytes);
-            match found.is_empty() {
-                true => insert(bytes, number, random),
-                false => drop(bytes.splice(random.choose(&found).clone(), number.iter().copied())),
+            if found.is_empty() {
+                insert(bytes, number, random)
+            } else {
+                drop(bytes.splice(random.choose(&found).clone(), number.iter().copied()))
             }
         }
         9 => insert(bytes, random.choose(&WORDS).as_bytes(), random),

@@ -40,9 +40,10 @@ pub fn read_corpus(folder: &Path) -> io::Result<Vec<(String, Vec<u8>)>> {
         files.push((name, fs::read(&path)?));
     }
     files.sort();
-    match files.is_empty() {
-        true => Err(io::Error::other(format!("{} has no files", folder.display()))),
-        false => Ok(files),
+    if files.is_empty() {
+        Err(io::Error::other(format!("{} has no files", folder.display())))
+    } else {
+        Ok(files)
     }
 }
 

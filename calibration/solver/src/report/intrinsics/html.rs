@@ -110,9 +110,10 @@ impl IntrinsicsReport<'_> {
             let figures = candidate.fit.map_or(
                 "<td colspan=\"3\">cannot see that far off its axis</td>".to_owned(),
                 |fit| {
-                    let held_out = match fit.held_out_rms_px.is_finite() {
-                        true => format!("{:.4}", fit.held_out_rms_px),
-                        false => "not determined".into(),
+                    let held_out = if fit.held_out_rms_px.is_finite() {
+                        format!("{:.4}", fit.held_out_rms_px)
+                    } else {
+                        "not determined".into()
                     };
                     let (rms, criterion) = (fit.rms_px, fit.criterion);
                     format!("<td>{rms:.4}</td><td>{held_out}</td><td>{criterion:.1}</td>")
@@ -230,9 +231,10 @@ impl IntrinsicsReport<'_> {
     fn views_table(&self) -> String {
         let mut rows = String::new();
         for (view, growth, tilt_deg, adds_nothing) in self.views() {
-            let growth = match growth.is_finite() {
-                true => format!("{:.1} %", 100.0 * growth),
-                false => "indispensable".into(),
+            let growth = if growth.is_finite() {
+                format!("{:.1} %", 100.0 * growth)
+            } else {
+                "indispensable".into()
             };
             let remark = if adds_nothing { "adds nothing" } else { "" };
             let _ = writeln!(

@@ -155,9 +155,10 @@ impl Studio {
                         let u = (i as f64 + 0.5) / SAMPLES as f64;
                         let ray = left * (1.0 - u) + right * u;
                         let t = -eye.z / ray.z;
-                        sum += match t > 0.0 {
-                            true => paint(board, eye.x + t * ray.x, eye.y + t * ray.y),
-                            false => 0.3,
+                        sum += if t > 0.0 {
+                            paint(board, eye.x + t * ray.x, eye.y + t * ray.y)
+                        } else {
+                            0.3
                         };
                     }
                 }

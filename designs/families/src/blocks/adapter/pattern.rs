@@ -107,9 +107,10 @@ impl AdapterPlan<'_> {
 
     /// Returns the height at which the robot's bolts bear, mm: sunk below the sensor where it covers them.
     fn seat_z(&self) -> f64 {
-        match self.is_above_flange() {
-            true => self.face.bottom_z_mm - SocketScrew::M6.head_height_mm - BESIDE_MM,
-            false => self.face.bottom_z_mm,
+        if self.is_above_flange() {
+            self.face.bottom_z_mm - SocketScrew::M6.head_height_mm - BESIDE_MM
+        } else {
+            self.face.bottom_z_mm
         }
     }
 
@@ -237,26 +238,25 @@ impl AdapterPlan<'_> {
             .with_order(bolt.order(length))
             .with_tool_access(bolt.driver())
             .as_fastener();
-        match self.is_above_flange() {
-            true => (vec![alone(body, &bolts)], Vec::new()),
-            false => (Vec::new(), vec![body]),
+        if self.is_above_flange() {
+            (vec![alone(body, &bolts)], Vec::new())
+        } else {
+            (Vec::new(), vec![body])
         }
     }
 
     /// Returns the instruction for the pieces that are put into the plate before the sensor is mounted.
     pub(super) fn preparation_instruction(&self) -> &'static str {
-        match self.is_iso() {
-            true => "bolt the plate to the robot's flange with the M6 screws, their heads sunk",
-            false => "melt the nuts into the plate from below",
+        if self.is_iso() {
+            "bolt the plate to the robot's flange with the M6 screws, their heads sunk"
+        } else {
+            "melt the nuts into the plate from below"
         }
     }
 
     /// Returns the instruction for mounting the plate.
     pub(super) fn mount_instruction(&self) -> String {
-        let cables = match self.is_slotted() {
-            true => ", cable and wires in its slot",
-            false => "",
-        };
+        let cables = if self.is_slotted() { ", cable and wires in its slot" } else { "" };
         let screwed =
             format!("screw the adapter to the sensor's mounting holes from below{cables}");
         match self.adapter.pattern {
@@ -288,9 +288,6 @@ impl Adapter {
     /// Returns the corners of the rectangle, or two positions in a row, mm.
     fn rectangle(&self) -> Vec<[f64; 2]> {
         let [x, y] = [self.width.mm() / 2.0, self.depth.mm() / 2.0];
-        match y > 0.0 {
-            true => corners([x, y]).to_vec(),
-            false => vec![[x, 0.0], [-x, 0.0]],
-        }
+        if y > 0.0 { corners([x, y]).to_vec() } else { vec![[x, 0.0], [-x, 0.0]] }
     }
 }

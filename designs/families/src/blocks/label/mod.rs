@@ -143,9 +143,10 @@ impl Label {
     /// # Errors
     /// A depth that is not positive.
     pub fn with_depth(self, depth_mm: f64) -> Result<Self, LabelError> {
-        match depth_mm > 0.0 && depth_mm.is_finite() {
-            true => Ok(Self { depth_mm, ..self }),
-            false => Err(LabelError::Depth(depth_mm)),
+        if depth_mm > 0.0 && depth_mm.is_finite() {
+            Ok(Self { depth_mm, ..self })
+        } else {
+            Err(LabelError::Depth(depth_mm))
         }
     }
 

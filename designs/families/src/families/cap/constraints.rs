@@ -124,12 +124,13 @@ fn check_listed_dimples(p: &Cap, layout: &CapLayout, depth_mm: f64, report: &mut
         is_above_foot(polar) && occlusion_mm(p, layout, polar.rad()).iter().all(|mm| *mm <= 1e-9)
     });
     // The message names the limit that is violated just beyond the largest allowed angle.
-    let told = match Angle::from_deg(most + 1e-6).is_some_and(is_above_foot) {
-        true => (
+    let told = if Angle::from_deg(most + 1e-6).is_some_and(is_above_foot) {
+        (
             "ledge and LEDs must not hide the dimple from the camera",
             "`holder.aperture_diameter` or `leds.package_height`",
-        ),
-        false => ("a dimple must end 0.3 mm above the foot", "`dimples.width` or `skin.height`"),
+        )
+    } else {
+        ("a dimple must end 0.3 mm above the foot", "`dimples.width` or `skin.height`")
     };
     listed.check_within(0, most, told, report);
     let web = ("0.2 mm must remain between two dimples", "`dimples.width`");

@@ -149,13 +149,10 @@ pub fn base(p: &Cap, layout: &CapLayout) -> Body {
     .with_material(&p.holder.material)
     .placed([in_sensor().lifted(-62.0)])
     .colored(BLACK)
-    .note(match width <= LONGEST_BRIDGE_MM {
-        true => "floor down, no supports: the window's upper edge is a short bridge".to_owned(),
-        false => format!(
+    .note(if width <= LONGEST_BRIDGE_MM { "floor down, no supports: the window's upper edge is a short bridge".to_owned() } else { format!(
             "floor down, with supports in the window alone, whose upper edge spans {width:.0} mm; they \
              break out of it from inside and outside"
-        ),
-    })
+        ) })
     .with_supports(width > LONGEST_BRIDGE_MM)
     .note("the gripper's M3 screws cut their threads into the floor")
     .with_handles(1) // The plug's window.

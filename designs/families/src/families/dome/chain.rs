@@ -288,24 +288,20 @@ impl StepSequence<'_> {
         if is_locked {
             steps.push(self.locking_gel_step());
         }
-        let off = match self.is_silicone() {
-            true => vec![rigid(self.outer.form.mold, -self.up)],
-            false => halves_pulls(&self.outer).to_vec(),
+        let off = if self.is_silicone() {
+            vec![rigid(self.outer.form.mold, -self.up)]
+        } else {
+            halves_pulls(&self.outer).to_vec()
         };
         steps.push(
-            demold(
-                "open-translucent-mold",
-                JOINING,
-                [vec![rigid(COLLAR, self.up)], off].concat(),
-            )
-            .with_instruction(match self.is_silicone() {
-                true => {
+            demold("open-translucent-mold", JOINING, [vec![rigid(COLLAR, self.up)], off].concat())
+                .with_instruction(if self.is_silicone() {
                     "lift the collar off the shell, bend the mold's rim to let air in and pull the \
                      module out by its shell"
-                }
-                false => "lift the collar, part the halves",
-            })
-            .source("III-B.1"),
+                } else {
+                    "lift the collar, part the halves"
+                })
+                .source("III-B.1"),
         );
         steps
     }

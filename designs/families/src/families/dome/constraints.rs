@@ -175,9 +175,10 @@ fn check_camera(p: &Dome, layout: &DomeLayout, report: &mut RuleReport) {
     let bite = Screw::M1_6X5.length_mm - camera.board_thickness.mm();
     let within = layout.base_radius_mm - PRINTED_WALL_MM;
     // If the board is not square, the other edge determines how long this one may be.
-    let widest = match camera.board_size == camera.board_size_y {
-        true => within * SQRT_2 - 2.0 * slide,
-        false => 2.0 * (half_chord(within, camera.board_size_y.mm() / 2.0 + slide) - slide),
+    let widest = if camera.board_size == camera.board_size_y {
+        within * SQRT_2 - 2.0 * slide
+    } else {
+        2.0 * (half_chord(within, camera.board_size_y.mm() / 2.0 + slide) - slide)
     };
     // In a square pattern the screws lie on the diagonals of the holder. In another, their heads may clear the holder
     // along y alone.
@@ -197,10 +198,7 @@ fn check_camera(p: &Dome, layout: &DomeLayout, report: &mut RuleReport) {
         camera.screw_spacing >= nearest, "the M1.6 heads must clear the lens holder";
         led_board.bore_radius >=
             layout.passing_radius_mm(p) + 0.5 + p.baffle.wall.mm(),
-            match layout.is_holder_below(p) {
-                true => "the lens must pass the LED board and its baffle, its holder below them",
-                false => "lens and holder must pass the LED board and its baffle",
-            };
+            if layout.is_holder_below(p) { "the lens must pass the LED board and its baffle, its holder below them" } else { "lens and holder must pass the LED board and its baffle" };
         camera.barrel_diameter <=
             (2.0 * p.diffuser.bore_radius.mm() - 0.6).min(camera.holder_size.mm()),
             "the barrel sits on its holder and must pass the diffuser";
@@ -240,16 +238,18 @@ fn check_base(p: &Dome, layout: &DomeLayout, report: &mut RuleReport) {
     let half = p.camera.board.screw_spacing_y.mm() / 2.0;
     let pilot_radius = joints.camera.holes().radius_mm;
     // Radii that the camera's screws and the corners of the recess reach.
-    let (pilot, corner) = match is_square {
-        true => (p.camera.board.screw_spacing.mm() / SQRT_2 + pilot_radius, relief[0] / SQRT_2),
-        false => (
+    let (pilot, corner) = if is_square {
+        (p.camera.board.screw_spacing.mm() / SQRT_2 + pilot_radius, relief[0] / SQRT_2)
+    } else {
+        (
             (p.camera.board.screw_spacing.mm() / 2.0).hypot(half) + pilot_radius,
             (relief[0] / 2.0).hypot(relief[1] / 2.0),
-        ),
+        )
     };
-    let most_spacing = match is_square {
-        true => p.camera.board.screw_spacing.mm() + (nut_end - pilot) * SQRT_2,
-        false => 2.0 * half_chord(nut_end - pilot_radius, half),
+    let most_spacing = if is_square {
+        p.camera.board.screw_spacing.mm() + (nut_end - pilot) * SQRT_2
+    } else {
+        2.0 * half_chord(nut_end - pilot_radius, half)
     };
     let m3 = joints.mounting.holes().radius_mm;
     let (base, camera) = (&p.base, &*p.camera.board);

@@ -55,11 +55,12 @@ pub fn components(p: &Dome, layout: &DomeLayout) -> Vec<Body> {
     let is_dipped = p.coat.method == CoatMethod::Dip;
     let in_form = |form: AssemblyName| move |pose: &Pose| form.at(*pose).lifted(-45.0);
     // Both forms use the same screws, one after the other.
-    let form_screws = match is_silicone {
-        true => [INNER_FORM, OUTER_FORM]
+    let form_screws = if is_silicone {
+        [INNER_FORM, OUTER_FORM]
             .map(|form| joints.form.bought(in_form(form), in_form(form)))
-            .concat(),
-        false => Vec::new(),
+            .concat()
+    } else {
+        Vec::new()
     };
     let sensor = vec![
         TUBE.bought(

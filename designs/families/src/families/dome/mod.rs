@@ -314,9 +314,10 @@ impl DomeLayout {
     /// corners of its holder if the holder reaches that high.
     pub fn passing_radius_mm(&self, p: &Dome) -> f64 {
         let barrel = p.camera.board.barrel_diameter.mm() / 2.0;
-        match self.is_holder_below(p) {
-            true => barrel,
-            false => barrel.max(p.camera.board.holder_size.mm() / std::f64::consts::SQRT_2),
+        if self.is_holder_below(p) {
+            barrel
+        } else {
+            barrel.max(p.camera.board.holder_size.mm() / std::f64::consts::SQRT_2)
         }
     }
 

@@ -277,14 +277,17 @@ fn check_base(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, report: &mut Rule
                 mounting.parameter_text()
             )
         },
-        || match mounting.is_ring() {
-            true => "write a larger radius, or change `base.cable_angle`, `mount.angle`, \
+        || {
+            if mounting.is_ring() {
+                "write a larger radius, or change `base.cable_angle`, `mount.angle`, \
                  `base.mount_holes` or `base.wire_slot_length`"
-                .into(),
-            false => format!(
-                "{}, or change `base.cable_angle` or `base.wire_slot_length`",
-                mounting.move_hint()
-            ),
+                    .into()
+            } else {
+                format!(
+                    "{}, or change `base.cable_angle` or `base.wire_slot_length`",
+                    mounting.move_hint()
+                )
+            }
         },
     );
     // Mounting holes end below the bolts, unless they are well between them.
@@ -303,9 +306,10 @@ fn check_base(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout, report: &mut Rule
         between >= mounts.depth_mm || nearest_turn >= RESIN_WALL_MM,
         mounting.turn_parameter(),
         || {
-            let what = match mounting.is_ring() {
-                true => format!("base.mount_holes is {}", p.base.mount_holes),
-                false => mounting.parameter_text(),
+            let what = if mounting.is_ring() {
+                format!("base.mount_holes is {}", p.base.mount_holes)
+            } else {
+                mounting.parameter_text()
             };
             format!(
                 "{what}; a hole comes within {:.2} mm of a bolt, and {RESIN_WALL_MM} mm are needed",
@@ -346,10 +350,7 @@ fn check_bolt_clearance(
         let (mut low, mut high) = (bolt_end.min(out), out);
         for _ in 0..SEARCH_STEPS {
             let third = (high - low) / 3.0;
-            match at(low + third) <= at(high - third) {
-                true => high -= third,
-                false => low += third,
-            }
+            if at(low + third) <= at(high - third) { high -= third } else { low += third }
         }
         at(low)
     };

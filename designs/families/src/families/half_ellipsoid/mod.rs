@@ -211,10 +211,7 @@ layout! {
         outer_offset_mm = black_offset_mm - p.black_gel.thickness.mm();
         let without_outer = outer_offset_mm - p.outer_elastomer.thickness.mm();
         /// Offset of the inner elastomer's outside. Without markers, it is cast as thick as both elastomers together.
-        inner_offset_mm = match p.markers.is_plain() {
-            true => outer_offset_mm,
-            false => without_outer,
-        };
+        inner_offset_mm = if p.markers.is_plain() { outer_offset_mm } else { without_outer };
         /// Offset of the shell's outside.
         shell_offset_mm = without_outer - p.inner_elastomer.thickness.mm();
         /// Depth of the shell's inside below the ellipsoid.

@@ -44,9 +44,10 @@ pub enum Boundary {
 impl Boundary {
     /// Returns the boundaries from the inside out. Without markers there is no outer elastomer.
     pub fn for_design(p: &HalfEllipsoid) -> Vec<Self> {
-        match p.markers.is_plain() {
-            true => vec![Self::Inner, Self::Black],
-            false => vec![Self::Inner, Self::Outer, Self::Black],
+        if p.markers.is_plain() {
+            vec![Self::Inner, Self::Black]
+        } else {
+            vec![Self::Inner, Self::Outer, Self::Black]
         }
     }
 

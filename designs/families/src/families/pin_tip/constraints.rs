@@ -38,11 +38,10 @@ fn check_pins(p: &PinTip, layout: &PinTipLayout, report: &mut RuleReport) {
     let reach = radius * FRAC_PI_2 - half;
     let is_listed = p.pins.pattern == RoundPattern::List;
     // Pins point at the centre, so the distance between neighbours shrinks in proportion to their distance from it.
-    let depth = match is_listed {
-        true => radius,
-        false => {
-            radius * (1.0 - (layout.pin_diameter_mm + DOTS_APART_MM) / closest_pins_mm(p, layout))
-        }
+    let depth = if is_listed {
+        radius
+    } else {
+        radius * (1.0 - (layout.pin_diameter_mm + DOTS_APART_MM) / closest_pins_mm(p, layout))
     };
     if is_listed {
         check_listed_pins(p, layout, reach, report);
@@ -72,12 +71,13 @@ fn check_listed_pins(p: &PinTip, layout: &PinTipLayout, reach_mm: f64, report: &
     };
     let on_skin = (reach_mm / layout.skin_radius_mm).to_degrees();
     let seen = max_angle_deg(is_seen);
-    let told = match seen < on_skin {
-        true => (
+    let told = if seen < on_skin {
+        (
             "the pixels must see all of its dot through lens and gel, within `camera.margin`",
             "`camera.depth`",
-        ),
-        false => ("a pin that stands lower misses the skin", "`tip.diameter`"),
+        )
+    } else {
+        ("a pin that stands lower misses the skin", "`tip.diameter`")
     };
     listed.check_within(0, seen.min(on_skin), told, report);
     let apart = (

@@ -68,9 +68,10 @@ impl SideFormula {
 
     /// Formula for the points behind all given surfaces, or (if `inside` is false) for all other points.
     fn behind(literals: &[Literal], inside: bool) -> Self {
-        match inside {
-            true => Self(vec![literals.to_vec()]),
-            false => Self(literals.iter().map(|l| vec![l.negated()]).collect()),
+        if inside {
+            Self(vec![literals.to_vec()])
+        } else {
+            Self(literals.iter().map(|l| vec![l.negated()]).collect())
         }
     }
 
@@ -311,9 +312,10 @@ pub(crate) fn subdivide_for_obstacles(
         }
         // Everything that the tool's part in this box sweeps on its way out.
         let mut ahead = *bounds;
-        match forwards {
-            true => ahead.max[axis] = all.max[axis],
-            false => ahead.min[axis] = all.min[axis],
+        if forwards {
+            ahead.max[axis] = all.max[axis]
+        } else {
+            ahead.min[axis] = all.min[axis]
         }
         let column = Cell::of(&ahead);
         let is_free = in_others.iter_mut().all(|other| {

@@ -215,8 +215,9 @@ fn parameter_hint(path: &str, known: &KnownNames) -> String {
     let last = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
     let word = last(path);
     let same: Vec<&str> = paths.into_iter().filter(|path| last(path) == word).take(3).collect();
-    match same.is_empty() {
-        true => "`fabkit show SENSOR` lists every parameter".into(),
-        false => did_you_mean(&same),
+    if same.is_empty() {
+        "`fabkit show SENSOR` lists every parameter".into()
+    } else {
+        did_you_mean(&same)
     }
 }

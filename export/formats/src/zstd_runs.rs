@@ -158,7 +158,14 @@ mod tests {
                 vec![0usize, 1, 7, 15, 16, 17, 1000, 131_071, 131_072, 131_073, 400_000])), 0..8)
         ) {
             let lengths: Vec<usize> = runs.iter().map(|run| run.2).collect();
-            let contents: Vec<RunContent> = runs.iter().map(|(fill, byte, length)| if *fill { RunContent::Fill(*byte) } else { RunContent::Bytes((0..*length).map(|i| (i * i / 7) as u8).collect()) }).collect();
+            let content = |(fill, byte, length): &(bool, u8, usize)| {
+                if *fill {
+                    RunContent::Fill(*byte)
+                } else {
+                    RunContent::Bytes((0..*length).map(|i| (i * i / 7) as u8).collect())
+                }
+            };
+            let contents: Vec<RunContent> = runs.iter().map(content).collect();
             let (packed, plain) = frame(&contents, &lengths);
             prop_assert!(zstd::bulk::decompress(&packed, plain.len()).unwrap() == plain);
         }

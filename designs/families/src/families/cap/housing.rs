@@ -137,6 +137,14 @@ pub fn base(p: &Cap, layout: &CapLayout) -> Body {
     let plug_room =
         Solid::rod(layout.chamber_radius_mm, [layout.floor_z_mm, layout.housing_back_z_mm + over]);
     let gap = p.making.gap_mm(BASE, Process::Fdm, Fit::Snug);
+    let printing_note = if width <= LONGEST_BRIDGE_MM {
+        "floor down, no supports: the window's upper edge is a short bridge".to_owned()
+    } else {
+        format!(
+            "floor down, with supports in the window alone, whose upper edge spans {width:.0} mm; they \
+             break out of it from inside and outside"
+        )
+    };
     BASE.made(
         Process::Fdm,
         casing_outline(p)
@@ -149,14 +157,16 @@ pub fn base(p: &Cap, layout: &CapLayout) -> Body {
     .with_material(&p.holder.material)
     .placed([in_sensor().lifted(-62.0)])
     .colored(BLACK)
-    .note(if width <= LONGEST_BRIDGE_MM { "floor down, no supports: the window's upper edge is a short bridge".to_owned() } else { format!(
-            "floor down, with supports in the window alone, whose upper edge spans {width:.0} mm; they \
-             break out of it from inside and outside"
-        ) })
+    .note(printing_note)
     .with_supports(width > LONGEST_BRIDGE_MM)
     .note("the gripper's M3 screws cut their threads into the floor")
     .with_handles(1) // The plug's window.
-    .cut(joints.casing.counterbore_cut(layout.joint_z_mm - head_z, head_z - bottom, gap).without_landmarks())
+    .cut(
+        joints
+            .casing
+            .counterbore_cut(layout.joint_z_mm - head_z, head_z - bottom, gap)
+            .without_landmarks(),
+    )
     .cut(joints.mounting.thread_cut_through())
 }
 

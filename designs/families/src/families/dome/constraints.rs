@@ -198,7 +198,7 @@ fn check_camera(p: &Dome, layout: &DomeLayout, report: &mut RuleReport) {
         camera.screw_spacing >= nearest, "the M1.6 heads must clear the lens holder";
         led_board.bore_radius >=
             layout.passing_radius_mm(p) + 0.5 + p.baffle.wall.mm(),
-            if layout.is_holder_below(p) { "the lens must pass the LED board and its baffle, its holder below them" } else { "lens and holder must pass the LED board and its baffle" };
+            lens_clearance_reason(p, layout);
         camera.barrel_diameter <=
             (2.0 * p.diffuser.bore_radius.mm() - 0.6).min(camera.holder_size.mm()),
             "the barrel sits on its holder and must pass the diffuser";
@@ -223,6 +223,15 @@ fn check_camera(p: &Dome, layout: &DomeLayout, report: &mut RuleReport) {
         camera.lens_height <=
             camera.lens_height.mm() + layout.camera_board_bottom_z_mm - layout.bottom_z_mm - bite,
             "the M1.6x5 screws must not stand out of the base's bottom";
+    }
+}
+
+/// Explains the smallest bore of the LED board, by what has to pass it.
+fn lens_clearance_reason(p: &Dome, layout: &DomeLayout) -> &'static str {
+    if layout.is_holder_below(p) {
+        "the lens must pass the LED board and its baffle, its holder below them"
+    } else {
+        "lens and holder must pass the LED board and its baffle"
     }
 }
 

@@ -50,8 +50,8 @@ pub fn run(only: Option<&str>) -> Result<(), String> {
     let docs = root().join("docs");
     let pages = structure::pages(&docs)?;
     let mut faults = structure::faults(&docs, &pages)?;
-    let front = structure::front_pages(&root())?;
-    faults.extend(structure::dead_links(&root(), &front));
+    let front = structure::front_pages(root())?;
+    faults.extend(structure::dead_links(root(), &front));
     if let Some(python) = python {
         let package = if is_importable(&python, "fabkit") {
             None

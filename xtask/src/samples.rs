@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 /// themselves.
 pub const FULL: &str = "FABKIT_FULL";
 
-/// Duration of [`work`] on the gate's fast machine, in the debug build that `cargo xtask` runs; in release it is 85 ms.
+/// Duration of [`measure_speed`] on the gate's fast machine, in the debug build that `cargo xtask` runs; in release it is 85 ms.
 const FAST_DURATION: Duration = Duration::from_millis(150);
 
 /// Sample sizes.

@@ -226,7 +226,7 @@ impl Camera {
         Self { interface: Interface::None, refraction: Refraction::None, ..*self }
     }
 
-    /// Returns the same lens with [`Interface::Drawn`]: the drawing says what stands in front of it.
+    /// Returns the same lens with [`Interface::FromDrawing`]: the drawing says what stands in front of it.
     #[must_use]
     pub fn with_drawn_interface(&self) -> Self {
         Self { interface: Interface::FromDrawing, ..self.without_interface() }

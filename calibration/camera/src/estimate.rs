@@ -73,7 +73,7 @@ impl CameraEstimate {
     }
 
     /// Marks a camera without interface as calibrated without what stands in front of it; see
-    /// [`Interface::Drawn`](crate::Interface::Drawn). A camera with an interface is returned unchanged.
+    /// [`Interface::FromDrawing`](crate::Interface::FromDrawing). A camera with an interface is returned unchanged.
     #[must_use]
     pub fn with_drawn_interface(self) -> Self {
         let camera = match self.camera.interface() {
@@ -83,7 +83,7 @@ impl CameraEstimate {
         Self { camera, ..self }
     }
 
-    /// Turns [`Interface::Drawn`] into [`Interface::None`], for callers who ignore the drawing or solve for the
+    /// Turns [`Interface::FromDrawing`] into [`Interface::None`], for callers who ignore the drawing or solve for the
     /// interface.
     #[must_use]
     pub fn without_drawn_interface(self) -> Self {

@@ -92,10 +92,10 @@ pub enum ImageFileError {
     },
 }
 
-/// Returns whether a file name ends with one of [`ENDINGS`], in upper or lower case.
+/// Returns whether a file name ends with one of [`EXTENSIONS`], in upper or lower case.
 ///
 /// ```
-/// assert!(fabkit_image::is_named_as_one("01_05.JPG") && !fabkit_image::is_named_as_one("jpg"));
+/// assert!(fabkit_image::has_image_extension("01_05.JPG") && !fabkit_image::has_image_extension("jpg"));
 /// ```
 pub fn has_image_extension(name: &str) -> bool {
     name.rsplit_once('.').is_some_and(|(_, end)| EXTENSIONS.contains(&&*end.to_ascii_lowercase()))

@@ -102,7 +102,7 @@ impl DrawnInterface {
         }
     }
 
-    /// Computes the derivatives of [`DrawnInterface::seen_from`] by the pose and the shift.
+    /// Computes the derivatives of [`DrawnInterface::interface_at`] by the pose and the shift.
     pub(crate) fn interface_by_pose(
         &self,
         camera_from_sensor: &Pose,

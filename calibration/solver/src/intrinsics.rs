@@ -179,7 +179,7 @@ pub enum LensCalibrationError {
 /// by more than its standard error. Views with fewer than [`MIN_CORNERS`] corners are left out.
 ///
 /// # Errors
-/// Returns [`CalibrateError`] for too few or too many views, impossible values, or views that no model fits or that do
+/// Returns [`LensCalibrationError`] for too few or too many views, impossible values, or views that no model fits or that do
 /// not determine the camera.
 ///
 /// # Example

@@ -83,7 +83,7 @@ impl CalibrationPrediction {
 /// ```
 /// use fabkit_calibration::landmarks::PinLandmarks;
 /// use fabkit_calibration::model::FitParameter;
-/// use fabkit_calibration::observability::{Effort, predict};
+/// use fabkit_calibration::observability::{PressPlan, predict};
 /// use fabkit_camera::Camera;
 /// use fabkit_geometry::Pose;
 /// // Nine holes around a tip 15 mm in front of the camera.
@@ -95,7 +95,7 @@ impl CalibrationPrediction {
 /// let pins = PinLandmarks::from_json(&format!("{{{}}}", map.join(", "))).unwrap();
 /// let camera = Camera::equidistant(640, 480, 2.8).unwrap();
 /// let pose = Pose::translation(0.0, 0.0, 7.0);
-/// let effort = Effort { captures: 10, pins_per_capture: 5, sigma_px: 0.3 };
+/// let effort = PressPlan { captures: 10, pins_per_capture: 5, sigma_px: 0.3 };
 /// let prediction = predict(&camera, &pose, &pins.pins, effort, &FitParameter::POSE);
 /// assert!(prediction.unobservable.is_empty() && prediction.position_sigma_mm < 0.1);
 /// ```

@@ -87,7 +87,7 @@ impl SyntheticSensor {
     /// Renders an image of pins.
     ///
     /// # Errors
-    /// Fails as [`Bench::reference`]. Pins that cannot be seen leave no mark.
+    /// Fails as [`SyntheticSensor::reference`]. Pins that cannot be seen leave no mark.
     pub fn capture(
         &mut self,
         capture: usize,

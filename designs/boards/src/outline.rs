@@ -39,7 +39,7 @@ impl BoardShape {
     /// Reads the outline from the body of a horizontal plate.
     ///
     /// # Errors
-    /// [`BoardError::NoPlate`] for any other body.
+    /// [`BoardError::NotAPlate`] for any other body.
     pub fn from_body(body: &Body) -> Result<Self, BoardError> {
         let mut solid = &body.solid;
         loop {

@@ -66,9 +66,9 @@ const MIL_PER_MM: f64 = 1.0 / 0.0254;
 /// mil.
 ///
 /// ```
-/// use fabkit_boards::{USUAL, width_for_mm};
+/// use fabkit_boards::{STANDARD_RULES, min_track_width_mm};
 /// // The chart of the standard: about 0.3 mm for 1 A at 10 K on 35 um.
-/// assert!((width_for_mm(1.0, &USUAL) - 0.30).abs() < 0.01);
+/// assert!((min_track_width_mm(1.0, &STANDARD_RULES) - 0.30).abs() < 0.01);
 /// ```
 pub fn min_track_width_mm(current_a: f64, rules: &BoardRules) -> f64 {
     let area_mil2 = (current_a / (0.048 * rules.temperature_rise_k.powf(0.44))).powf(1.0 / 0.725);

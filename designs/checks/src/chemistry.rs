@@ -57,7 +57,7 @@ pub(crate) fn examine(sensor: &Sensor) -> (Vec<Finding>, usize) {
     let open = contacts(sensor)
         .filter_map(Contact::hazard)
         .filter(|hazard| hazard.prevented_in.is_none())
-        .map(|hazard| hazard.to_finding().in_step(&sensor.chain[hazard.step].name));
+        .map(|hazard| hazard.finding().in_step(&sensor.chain[hazard.step].name));
     (open.collect(), contacts(sensor).count())
 }
 
@@ -137,7 +137,7 @@ impl<'a> Contact<'a> {
 
 impl Hazard<'_> {
     /// Converts the hazard to a finding.
-    fn to_finding(&self) -> Finding {
+    fn finding(&self) -> Finding {
         let Self { layer, wall, .. } = self;
         let (message, fix) = match self.harm {
             Harm::Inhibits(curing) => {

@@ -13,7 +13,7 @@ use crate::{Design, REGISTRY, SensorText};
 /// either way), mm.
 const LENGTHS_MM: [(f64, f64); 6] =
     [(6.0, 0.1), (30.0, 0.2), (120.0, 0.3), (400.0, 0.5), (1000.0, 0.8), (2000.0, 1.2)];
-/// Smallest size that ISO 2768-1 covers, mm. Thinner sizes, such as coats, deviate by at most [`OF_THIN`] of
+/// Smallest size that ISO 2768-1 covers, mm. Thinner sizes, such as coats, deviate by at most [`THIN_TOLERANCE_FRACTION`] of
 /// themselves.
 const THIN_MM: f64 = 0.5;
 // A fraction chosen here: the standard has no value below 0.5 mm.

@@ -48,8 +48,8 @@ impl Calibration {
     /// Returns the captures as the list that `calibrate extrinsics` reads from their folder: `file,hole,kind`.
     ///
     /// ```
-    /// use fabkit_guide::{Calibration, Capture};
-    /// let capture = Capture { file: "01.png".into(), pins: "pin-long".into(), holes: vec![3, 9] };
+    /// use fabkit_guide::{Calibration, PinCapture};
+    /// let capture = PinCapture { file: "01.png".into(), pins: "pin-long".into(), holes: vec![3, 9] };
     /// let calibration = Calibration { captures: vec![capture], ..Calibration::default() };
     /// assert_eq!(calibration.captures_csv(), "file,hole,kind\n01.png,3,long\n01.png,9,long\n");
     /// ```

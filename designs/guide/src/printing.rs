@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::{Guide, GuideError};
 
-/// Value of the field `from` of [`Printing`] for figures of this model instead of a slicer.
+/// Value of the field `from` of [`PrintPlan`] for figures of this model instead of a slicer.
 const MODEL: &str = "model";
 
 /// Mean speed of the nozzle over the whole print, travel and pauses included, mm/s. PrusaSlicer 2.5 with its default

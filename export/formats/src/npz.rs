@@ -216,7 +216,7 @@ impl NpzWriter {
         Ok(())
     }
 
-    /// Returns the values written so far to an array of [`Values::F64`], so that they can be read again without a copy.
+    /// Returns the values written so far to an array of [`NpyValues::F64`], so that they can be read again without a copy.
     pub fn values_f64(&self, index: usize) -> impl Iterator<Item = f64> + '_ {
         let PartialArray { first_byte, bytes, .. } = self.arrays[index];
         let (values, _) = self.archive.part(index)[first_byte..first_byte + bytes].as_chunks();

@@ -56,10 +56,10 @@ impl ParquetColumn {
 /// Writes named columns of equal length as a Parquet file, uncompressed.
 ///
 /// ```
-/// use fabkit_export::{Column, parquet};
+/// use fabkit_export::{ParquetColumn, parquet};
 /// let columns = [
-///     ("variant".to_owned(), Column::Integers(vec![0, 1])),
-///     ("coverage".to_owned(), Column::Numbers(vec![Some(0.5), None])),
+///     ("variant".to_owned(), ParquetColumn::Integers(vec![0, 1])),
+///     ("coverage".to_owned(), ParquetColumn::Numbers(vec![Some(0.5), None])),
 /// ];
 /// let bytes = parquet("sweep", &columns)?;
 /// assert!(bytes.starts_with(b"PAR1") && bytes.ends_with(b"PAR1"));

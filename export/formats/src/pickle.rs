@@ -8,7 +8,7 @@ use crate::npz::header;
 /// Writes lists of numbers as an array of the given shape, row by row (C order).
 ///
 /// ```
-/// let file = fabkit_export::npy_of_lists(&[1, 2], &[vec![0.5], vec![]])?;
+/// let file = fabkit_export::npy_lists(&[1, 2], &[vec![0.5], vec![]])?;
 /// assert!(file.starts_with(b"\x93NUMPY") && file.ends_with(b"."));
 /// # Ok::<(), fabkit_export::ExportError>(())
 /// ```

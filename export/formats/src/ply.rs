@@ -18,10 +18,10 @@ pub struct CloudPoint {
 /// Coordinates are 64-bit, so that a cloud is as precise as the map it comes from.
 ///
 /// ```
-/// use fabkit_export::{Cloud, CloudPoint};
+/// use fabkit_export::{PointCloud, CloudPoint};
 /// let point =
 ///     CloudPoint { position_mm: [1.0, 2.0, 3.0], normal: [0.0, 0.0, 1.0], color: [9; 3], label: 1 };
-/// let mut cloud = Cloud::new("sensor frame, mm");
+/// let mut cloud = PointCloud::new("sensor frame, mm");
 /// cloud.push(&point);
 /// assert!(cloud.finish().starts_with(b"ply\nformat binary_little_endian 1.0\n"));
 /// ```

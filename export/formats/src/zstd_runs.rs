@@ -15,7 +15,7 @@ pub struct ByteRun {
     pub content: RunContent,
 }
 
-/// Content of a [`Run`].
+/// Content of a [`ByteRun`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RunContent {
     /// The same byte throughout.

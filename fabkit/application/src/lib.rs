@@ -1,15 +1,15 @@
 //! Application layer of fabkit: from the description of a sensor to files.
 //!
 //! The `fabkit` command, the Python package and other programs use fabkit through this crate. It loads designs
-//! ([`source`]), makes all their files ([`exporting`], [`images`]), casts ground truth ([`scene`],
-//! [`ground_truth`]), presses soft layers ([`pressing`]), makes data sets and sweeps ([`dataset`], [`sweeping`]; their
+//! ([`source`]), makes all their files ([`exports`], [`images`]), casts ground truth ([`scene`],
+//! [`ground_truth`]), presses soft layers ([`press_simulation`]), makes data sets and sweeps ([`dataset`], [`sweep_runs`]; their
 //! folders survive a killed process: [`resumable`]), calibrates ([`calibrating`]), compares with other geometry
-//! kernels ([`verifier`]) and verifies its own folders ([`rereading`]). [`staging`] is the only place that writes
+//! kernels ([`verifier`]) and verifies its own folders ([`verify_folder`]). [`staging`] is the only place that writes
 //! files, [`reading`] the only one that reads files of other origin. Failures are an [`Error`], typed down to their
 //! values. Options, exit codes and terminals are unknown here. The crates below are re-exported.
 //!
 //! ```
-//! use fabkit_application::exporting::{ExportOptions, Format, export};
+//! use fabkit_application::exports::{ExportOptions, Format, export};
 //! use fabkit_application::designs::{builtin_yaml, load};
 //!
 //! let yaml = builtin_yaml("rtac0").ok_or("no such sensor")?;

@@ -36,7 +36,7 @@ pub struct Terms {
 /// design. Returns whether that sensor file exists: parameters that one text cannot express have none.
 ///
 /// # Errors
-/// [`ExportFailure`] for an invalid camera, and for file names that exist already.
+/// [`ExportRunError`] for an invalid camera, and for file names that exist already.
 pub fn add_package_files(
     exported: &mut Exported,
     design: &Design,
@@ -63,11 +63,11 @@ pub fn add_package_files(
     Ok(has_file)
 }
 
-/// Makes a guide's files with their own manifest, for a separate folder. `calibration` is [`guiding::calibration`] of
+/// Makes a guide's files with their own manifest, for a separate folder. `calibration` is [`guides::calibration`] of
 /// the same design.
 ///
 /// # Errors
-/// Bodies that cannot be drawn or measured, as [`ExportFailure::Guide`].
+/// Bodies that cannot be drawn or measured, as [`ExportRunError::Guide`].
 pub fn make_guide(
     design: &Design,
     calibration: Option<&Calibration>,
@@ -110,7 +110,7 @@ pub fn make_guide(
 /// a fixed time.
 ///
 /// # Errors
-/// [`ExportFailure::Write`] beyond 4 GiB or 65,535 files.
+/// [`ExportRunError::Write`] beyond 4 GiB or 65,535 files.
 pub fn archive(name: &str, exports: &[(String, &Exported)]) -> Result<Vec<u8>, ExportRunError> {
     let named = exports.iter().flat_map(|(folder, exported)| {
         exported.files.iter().map(move |file| (format!("{folder}/{}", file.name), &file.bytes[..]))

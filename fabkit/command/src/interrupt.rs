@@ -55,7 +55,7 @@ pub fn begin_writing() -> Result<(), Failure> {
         .map_err(|_| Failure::plain(ErrorKind::Interrupted, "interrupted"))
 }
 
-/// Returns [`requested`], and delays interrupts from the first call on until the caller polls again: for work with its
+/// Returns [`is_requested`], and delays interrupts from the first call on until the caller polls again: for work with its
 /// own processes and temporary files. Ends with [`finish_watching`].
 pub fn poll_interrupt() -> bool {
     let _ = STATE.compare_exchange(COMPUTING, WRITING, Ordering::SeqCst, Ordering::SeqCst);

@@ -61,7 +61,7 @@ pub fn fall(py: Python<'_>) -> PyResult<()> {
 /// Runs short work that may use Python.
 ///
 /// # Errors
-/// Errors of the work, and panics as in [`short`].
+/// Errors of the work, and panics as in [`run_short`].
 pub fn run_guarded<T>(py: Python<'_>, work: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
     panic::catch_unwind(AssertUnwindSafe(work))
         .unwrap_or_else(|_| Err(exception(py, Failure::bug("fabkit stopped"))))

@@ -185,9 +185,9 @@ pub fn read_text(path: &Path, expected: ExpectedFile) -> Result<String, ReadErro
 /// Compares names in natural order: runs of digits count as numbers.
 ///
 /// ```
-/// use fabkit_files::reading::natural_order;
+/// use fabkit_files::reading::compare_natural;
 /// let mut names = ["7_12.png", "7_2.png", "10.png", "9.png", "07_2.png"];
-/// names.sort_by(|a, b| natural_order(a, b));
+/// names.sort_by(|a, b| compare_natural(a, b));
 /// assert_eq!(names, ["07_2.png", "7_2.png", "7_12.png", "9.png", "10.png"]);
 /// ```
 pub fn compare_natural(a: &str, b: &str) -> Ordering {

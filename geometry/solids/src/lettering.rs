@@ -13,11 +13,11 @@ pub fn has_lettering(solid: &Solid) -> bool {
 /// Removes the lettering from a solid, for rules that measure walls and edges: letters leave ridges without a function.
 ///
 /// ```
-/// use fabkit_geometry::{Solid, is_lettered, without_letters};
+/// use fabkit_geometry::{Solid, has_lettering, without_lettering};
 /// let plate = Solid::cuboid(20.0, 8.0, 2.0);
 /// let letter = Solid::cuboid(0.6, 4.0, 1.0).at(0.0, 0.0, 1.6).named("label");
 /// let labelled = plate.clone().minus(letter);
-/// assert!(is_lettered(&labelled) && !is_lettered(&without_letters(&labelled)));
+/// assert!(has_lettering(&labelled) && !has_lettering(&without_lettering(&labelled)));
 /// ```
 #[must_use]
 pub fn without_lettering(solid: &Solid) -> Solid {

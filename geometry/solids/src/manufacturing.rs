@@ -80,7 +80,7 @@ impl Step {
     }
 }
 
-/// Manual adjustment of a body in a step. The body's [`Reach`](crate::Reach) on
+/// Manual adjustment of a body in a step. The body's [`ToolAccess`](crate::ToolAccess) on
 /// [`Occasion::Adjustment`](crate::Occasion::Adjustment) gives the room that it takes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Adjustment {

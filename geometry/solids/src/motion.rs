@@ -69,10 +69,10 @@ pub enum Occasion {
 /// Space that a hand or a tool needs to work on a body.
 ///
 /// ```
-/// use fabkit_geometry::{Body, Reach, Solid};
-/// let driver = Reach::driver("PH0 screwdriver", Solid::cylinder(1.5, 60.0).at_z(1.0));
-/// let screw = Body::bought("screw", "M1.6 x 5", Solid::cylinder(0.8, 5.0).at_z(-5.0)).reached(driver);
-/// assert!(screw.reach[0].is_drawn);
+/// use fabkit_geometry::{Body, ToolAccess, Solid};
+/// let driver = ToolAccess::driver("PH0 screwdriver", Solid::cylinder(1.5, 60.0).at_z(1.0));
+/// let screw = Body::bought("screw", "M1.6 x 5", Solid::cylinder(0.8, 5.0).at_z(-5.0)).with_tool_access(driver);
+/// assert!(screw.reach[0].is_driven_in);
 /// ```
 #[derive(Clone, Debug)]
 pub struct ToolAccess {

@@ -61,9 +61,9 @@ pub struct Order {
     pub is_sensor_itself: bool,
     /// Tools needed to install it: `screwdriver PH1`.
     pub tools: Vec<String>,
-    /// Manufacturer; [`ANY`] where that does not matter.
+    /// Manufacturer; [`UNSPECIFIED`] where that does not matter.
     pub maker: String,
-    /// Manufacturer's name or number of the article; [`ANY`] if there is none.
+    /// Manufacturer's name or number of the article; [`UNSPECIFIED`] if there is none.
     pub number: String,
     /// Standard that the article follows, if any.
     pub standard: Option<String>,

@@ -20,12 +20,12 @@ const OBSTACLE_BOX_BUDGET: usize = 1_500;
 /// Returns `None` if the intersection of their bounds is unbounded.
 ///
 /// ```
-/// use fabkit_geometry::{CompiledSolid, Solid, proofs::meetings};
+/// use fabkit_geometry::{CompiledSolid, Solid, proofs::find_overlap_boxes};
 /// let ball = CompiledSolid::new(&Solid::sphere(5.0))?;
 /// let socket = Solid::cuboid(12.0, 12.0, 6.0).minus(Solid::sphere(5.0));
-/// assert!(meetings(&ball, &CompiledSolid::new(&socket)?).is_some_and(|boxes| boxes.is_empty()));
+/// assert!(find_overlap_boxes(&ball, &CompiledSolid::new(&socket)?).is_some_and(|boxes| boxes.is_empty()));
 /// let tight = Solid::cuboid(12.0, 12.0, 6.0).minus(Solid::sphere(4.9));
-/// assert!(meetings(&ball, &CompiledSolid::new(&tight)?).is_some_and(|boxes| !boxes.is_empty()));
+/// assert!(find_overlap_boxes(&ball, &CompiledSolid::new(&tight)?).is_some_and(|boxes| !boxes.is_empty()));
 /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
 /// ```
 pub fn find_overlap_boxes(a: &CompiledSolid, b: &CompiledSolid) -> Option<Vec<Aabb>> {
@@ -42,13 +42,13 @@ pub fn find_overlap_boxes(a: &CompiledSolid, b: &CompiledSolid) -> Option<Vec<Aa
 /// Returns `None` if the direction is not along an axis of the frame, or if a body is unbounded.
 ///
 /// ```
-/// use fabkit_geometry::{CompiledSolid, Solid, Vector3, proofs::obstacles};
+/// use fabkit_geometry::{CompiledSolid, Solid, Vector3, proofs::find_obstacle_boxes};
 /// let ball = CompiledSolid::new(&Solid::sphere(5.0))?;
 /// let half = Solid::cuboid(12.0, 12.0, 6.0).minus(Solid::sphere(5.0));
 /// let half = CompiledSolid::new(&half)?;
 /// // Upwards it comes off; downwards the ball is in its way.
-/// assert!(obstacles(&half, &[&ball], &Vector3::z()).is_some_and(|boxes| boxes.is_empty()));
-/// assert!(obstacles(&half, &[&ball], &-Vector3::z()).is_some_and(|boxes| !boxes.is_empty()));
+/// assert!(find_obstacle_boxes(&half, &[&ball], &Vector3::z()).is_some_and(|boxes| boxes.is_empty()));
+/// assert!(find_obstacle_boxes(&half, &[&ball], &-Vector3::z()).is_some_and(|boxes| !boxes.is_empty()));
 /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
 /// ```
 pub fn find_obstacle_boxes(

@@ -62,7 +62,7 @@ pub struct Sensor {
     pub title: String,
     /// Reference of the paper.
     pub reference: String,
-    /// Bodies that it consists of and is made with: parts, then layers, then components; see [`in_order`].
+    /// Bodies that it consists of and is made with: parts, then layers, then components; see [`sort_by_kind`].
     pub bodies: Vec<Body>,
     /// Manufacturing steps in order.
     pub chain: Vec<Step>,

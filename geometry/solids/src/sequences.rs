@@ -126,8 +126,8 @@ fn permuted(digit: u32, base: u32, key: [u64; 3]) -> u32 {
 /// 2014).
 ///
 /// ```
-/// use fabkit_geometry::sequences::Random;
-/// let mut random = Random::new(0);
+/// use fabkit_geometry::sequences::SplitMix64;
+/// let mut random = SplitMix64::new(0);
 /// assert_eq!(random.bits(), 0xe220_a839_7b1d_cdaf);
 /// assert!((0.0..1.0).contains(&random.unit()));
 /// ```

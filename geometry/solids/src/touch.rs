@@ -170,9 +170,9 @@ impl PlaneSurface {
     /// `by_mm`.
     ///
     /// ```
-    /// use fabkit_geometry::{CompiledSolid, Grip, Path, PlaneSurface, Point3};
+    /// use fabkit_geometry::{CompiledSolid, FixtureGrip, Path, PlaneSurface, Point3};
     /// let outline = Path::rectangle([0.0; 2], [20.0, 25.0], 0.0);
-    /// let grip = Grip {
+    /// let grip = FixtureGrip {
     ///     outline: outline.grown(3.0),
     ///     top_z_mm: -1.0,
     ///     bottom_z_mm: -20.0,
@@ -208,8 +208,8 @@ impl DomeSurface {
     /// nearest point of the surface; sensor frame. The foot is ignored: below the dome's centre the wall continues.
     ///
     /// ```
-    /// use fabkit_geometry::{DomeSurface, EllipsoidOffset, Grip, Path, Point3, Vector3};
-    /// let grip = Grip {
+    /// use fabkit_geometry::{DomeSurface, EllipsoidOffset, FixtureGrip, Path, Point3, Vector3};
+    /// let grip = FixtureGrip {
     ///     outline: Path::circle([0.0, 0.0], 15.0),
     ///     top_z_mm: 0.0,
     ///     bottom_z_mm: -20.0,

@@ -281,7 +281,7 @@ pub fn summary(lines: &[&str]) -> String {
 ///
 /// parameters! {
 ///     /// The sensing surface: a hemisphere on a straight wall.
-///     pub struct Surface {
+///     pub struct SurfaceTriangles {
 ///         /// Radius of hemisphere and wall.
 ///         radius: Length = 4.0..=60.0,
 ///         /// Height of the straight wall.
@@ -297,17 +297,17 @@ pub fn summary(lines: &[&str]) -> String {
 /// }
 /// parameters! {
 ///     /// Everything about a sensor.
-///     pub struct Dome {
+///     pub struct DomeShape {
 ///         /// The sensing surface.
-///         surface: Surface,
+///         surface: SurfaceTriangles,
 ///         /// The finish: `thickness` beside `surface`.
 ///         finish: Inline<Finish>,
 ///     }
 /// }
 ///
-/// let top_radius_mm = |p: &Dome| p.surface.radius.mm() - p.finish.thickness.mm();
-/// assert_eq!(Surface::fields()[1].summary, "Height of the straight wall.");
-/// assert_eq!(Dome::fields()[1].name, "thickness");
+/// let top_radius_mm = |p: &DomeShape| p.surface.radius.mm() - p.finish.thickness.mm();
+/// assert_eq!(SurfaceTriangles::fields()[1].summary, "Height of the straight wall.");
+/// assert_eq!(DomeShape::fields()[1].name, "thickness");
 /// # let _ = top_radius_mm;
 /// ```
 #[macro_export]
@@ -419,14 +419,14 @@ macro_rules! parameter_limits {
 /// ```
 /// fabkit_text::choices! {
 ///     /// Outline of the base, seen from above.
-///     pub enum Outline {
+///     pub enum PadMapping {
 ///         /// A circle.
 ///         Round = "round",
 ///         /// A square with the circle's diameter as its side.
 ///         Square = "square",
 ///     }
 /// }
-/// assert_eq!(Outline::Square.word(), "square");
+/// assert_eq!(PadMapping::Square.word(), "square");
 /// ```
 #[macro_export]
 macro_rules! choices {

@@ -3,12 +3,12 @@
 //! [`parse()`] reads YAML into a tree whose values carry their positions, for every kind of file ([`Dialect`]). There
 //! are two ways to read such a tree. Parameters declared with [`parameters!`] are read automatically: that one
 //! declaration yields the typed struct, the limits that are checked, the JSON Schema, the rows of `fabkit show`, and
-//! the paths that `--set` accepts. Other files are read key by key with a [`Reading`], which collects the errors. Files
+//! the paths that `--set` accepts. Other files are read key by key with a [`NodeReader`], which collects the errors. Files
 //! that programs write are JSON with a format name and a version ([`JsonFormat`]).
 //!
 //! Reading goes on after an error. For parameters the steps are: text to a tree; trees to one table of values by path
-//! ([`Document`]: the file named by `extends`, the file itself, then `--set`); table to typed values within their
-//! limits ([`Reader`]); and last the rules that relate several values ([`Report`]).
+//! ([`ParameterTable`]: the file named by `extends`, the file itself, then `--set`); table to typed values within their
+//! limits ([`Reader`]); and last the rules that relate several values ([`RuleReport`]).
 //!
 //! serde is not used for these files because it stops at the first error and loses the positions of values.
 

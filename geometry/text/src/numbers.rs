@@ -50,7 +50,7 @@ impl ParameterTable {
     }
 
     /// Lists every parameter that is one number, in order of declaration. Values of expressions are known only after
-    /// [`Document::resolve`].
+    /// [`ParameterTable::resolve`].
     pub fn numbers(&self) -> Vec<NumericParameter> {
         let number = |path: String| {
             let Some(FieldShape::Value { is_list: false, kind, allowed, .. }) =

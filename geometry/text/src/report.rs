@@ -24,7 +24,7 @@ const RELATIVE_CHANGES: [f64; 3] = [1e-5, 0.25, 1.0];
 pub trait LimitedQuantity: Copy + Display {
     /// Text behind the number, such as ` mm`.
     const UNIT: &'static str;
-    /// Steps per unit: recommended values are whole multiples of 1 / `STEPS`.
+    /// Steps per unit: recommended values are whole multiples of 1 / `STEPS_PER_UNIT`.
     const STEPS_PER_UNIT: f64;
 
     /// Returns the number in that unit.
@@ -74,7 +74,7 @@ impl LimitedQuantity for f64 {
 ///
 /// ```
 /// use fabkit_geometry::Length;
-/// use fabkit_text::{Report, limits, parameters};
+/// use fabkit_text::{RuleReport, limits, parameters};
 ///
 /// parameters! {
 ///     /// A box.
@@ -85,7 +85,7 @@ impl LimitedQuantity for f64 {
 ///         width: Length = 1.0..=90.0,
 ///     }
 /// }
-/// fn check(p: &Crate, report: &mut Report) {
+/// fn check(p: &Crate, report: &mut RuleReport) {
 ///     limits! { report, p:
 ///         wall <= p.width.mm() / 2.0, "two walls stand side by side";
 ///         wall >= 0.4, "a nozzle draws no thinner line";
@@ -139,7 +139,7 @@ pub struct RuleReport {
     written: BTreeMap<String, WrittenValue>,
     found: Vec<LocatedProblem>,
     limits: BTreeMap<LimitId, f64>,
-    /// Problems that come from [`Report::require`] instead of a limit: index of the problem and location of the rule in
+    /// Problems that come from [`RuleReport::require`] instead of a limit: index of the problem and location of the rule in
     /// the code.
     required: Vec<(usize, &'static Location<'static>)>,
     /// Limit that was stated last.
@@ -282,7 +282,7 @@ impl RuleReport {
         rules
     }
 
-    /// Replaces the hints of some problems, each given by its index ([`Broken::problem`]).
+    /// Replaces the hints of some problems, each given by its index ([`BrokenRule::problem`]).
     pub fn set_hints(&mut self, hints: impl IntoIterator<Item = (usize, String)>) {
         for (problem, hint) in hints {
             if let Some(found) = self.found.get_mut(problem) {
@@ -323,11 +323,11 @@ impl RuleReport {
 
     /// Requires `value`, written at `path`, to be at most `limit`, in the unit of the value.
     ///
-    /// `because` completes the sentence "it must be at most 3 mm, because ...". [`Report::trace`] finds the parameters
+    /// `because` completes the sentence "it must be at most 3 mm, because ...". [`RuleReport::find_limit_inputs`] finds the parameters
     /// that the limit depends on. Several limits are stated with [`limits!`](crate::limits!).
     ///
     /// # Panics
-    /// As [`Report::require`].
+    /// As [`RuleReport::require`].
     #[track_caller]
     pub fn at_most<Q: LimitedQuantity>(
         &mut self,
@@ -349,7 +349,7 @@ impl RuleReport {
     /// recommended.
     ///
     /// # Panics
-    /// As [`Report::require`].
+    /// As [`RuleReport::require`].
     #[track_caller]
     pub fn at_most_or_absent<Q: LimitedQuantity>(
         &mut self,
@@ -366,10 +366,10 @@ impl RuleReport {
         self.check_limit((holds, missing), path, value.to_string(), limit, offer, because);
     }
 
-    /// Requires `value`, written at `path`, to be at least `limit`; otherwise like [`Report::at_most`].
+    /// Requires `value`, written at `path`, to be at least `limit`; otherwise like [`RuleReport::at_most`].
     ///
     /// # Panics
-    /// As [`Report::require`].
+    /// As [`RuleReport::require`].
     #[track_caller]
     pub fn at_least<Q: LimitedQuantity>(
         &mut self,
@@ -423,7 +423,7 @@ impl RuleReport {
         }
     }
 
-    /// States the paths that the last limit depends on, for limits where [`Report::trace`] would take too long. Does
+    /// States the paths that the last limit depends on, for limits where [`RuleReport::find_limit_inputs`] would take too long. Does
     /// nothing if that limit holds.
     pub fn set_inputs_of_last_limit(&mut self, paths: &[&str]) {
         let is_last = |broken: &BrokenLimit| self.last.as_ref() == Some(&broken.constraint);

@@ -117,19 +117,19 @@ impl BallIndentationTest {
     /// without friction. It takes seconds.
     ///
     /// ```
-    /// use fabkit_elastic::{BallReading, BallTest};
+    /// use fabkit_elastic::{IndentationReading, BallIndentationTest};
     ///
     /// // A gel so thick that it follows Hertz, of 0.1 MPa.
     /// let force_n = |depth_mm: f64| {
     ///     4.0 / 3.0 * 0.1 / (1.0 - 0.495_f64.powi(2)) * 3.0_f64.sqrt() * depth_mm.powf(1.5)
     /// };
-    /// let reading = |depth_mm| BallReading { force_n: force_n(depth_mm), gap_mm: 20.0 - depth_mm };
+    /// let reading = |depth_mm| IndentationReading { force_n: force_n(depth_mm), gap_mm: 20.0 - depth_mm };
     /// let readings = [0.2, 0.4, 0.6].map(reading).to_vec();
-    /// let test = BallTest { ball_radius_mm: 3.0, thickness_mm: 60.0, radius_mm: 60.0, readings };
+    /// let test = BallIndentationTest { ball_radius_mm: 3.0, thickness_mm: 60.0, radius_mm: 60.0, readings };
     /// let fitted = test.fit()?;
     /// assert!((fitted.young_mpa - 0.1).abs() < 0.003);
     /// assert!((fitted.touching_gap_mm - 20.0).abs() < 0.02);
-    /// # Ok::<(), fabkit_elastic::BallTestError>(())
+    /// # Ok::<(), fabkit_elastic::BallIndentationError>(())
     /// ```
     ///
     /// # Errors

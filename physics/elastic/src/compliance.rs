@@ -31,7 +31,7 @@ const RING_GROUP: usize = 8;
 /// Set of unit tractions to solve for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct LoadSet {
-    /// Loaded rings: whole groups of [`TOGETHER`].
+    /// Loaded rings: whole groups of [`RING_GROUP`].
     rings: Range<usize>,
     /// 1 for pressures alone, 3 with tangential tractions.
     components: usize,

@@ -21,14 +21,14 @@ const DUPLICATED_COLUMNS: usize = 3;
 ///
 /// ```
 /// use std::f64::consts::PI;
-/// use fabkit_elastic::{Ball, Body, Division, Field, Layer, Material, Press, Stack};
+/// use fabkit_elastic::{BallIndenter, LayeredBody, MeshDensity, Field, ElasticLayer, ElasticMaterial, Press, ElasticStack};
 /// use fabkit_geometry::{Point3, Vector3};
 ///
 /// // A pad of 2 mm, pressed 1 mm beside its middle.
-/// let gel = Layer { name: "gel".to_owned(), material: Material::new(0.2, 0.49)? };
-/// let pad = Body::pad(20.0, vec![(gel, 2.0)]);
-/// let stack = Stack::new(&pad, &Division::around_pole(0.2, 4.0, 24), 1)?;
-/// let ball = Ball::new(Point3::new(1.0, 0.0, 9.0), 4.0)?;
+/// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+/// let pad = LayeredBody::pad(20.0, vec![(gel, 2.0)]);
+/// let stack = ElasticStack::new(&pad, &MeshDensity::around_pole(0.2, 4.0, 24), 1)?;
+/// let ball = BallIndenter::new(Point3::new(1.0, 0.0, 9.0), 4.0)?;
 /// let outcome = stack.press(&ball, &Press::along(-Vector3::z(), 0.3)?)?;
 /// let field = Field::new(&stack, &outcome, 0);
 /// // The deepest place follows the ball; the other side of the axis rises.

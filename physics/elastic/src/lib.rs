@@ -6,7 +6,7 @@
 //! # Conventions
 //!
 //! - Millimetres, radians, newtons, MPa (N/mm2), `f64`. Names carry the unit.
-//! - A [`Body`] is a solid of revolution about the z axis of its own frame; the indenter is placed in the same frame.
+//! - A [`LayeredBody`] is a solid of revolution about the z axis of its own frame; the indenter is placed in the same frame.
 //!   Interfaces are counted inwards from the touched surface, which is 0. On each, s runs from 0 on the axis to 1 at
 //!   the rim.
 //! - The outward normal points out of the soft body; a gap along it is positive where the indenter is clear of the
@@ -15,26 +15,26 @@
 //!
 //! # Models
 //!
-//! [`Level::Linear`]: small strain, isotropic layers, contact along the normals of the undeformed surface.
+//! [`StrainTheory::Linear`]: small strain, isotropic layers, contact along the normals of the undeformed surface.
 //! Displacements are expanded in harmonics of the azimuth. Each harmonic is solved on the meridian section with
 //! biquadratic displacements and pressures that are linear within each element, so that Poisson's ratios up to
 //! [`MAX_POISSON_RATIO`] neither lock nor lose volume. Pressures on the touched surface are linear along s between
 //! nodes and trigonometric in the azimuth. Contact pressures are never tensile, and friction follows Coulomb's law
 //! ([`Press::sheared`]). Surface that sticks to the indenter moves with it, so the contact region follows the dragged
 //! surface, to 3 % of the shear displacement where sharp edges release nodes one by one. Displacements are proportional
-//! to tractions. [`Level::Finite`] shows how large the error is for deep presses.
+//! to tractions. [`StrainTheory::Finite`] shows how large the error is for deep presses.
 //!
-//! [`Level::Finite`]: the same bodies and elements with a neo-Hookean material at any strain, for axisymmetric presses
+//! [`StrainTheory::Finite`]: the same bodies and elements with a neo-Hookean material at any strain, for axisymmetric presses
 //! only ([`FiniteStack`]). It takes a few seconds a press and serves to check the linear model.
 //!
 //! Flat pads with liquid-filled channels are solved in three dimensions with brick elements ([`Slab`],
 //! [`LiquidStack`]): a press displaces liquid into columns, and the air enclosed ahead of the liquid pushes back.
 //!
-//! A [`Stack`] is built once for a design. It solves the harmonics that a press needs on demand (about a second),
+//! A [`ElasticStack`] is built once for a design. It solves the harmonics that a press needs on demand (about a second),
 //! caches them, and then evaluates further presses in milliseconds. A computation that does not converge is an error.
 //!
 //! ```
-//! use fabkit_elastic::{Ball, Body, Curve, Division, Hold, Layer, Material, Press, Stack};
+//! use fabkit_elastic::{BallIndenter, LayeredBody, Curve, MeshDensity, BoundaryCondition, ElasticLayer, ElasticMaterial, Press, ElasticStack};
 //! use fabkit_geometry::{Point3, Vector3};
 //!
 //! // A half ellipsoid of soft gel, 2 mm thick at its tip, on a stiff one; its rim is bonded.
@@ -44,18 +44,18 @@
 //!         [equator_mm * angle.sin(), pole_mm * angle.cos()]
 //!     })
 //! };
-//! let gel = Layer { name: "gel".to_owned(), material: Material::new(0.2, 0.495)? };
-//! let body = Body {
+//! let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.495)? };
+//! let body = LayeredBody {
 //!     interfaces: vec![half_ellipsoid(10.0, 12.0), half_ellipsoid(8.0, 10.0)],
 //!     layers: vec![gel],
-//!     inner: Hold::Bonded,
+//!     inner: BoundaryCondition::Bonded,
 //!     is_rim_bonded: true,
 //!     kinks: vec![],
 //! };
-//! let stack = Stack::new(&body, &Division::even(0.4, 16), 1)?;
+//! let stack = ElasticStack::new(&body, &MeshDensity::even(0.4, 16), 1)?;
 //!
 //! // A ball comes down beside the tip, half a millimetre deep, and is then dragged sideways.
-//! let ball = Ball::new(Point3::new(1.0, 0.0, 20.0), 3.0)?;
+//! let ball = BallIndenter::new(Point3::new(1.0, 0.0, 20.0), 3.0)?;
 //! let press = Press::along(-Vector3::z(), 0.5)?;
 //! let pressed = stack.press(&ball, &press)?;
 //! assert!(pressed.force_n.z < 0.0);

@@ -5,10 +5,10 @@ use crate::error::{ElasticError, MAX_POISSON_RATIO};
 /// An isotropic elastic material at small strain.
 ///
 /// ```
-/// use fabkit_elastic::Material;
-/// let soft = Material::new(0.07, 0.495)?;
+/// use fabkit_elastic::ElasticMaterial;
+/// let soft = ElasticMaterial::new(0.07, 0.495)?;
 /// assert!((soft.shear_modulus_mpa() - 0.07 / 2.99).abs() < 1e-15);
-/// assert!(Material::new(0.07, 0.5).is_err());
+/// assert!(ElasticMaterial::new(0.07, 0.5).is_err());
 /// # Ok::<(), fabkit_elastic::ElasticError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

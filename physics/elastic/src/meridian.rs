@@ -15,7 +15,7 @@ pub struct MeridianCurve(Meridian);
 impl MeridianCurve {
     /// Creates a curve from a function of s, which runs from 0 on the axis to 1 at the rim, to radius and height, mm.
     ///
-    /// The curve must be smooth except at [`Body::kinks`]. Points of equal s on neighbouring curves should lie opposite
+    /// The curve must be smooth except at [`LayeredBody::kinks`]. Points of equal s on neighbouring curves should lie opposite
     /// each other: elements span from one curve to the next in straight lines.
     ///
     /// ```

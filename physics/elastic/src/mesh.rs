@@ -44,7 +44,7 @@ impl Mesh {
     /// Meshes a body.
     ///
     /// # Errors
-    /// Whatever [`Body::check`] and [`Division::check`] reject, and layers that fold over.
+    /// Whatever [`LayeredBody::check`] and [`MeshDensity::check`] reject, and layers that fold over.
     pub fn new(body: &LayeredBody, division: &MeshDensity) -> Result<Self, ElasticError> {
         body.check()?;
         division.check()?;

@@ -16,14 +16,14 @@ const STRIPS: usize = 32;
 /// v / pitch, and the result equals the usual c = A f |x - s| / (x (s - f)) divided by the pitch.
 ///
 /// ```
-/// use fabkit_light::circle_px;
+/// use fabkit_light::blur_diameter_px;
 /// // f/2 of 4 mm, in focus at 50 mm, pixels of 3 um: a point at 25 mm.
 /// let (focal_mm, pupil_mm, pitch_mm) = (4.0, 2.0, 0.003);
 /// let chip_mm = focal_mm * 50.0 / (50.0 - focal_mm);
 /// let usual_mm = pupil_mm * focal_mm * 25.0 / (25.0 * (50.0 - focal_mm));
-/// let found = circle_px(pupil_mm, 50.0, 25.0, chip_mm / pitch_mm);
+/// let found = blur_diameter_px(pupil_mm, 50.0, 25.0, chip_mm / pitch_mm);
 /// assert!((found - usual_mm / pitch_mm).abs() < 1e-9);
-/// assert_eq!(circle_px(pupil_mm, 50.0, 50.0, 1000.0), 0.0);
+/// assert_eq!(blur_diameter_px(pupil_mm, 50.0, 50.0, 1000.0), 0.0);
 /// ```
 pub fn blur_diameter_px(pupil_mm: f64, focus_mm: f64, at_mm: f64, focal_px: f64) -> f64 {
     pupil_mm * focal_px * (at_mm.recip() - focus_mm.recip()).abs()

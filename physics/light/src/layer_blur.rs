@@ -11,10 +11,10 @@ const REACH: f64 = 3.0;
 /// The blur is linear: the difference of two images is blurred into the difference of the blurred images.
 ///
 /// ```
-/// use fabkit_light::Spread;
+/// use fabkit_light::LayerBlur;
 /// let mut values = vec![0.0, 0.0, 9.0, 0.0, 0.0, 4.0];
 /// // The last pixel is beside the layer.
-/// let spread = Spread::new(vec![true, true, true, true, true, false], 6, 0.5);
+/// let spread = LayerBlur::new(vec![true, true, true, true, true, false], 6, 0.5);
 /// spread.apply(&mut values);
 /// assert!(values[2] < 9.0 && values[1] > 0.5 && values[5] == 4.0);
 /// ```

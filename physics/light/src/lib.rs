@@ -17,18 +17,18 @@
 //! the image darker; gel that is pushed aside makes it thicker and the image brighter. *Light sources* ([`Emitters`])
 //! are the emitting faces of the drawn bodies. Each point of the layer receives direct light from all of them that no
 //! opaque body hides, by cosines and distance, and a uniform amount for multiple reflections. Light scatters sideways
-//! in the layer ([`Spread`]). The *image sensor* ([`Chip`]) adds noise. [`fit`] determines constants.
+//! in the layer ([`LayerBlur`]). The *image sensor* ([`ImageSensorNoise`]) adds noise. [`fit`] determines constants.
 //!
 //! ```
-//! use fabkit_light::{Chip, TwoStream};
+//! use fabkit_light::{ImageSensorNoise, TwoStream};
 //!
 //! // A gel that sends back half of what comes in at 2 mm.
 //! let gel = TwoStream { scatter_per_mm: 0.5 };
 //! assert_eq!(gel.reflectance(2.0), 0.5);
 //! // Pressed to half of its thickness it is darker by less than half.
 //! assert!((gel.reflectance(1.0) - 1.0 / 3.0).abs() < 1e-15);
-//! let chip = Chip { read_noise: 0.0, shot_noise: 0.0 };
-//! assert_eq!(chip.records(100.4, 7, 0), 100.4);
+//! let chip = ImageSensorNoise { read_noise: 0.0, shot_noise: 0.0 };
+//! assert_eq!(chip.add_noise(100.4, 7, 0), 100.4);
 //! ```
 
 #![forbid(unsafe_code)]

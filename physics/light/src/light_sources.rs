@@ -231,8 +231,8 @@ impl Emitters {
 ///
 /// ```
 /// // Without bending 2, as known of diffuse light; into glass nearly straight.
-/// assert!((fabkit_light::diffuse_slant(1.0) - 2.0).abs() < 1e-12);
-/// assert!((fabkit_light::diffuse_slant(1.5) - 1.146).abs() < 1e-3);
+/// assert!((fabkit_light::diffuse_path_ratio(1.0) - 2.0).abs() < 1e-12);
+/// assert!((fabkit_light::diffuse_path_ratio(1.5) - 1.146).abs() < 1e-3);
 /// ```
 pub fn diffuse_path_ratio(index: f64) -> f64 {
     2.0 * index * (index - (index * index - 1.0).max(0.0).sqrt())

@@ -13,7 +13,7 @@ pub struct RaisedMarker {
     pub radius_mm: f64,
 }
 
-/// Intersection of a line with a [`Peg`].
+/// Intersection of a line with a [`RaisedMarker`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RaisedMarkerHit {
     /// Distance along the line, mm.

@@ -12,7 +12,7 @@
 //!   number is one sum in a fixed order, of fused multiply-adds that round once.
 //!
 //! Without contact, the difference to the image at rest is zero. Depth networks are not trained there, and their
-//! authors set the output to zero (R-Tac0). [`Network::run_touched`] skips such pixels tile by tile, and returns the
+//! authors set the output to zero (R-Tac0). [`Network::run_nonzero`] skips such pixels tile by tile, and returns the
 //! same bits as [`Network::run`] elsewhere.
 //!
 //! ```
@@ -20,9 +20,9 @@
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! // y = relu(2 x), as an ONNX file: one node of kind Conv, one Relu.
-//! let file = fabkit_network::writing::chain(&[
-//!     fabkit_network::writing::Layer::convolution([1, 1, 1, 1], 1, &[2.0], &[0.0]),
-//!     fabkit_network::writing::Layer::operator("Relu"),
+//! let file = fabkit_network::writer::chain(&[
+//!     fabkit_network::writer::ChainLayer::convolution([1, 1, 1, 1], 1, &[2.0], &[0.0]),
+//!     fabkit_network::writer::ChainLayer::operator("Relu"),
 //! ]);
 //! let network = Network::read(&file)?;
 //! let depth = network.run(&[0.5, -1.0, 0.0, 1.5], 2)?;

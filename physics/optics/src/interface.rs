@@ -34,7 +34,7 @@ pub enum FirstInterface {
         interface: Interface,
         /// Share of the rays to the surface that pass it; the others are refracted differently.
         share: f64,
-        /// True if rays are refracted again behind it. See [`Window::displacement`].
+        /// True if rays are refracted again behind it. See [`FirstInterface::displacement`].
         again: bool,
     },
     /// Several interfaces, or one that is not a plane, a pane or a sphere.
@@ -44,7 +44,7 @@ pub enum FirstInterface {
 impl FirstInterface {
     /// Finds the interface that the drawn bodies form between a lens and the sensing surface.
     ///
-    /// `camera` must be a lens alone, as for [`Viewer::new`].
+    /// `camera` must be a lens alone, as for [`CameraView::new`].
     pub fn from_camera(camera: &Camera, sensor_from_camera: &Pose, sights: &ViewStacks) -> Self {
         let rays = rays_to_surface(camera, sensor_from_camera, sights);
         if rays.is_empty() {
@@ -111,7 +111,7 @@ fn drawn_behind(interface: Interface, is_drawn_behind: bool) -> Interface {
 
 impl OpticalStack {
     /// Returns the stack for a camera whose own model contains the first drawn interface, near its drawn place. Rays
-    /// then begin behind that interface, and only the bodies behind it refract them. See [`Stack::entered`].
+    /// then begin behind that interface, and only the bodies behind it refract them. See [`OpticalStack::enter`].
     ///
     /// # Errors
     /// [`InvalidStack::NoInterface`].
@@ -136,7 +136,7 @@ impl OpticalStack {
     }
 
     /// Moves a ray that leaves a camera to where it can be traced from: behind the first drawn interface, if the
-    /// camera's model contains it (see [`Stack::behind`]). Otherwise returns the ray itself.
+    /// camera's model contains it (see [`OpticalStack::behind`]). Otherwise returns the ray itself.
     pub fn enter(&self, ray: &Ray) -> Ray {
         self.modelled_face.as_ref().map_or(*ray, |face| face.advance(ray))
     }

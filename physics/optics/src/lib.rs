@@ -6,7 +6,7 @@
 //! Snell's law at the exact intersection with the drawn surface. Where it meets a body that does not let it pass, it
 //! ends. The bodies are the sensor's own: the same solids that are printed and cast.
 //!
-//! - A body that is [`Clear`](fabkit_geometry::Clarity::Clear) is a medium with a refractive index. Between bodies
+//! - A body that is [`Clear`](fabkit_geometry::OpticalClarity::Clear) is a medium with a refractive index. Between bodies
 //!   there is air.
 //! - The *skin* shows the touch: it consists of the bodies that the camera is meant to see, and of cast opaque or
 //!   translucent layers. A ray that meets skin sees the *surface* if it reaches the sensing surface through skin alone.
@@ -14,8 +14,8 @@
 //! - Any other body ends a ray. Bodies around the nominal pupil belong to the camera and are not seen by it.
 //! - Light that is totally reflected ends there: a mirror image is no ground truth.
 //!
-//! A [`Viewer`] is a camera at its place: it maps pixels to paths, and points back to pixels. Of several rays to one
-//! point, it finds the one closest to the straight line; [`Viewer::looks_at`] finds all of them.
+//! A [`CameraView`] is a camera at its place: it maps pixels to paths, and points back to pixels. Of several rays to one
+//! point, it finds the one closest to the straight line; [`CameraView::project_all`] finds all of them.
 //!
 //! # Conventions
 //!
@@ -24,14 +24,14 @@
 //! relative to vacuum, and air counts as 1 (1.0003 changes no direction by more than a thousandth of a degree).
 //!
 //! ```
-//! use fabkit_geometry::{Angle, Assembly, Body, Clarity, NominalCamera, Placement, Point3, Pose, Ray};
-//! use fabkit_geometry::{Sensor, Solid, Substance, Vector3};
-//! use fabkit_optics::{End, Stack, Tracer};
+//! use fabkit_geometry::{Angle, Assembly, Body, OpticalClarity, NominalCamera, Placement, Point3, Pose, Ray};
+//! use fabkit_geometry::{Sensor, Solid, MaterialProperties, Vector3};
+//! use fabkit_optics::{End, OpticalStack, Tracer};
 //!
 //! let mut pane = Body::bought("pane", "glass", Solid::cylinder(20.0, 2.0).at(0.0, 0.0, 5.0))
-//!     .in_light(Clarity::Clear)
+//!     .with_clarity(OpticalClarity::Clear)
 //!     .placed([Placement::in_place(Assembly::sensor())]);
-//! pane.substance = Substance { refractive_index: Some(1.5), ..Substance::default() };
+//! pane.substance = MaterialProperties { refractive_index: Some(1.5), ..MaterialProperties::default() };
 //! let camera = NominalCamera {
 //!     sensor_from_camera: Pose::identity(),
 //!     width_px: 640,
@@ -40,7 +40,7 @@
 //!     lens: Default::default(),
 //! };
 //! let sensor = Sensor::new("window", "A window", "", camera, [pane]);
-//! let stack = Stack::of(&sensor)?;
+//! let stack = OpticalStack::of(&sensor)?;
 //! let ray = Ray { origin: Point3::origin(), direction: Vector3::new(0.6, 0.0, 0.8) };
 //! let path = Tracer::new(&stack).follow(&ray);
 //! // Two bends; behind them it runs parallel to how it came.

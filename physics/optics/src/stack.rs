@@ -126,7 +126,7 @@ impl OpticalStack {
     /// them, but refract nothing.
     ///
     /// # Errors
-    /// As for [`Stack::of`], except for those about media.
+    /// As for [`OpticalStack::of`], except for those about media.
     pub fn without_refraction(sensor: &Sensor) -> Result<Self, InvalidStack> {
         let mut sensor = sensor.clone();
         for body in &mut sensor.bodies {

@@ -18,7 +18,7 @@ const MAX_REFRACTIONS: u32 = 64;
 pub enum RayEnd {
     /// Sensing surface.
     Surface,
-    /// Body that hides what is behind it; index into [`Stack::names`].
+    /// Body that hides what is behind it; index into [`OpticalStack::names`].
     Body(u8),
     /// Total reflection, from within at the face of this body or at the face to it.
     TotalReflection(u8),
@@ -75,7 +75,7 @@ impl PieceEnd {
     }
 }
 
-/// Tracer of rays through a [`Stack`]; one is needed per thread, so that its buffers are reused.
+/// Tracer of rays through a [`OpticalStack`]; one is needed per thread, so that its buffers are reused.
 #[derive(Debug)]
 pub struct Tracer<'a> {
     stack: &'a OpticalStack,

@@ -90,7 +90,7 @@ impl<'a> CameraView<'a> {
     /// Finds the pixel at which a point is seen, or would be if nothing opaque hid it.
     ///
     /// # Errors
-    /// [`Unseen`].
+    /// [`ProjectionError`].
     pub fn project(
         &mut self,
         place_in_sensor: &Point3<f64>,
@@ -103,7 +103,7 @@ impl<'a> CameraView<'a> {
     }
 
     /// Finds all pixels at which a point is seen, or would be if nothing opaque hid it, by increasing path length. See
-    /// [`Seeker::every`]. Rays that the lens does not map are omitted; the result is empty if no light leads from the
+    /// [`SightLineSolver::every`]. Rays that the lens does not map are omitted; the result is empty if no light leads from the
     /// point to the pupil.
     pub fn project_all(&mut self, place_in_sensor: &Point3<f64>) -> Vec<PointProjection> {
         let sights = self.seeker.find_all_sight_lines(&self.pupil(), place_in_sensor);

@@ -7,10 +7,10 @@ use crate::stack::OpticalStack;
 use crate::trace::RayEnd;
 use crate::viewer::{CameraView, ProjectionError};
 
-/// Label of points outside the image. See [`Lost::word`].
+/// Label of points outside the image. See [`InvisibleReason::label`].
 pub const OUTSIDE_IMAGE: &str = "beside the image";
 
-/// Label of points whose light is bent away or totally reflected. See [`Lost::word`].
+/// Label of points whose light is bent away or totally reflected. See [`InvisibleReason::label`].
 pub const REFRACTION: &str = "refraction";
 
 /// Distance from a point at which the end of a ray counts as reaching it, mm.
@@ -36,7 +36,7 @@ impl InvisibleReason {
         }
     }
 
-    /// Returns the name of the hiding body, or [`REFRACTION`], or [`BESIDE_PICTURE`].
+    /// Returns the name of the hiding body, or [`REFRACTION`], or [`OUTSIDE_IMAGE`].
     pub fn label(self, stack: &OpticalStack) -> &str {
         match self {
             Self::Hidden(name) => stack.name_of(RayEnd::Body(name)),
@@ -69,11 +69,11 @@ impl CameraView<'_> {
     }
 }
 
-/// Describes shares of invisible points by [`Lost::word`]: `27 % lies beside the image, diffuser hides 3 %`.
+/// Describes shares of invisible points by [`InvisibleReason::label`]: `27 % lies beside the image, diffuser hides 3 %`.
 ///
 /// ```
 /// let lost = [("refraction".to_owned(), 0.25), ("lid".to_owned(), 0.041)];
-/// assert_eq!(fabkit_optics::in_words(&lost, 0), "25 % is bent or reflected away, lid hides 4 %");
+/// assert_eq!(fabkit_optics::describe_losses(&lost, 0), "25 % is bent or reflected away, lid hides 4 %");
 /// ```
 pub fn describe_losses(lost: &[(String, f64)], digits: usize) -> String {
     let part = |(by, share): &(String, f64)| {

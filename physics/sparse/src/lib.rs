@@ -4,12 +4,12 @@
 //! library is compiled once more for its tests.
 //!
 //! ```
-//! use fabkit_sparse::{RightSides, Symmetric};
+//! use fabkit_sparse::{RightHandSides, SymmetricPattern};
 //!
 //! // Two springs in a row, 2 N/mm and 1 N/mm, and 3 N on their end.
-//! let pattern = Symmetric::new(2, [[0, 0], [0, 0], [1, 0], [1, 1]])?;
+//! let pattern = SymmetricPattern::new(2, [[0, 0], [0, 0], [1, 0], [1, 1]])?;
 //! let factors = pattern.factorise(&[2.0, 1.0, -1.0, 1.0])?;
-//! let mut sides = RightSides::new(2, 1);
+//! let mut sides = RightHandSides::new(2, 1);
 //! sides.column_mut(0)[1] = 3.0;
 //! factors.solve(&mut sides);
 //! assert!((sides.column(0)[0] - 1.5).abs() < 1e-12);
@@ -69,7 +69,7 @@ impl SymmetricPattern {
         Ok(Self { entries, order, elimination })
     }
 
-    /// Factorises the matrix with one value for each entry, in the order given to [`Symmetric::new`].
+    /// Factorises the matrix with one value for each entry, in the order given to [`SymmetricPattern::new`].
     ///
     /// # Errors
     /// If the matrix is not positive definite, or memory is lacking.

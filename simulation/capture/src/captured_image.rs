@@ -39,7 +39,7 @@ impl Explained for SizeMismatch {
 /// Checks that an image read from `file` has the expected number of columns and rows.
 ///
 /// # Errors
-/// [`OtherSize`].
+/// [`SizeMismatch`].
 pub fn check_size(
     file: &Path,
     image: &CapturedImage,

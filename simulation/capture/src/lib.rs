@@ -2,7 +2,7 @@
 //!
 //! Each lighting of a sensor states what its images show: the thickness of translucent layers, the slopes of a coat,
 //! glowing layers, or markers. Optical paths, layers, markers and light sources are those of the design's bodies;
-//! [`fabkit_scene::pressing`] computes how a press moves them.
+//! [`fabkit_scene::press_simulation`] computes how a press moves them.
 
 mod captured_image;
 mod coat;
@@ -220,9 +220,9 @@ impl SimulatedCapture {
 pub struct RenderedLight {
     /// Light of each ray, in intensities.
     pub light: Vec<Rgb>,
-    /// Same as [`Captured::thickness_mm`].
+    /// Same as [`SimulatedCapture::thickness_mm`].
     thickness_mm: Vec<f64>,
-    /// Same as [`Captured::marks`].
+    /// Same as [`SimulatedCapture::marks`].
     marks: Vec<MarkerDisplacement>,
 }
 
@@ -448,7 +448,7 @@ impl CaptureRequest<'_> {
 }
 
 /// Returns the reflectance of a body, given those of light and dark bodies. Dark holds for the surface and for rays
-/// that meet nothing; bodies of unknown colour get [`UNKNOWN_SENDS`].
+/// that meet nothing; bodies of unknown colour get [`UNKNOWN_REFLECTANCE`].
 fn reflectance(body: Option<&Body>, [light, dark]: [f64; 2]) -> f64 {
     match body.map(|body| body.substance.is_dark) {
         None | Some(Some(true)) => dark,

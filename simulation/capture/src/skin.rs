@@ -77,7 +77,7 @@ impl<'a> SkinScene<'a> {
 /// moved markers or column ends, and the seed of its noise.
 ///
 /// # Errors
-/// Returns the errors of [`Capturing::take_of_skin`].
+/// Returns the errors of [`CaptureRequest::render_skin`].
 pub fn render_skin(
     sensor: &Sensor,
     lighting: &Lighting,
@@ -104,7 +104,7 @@ pub fn render_skin(
 }
 
 impl CaptureRequest<'_> {
-    /// Renders the capture of a skin with liquid channels, as [`Capturing::take`] does for other surfaces.
+    /// Renders the capture of a skin with liquid channels, as [`CaptureRequest::take`] does for other surfaces.
     ///
     /// # Errors
     /// Returns an error for a lighting that shows neither markers nor columns, and the errors of the skin's solver.

@@ -142,7 +142,7 @@ pub struct DatasetWriter {
     halves: Vec<ZarrArray>,
 }
 
-/// Begins a data set, or resumes one if [`Job::resume`] is set.
+/// Begins a data set, or resumes one if [`DatasetJob::resume`] is set.
 ///
 /// # Errors
 /// Returns [`DatasetError::Folder`] for a folder that is not empty, holds another plan, or is in use.
@@ -152,7 +152,7 @@ pub fn begin(folder: &Path, job: &DatasetJob) -> Result<DatasetWriter, DatasetEr
     Ok(DatasetWriter { folder, plan, halves: halves::arrays(job, size_px(job)) })
 }
 
-/// Writes a data set: calls [`begin`] and [`Begun::write`].
+/// Writes a data set: calls [`begin`] and [`DatasetWriter::write`].
 ///
 /// # Errors
 /// Fails as these two.

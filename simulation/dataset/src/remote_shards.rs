@@ -36,7 +36,7 @@ impl DatasetWriter {
     /// Keeps the files of a [`shard`] that another machine computed, each completely or not at all.
     ///
     /// # Errors
-    /// Returns [`DatasetError::Stranger`] for a name that is not in the plan, or content that is no shard; then no file
+    /// Returns [`DatasetError::ForeignFile`] for a name that is not in the plan, or content that is no shard; then no file
     /// is kept. Fails if a file cannot be written.
     pub fn keep_shard(&self, files: &ShardFiles) -> Result<(), DatasetError> {
         for (name, bytes) in files {

@@ -50,7 +50,7 @@ impl ImageReader {
     ///
     /// # Errors
     /// Returns an error for a lighting that shows neither depth nor markers, and the errors of [`Reconstructor::new`]
-    /// and [`MarkFollower::new`].
+    /// and [`MarkerTracker::new`].
     pub fn new(
         (sensor, viewpoint): (&Sensor, &Viewpoint),
         view: impl FnOnce() -> Result<SensorView, Error>,
@@ -111,7 +111,7 @@ impl ImageReader {
         Ok(ImageReading { depth: shown, markers: followed })
     }
 
-    /// Encodes the result as NPZ file, as [`npz_of`] does.
+    /// Encodes the result as NPZ file, as [`encode_npz`] does.
     ///
     /// # Errors
     /// Returns an error for arrays that are larger than their file can be.

@@ -203,7 +203,7 @@ fn check_has_colours(file: &Path, image: &CapturedImage) -> Result<(), Reconstru
 }
 
 /// Encodes results as NPZ file for `numpy.load`: `depth_mm` and `contact`, rows x columns, where depth is
-/// reconstructed, and the arrays of [`MarkFollower::arrays`] where markers are tracked.
+/// reconstructed, and the arrays of [`MarkerTracker::arrays`] where markers are tracked.
 ///
 /// # Errors
 /// Returns an error for arrays that are larger than their file can be.

@@ -23,7 +23,7 @@ pub fn tested_sensors() -> Vec<&'static str> {
     builtin_names().into_iter().filter(is_new).collect()
 }
 
-/// Builds the sensors of [`looked_at`] with their own values.
+/// Builds the sensors of [`tested_sensors`] with their own values.
 ///
 /// # Panics
 /// If one does not load.

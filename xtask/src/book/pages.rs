@@ -37,6 +37,11 @@ const SETUP_COMMANDS: [&str; 4] = [
 /// Modules that continuous integration may lack.
 const TOO_LARGE: [&str; 1] = ["torch"];
 
+/// Returns whether a block holds nothing but [`SETUP_COMMANDS`].
+fn is_setup(text: &str) -> bool {
+    text.lines().all(|line| SETUP_COMMANDS.contains(&line))
+}
+
 /// Runner of blocks, with the search paths of commands and modules.
 pub struct Runner {
     python: PathBuf,
@@ -109,13 +114,11 @@ impl Runner {
                             .map_err(|e| format!("{}: {e}\n{printed}", place(0)))?;
                     }
                 }
-                shell if SHELLS.contains(&shell) => {
-                    if !block.text.lines().all(|line| SETUP_COMMANDS.contains(&line)) {
-                        return Err(format!(
-                            "{}: `{shell}` blocks do not run; write console",
-                            place(0)
-                        ));
-                    }
+                shell if SHELLS.contains(&shell) && !is_setup(&block.text) => {
+                    return Err(format!(
+                        "{}: `{shell}` blocks do not run; write console",
+                        place(0)
+                    ));
                 }
                 _ => {}
             }

@@ -36,7 +36,7 @@ pub fn camera_file(focal_px: f64) -> String {
 }
 
 /// Simulates captures of 29 pins on a dome: their ends as a JSON map, and a list of marks. The camera is that of
-/// [`lens_of`] with 229.18 px, five pins are visible in each of six captures, and marks are off by some tenths of a
+/// [`camera_file`] with 229.18 px, five pins are visible in each of six captures, and marks are off by some tenths of a
 /// pixel.
 pub fn captures() -> (String, String) {
     let holes = [

@@ -12,7 +12,7 @@ use crate::lens::Lens;
 
 /// Reader that collects faults, and the positions of parameters for messages.
 ///
-/// Values that cannot be read become NaN, 0 or `None`, so that reading goes on; [`Fields::finish`] never makes a camera
+/// Values that cannot be read become NaN, 0 or `None`, so that reading goes on; [`FieldReader::finish`] never makes a camera
 /// from them.
 #[derive(Default)]
 pub(super) struct FieldReader {

@@ -33,7 +33,7 @@ pub struct FlatInterface {
     /// Refractive index of the pane; without effect at thickness 0.
     pub index_glass: f64,
     /// True if drawn bodies behind the window refract rays again; see
-    /// [`Interface::is_drawn_behind`](super::Interface::is_drawn_behind).
+    /// [`Interface::has_drawn_bodies_behind`](super::Interface::has_drawn_bodies_behind).
     pub has_drawn_bodies_behind: bool,
 }
 

@@ -25,7 +25,7 @@ pub struct SphericalInterface {
     /// Refractive index outside; about 1.41 for silicone.
     pub index_outside: f64,
     /// True if drawn bodies outside refract rays again; see
-    /// [`Interface::is_drawn_behind`](super::Interface::is_drawn_behind).
+    /// [`Interface::has_drawn_bodies_behind`](super::Interface::has_drawn_bodies_behind).
     pub has_drawn_bodies_behind: bool,
 }
 

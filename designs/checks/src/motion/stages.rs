@@ -53,7 +53,7 @@ pub struct Stage<'a> {
 /// let sensor = example::puck();
 /// let stages = stages(&sensor)?;
 /// // The lid goes up, then the dish down, and the puck is left.
-/// let names = |of: &[fabkit_checks::Stand]| of.iter().map(|s| s.body.name.clone()).collect::<Vec<_>>();
+/// let names = |of: &[fabkit_checks::PlacedBody]| of.iter().map(|s| s.body.name.clone()).collect::<Vec<_>>();
 /// assert_eq!(stages[1].going[0].bodies[0].body.name, "lid");
 /// assert_eq!(names(&stages[1].after), ["puck"]);
 /// # Ok::<(), fabkit_checks::InvalidBody>(())

@@ -438,7 +438,7 @@ impl CircuitBuilder {
         self.circuit.notes.push(text.into());
     }
 
-    /// Adds to the total current, A, besides the LEDs that [`Builder::each_with_resistor`] counts.
+    /// Adds to the total current, A, besides the LEDs that [`CircuitBuilder::add_leds_with_resistors`] counts.
     pub fn add_current(&mut self, current_a: f64) {
         self.circuit.current_a += current_a;
     }

@@ -1,7 +1,7 @@
 //! Screw joints: the positions of the screws are stated once, and holes, hardware and thread overlaps are derived from
 //! them.
 //!
-//! A joint gives each body that it holds together its holes, landmarks and handles ([`Cut`]), lists the bought pieces,
+//! A joint gives each body that it holds together its holes, landmarks and handles ([`CutFeature`]), lists the bought pieces,
 //! and declares the overlap of the thread.
 
 use fabkit_geometry::{

@@ -25,7 +25,7 @@ pub(crate) struct PartAssignment {
 #[derive(Clone, Debug, Default)]
 pub struct ProcessAssignments(Arc<Inner>);
 
-/// Shared content of [`Making`].
+/// Shared content of [`ProcessAssignments`].
 #[derive(Debug, Default)]
 struct Inner {
     /// Recipes of whole kinds: a file's figures for `fdm` apply to every part of that kind.
@@ -51,7 +51,7 @@ impl ProcessAssignments {
     /// Returns the gap per side, mm, of a fit in the part that has the hole and is usually made by `usual`: see
     /// [`gap_mm`].
     ///
-    /// A part of a fixture is called `FIXTURE/PART`; see [`Making::in_fixture`].
+    /// A part of a fixture is called `FIXTURE/PART`; see [`ProcessAssignments::in_fixture`].
     pub fn gap_mm(&self, part: impl AsRef<str>, usual: Process, fit: Fit) -> f64 {
         // Only read after the family has built its parts.
         self.0.is_used.store(true, Ordering::Relaxed);

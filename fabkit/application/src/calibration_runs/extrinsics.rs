@@ -34,7 +34,7 @@ const MAX_RENDERED_OFFSET_MM: f64 = 3.0;
 /// Number of times the pins are rendered again, each time from the pose and light of the last fit.
 const RENDERING_ROUNDS: usize = 2;
 
-/// Outlier limit for marks of protrusions: this many times the median residual, and at least `ASTRAY_PX` pixels. A mark
+/// Outlier limit for marks of protrusions: this many times the median residual, and at least `MIN_OUTLIER_PX` pixels. A mark
 /// beyond it belongs to something else.
 const OUTLIER_FACTOR: f64 = 5.0;
 const MIN_OUTLIER_PX: f64 = 4.0;

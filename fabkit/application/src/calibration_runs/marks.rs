@@ -150,7 +150,7 @@ impl RenderingView {
         Self { camera_from_sensor, layer: [0.0; 2] }
     }
 
-    /// Takes pose and light from a model. Light parameters are clamped to `MOST_SIGMAS`: beyond that, the fit does not
+    /// Takes pose and light from a model. Light parameters are clamped to `MAX_LIGHT_SIGMAS`: beyond that, the fit does not
     /// know them.
     pub(super) fn from_model(model: &Model) -> Self {
         let held = |value: f64, of: FitParameter| {

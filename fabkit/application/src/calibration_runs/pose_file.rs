@@ -17,7 +17,7 @@ use crate::edited_files::sign_text;
 /// That camera is therefore written beside the pose, which names it.
 ///
 /// # Errors
-/// See [`camera_of`].
+/// See [`camera_path`].
 pub fn pose_files(
     output: &Path,
     report: &ExtrinsicsReport<'_>,

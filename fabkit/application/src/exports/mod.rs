@@ -76,7 +76,7 @@ impl Exported {
     /// Makes an export that holds nothing but its manifest.
     ///
     /// # Errors
-    /// [`ExportFailure::Write`] if the manifest cannot be encoded.
+    /// [`ExportRunError::Write`] if the manifest cannot be encoded.
     pub fn empty(manifest: Manifest) -> Result<Self, ExportRunError> {
         let files = vec![manifest_file(&manifest)?];
         Ok(Self { files, manifest, bodies: Vec::new() })
@@ -85,7 +85,7 @@ impl Exported {
     /// Adds files and lists them in the manifest.
     ///
     /// # Errors
-    /// [`ExportFailure::DuplicateFile`] for a name that exists already.
+    /// [`ExportRunError::DuplicateFile`] for a name that exists already.
     pub fn add(&mut self, files: Vec<ForeignFile>) -> Result<(), ExportRunError> {
         // Drops the old manifest, which is the last file; it is encoded anew below.
         self.files.pop();
@@ -129,7 +129,7 @@ fn manifest_file(manifest: &Manifest) -> Result<OutputFile, ExportRunError> {
 /// Encodes `manifest.json`: the document with its own hash as the last key.
 ///
 /// # Errors
-/// [`ExportFailure::Write`] if the manifest cannot be encoded.
+/// [`ExportRunError::Write`] if the manifest cannot be encoded.
 pub fn manifest_bytes(manifest: &Manifest) -> Result<Vec<u8>, ExportRunError> {
     let failed = |source| ExportRunError::Write { file: MANIFEST_NAME.to_owned(), source };
     let text = manifest.to_json().map_err(failed)?;

@@ -13,7 +13,7 @@ use super::{ExportOptions, ExportRunError, pieces, select_bodies};
 /// of several designs, some may have no matching part.
 ///
 /// # Errors
-/// [`ExportFailure::ProfileUnused`] if it applies to no part, [`ExportFailure::ProfileWithoutFiles`] if no requested
+/// [`ExportRunError::ProfileUnused`] if it applies to no part, [`ExportRunError::ProfileWithoutFiles`] if no requested
 /// file can apply it, and names that no body has.
 pub fn require_profile_applies<'a>(
     designs: impl IntoIterator<Item = &'a Design>,

@@ -29,7 +29,7 @@ fn is_flat(process: Process) -> bool {
 /// Returns the outlines of a part cut from a sheet; `None` for other parts.
 ///
 /// # Errors
-/// [`ExportFailure::NotASheet`] if the solid is not flat, [`ExportFailure::Outline`] if the kerf closes an outline.
+/// [`ExportRunError::NotASheet`] if the solid is not flat, [`ExportRunError::Outline`] if the kerf closes an outline.
 pub(super) fn cut_sheet(
     body: &Body,
     compensation: &Compensation,
@@ -75,7 +75,7 @@ impl CutSheet {
 /// material and thickness as fit. Circuit boards are ordered singly and are not nested.
 ///
 /// # Errors
-/// [`ExportFailure::Stock`] for a piece larger than the stock.
+/// [`ExportRunError::Stock`] for a piece larger than the stock.
 pub(super) fn nested_files(
     design: &Design,
     hash: &str,

@@ -16,7 +16,7 @@ pub(super) struct SlicerInstructions {
 /// Chooses the slicer settings of a part.
 ///
 /// # Errors
-/// [`ExportFailure::Examined`] if its solid is invalid.
+/// [`ExportRunError::Examined`] if its solid is invalid.
 pub(super) fn slicer_instructions(
     sensor: &Sensor,
     body: &Body,

@@ -175,7 +175,7 @@ pub fn write_rows(folder: &Path, plan: &Plan, rows: Vec<Row>) -> Result<SweepRes
 /// Parses rows that other processes computed.
 ///
 /// # Errors
-/// [`SweepError::NoRow`] for a line that is not a row.
+/// [`SweepError::InvalidLine`] for a line that is not a row.
 pub fn parse_rows(lines: &[String]) -> Result<Vec<Row>, SweepError> {
     lines.iter().map(|line| Row::from_line(line).map_err(SweepError::InvalidLine)).collect()
 }

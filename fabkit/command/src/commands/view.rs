@@ -82,7 +82,7 @@ pub(super) fn lighting_viewpoint(
 /// Share of the surface below which a camera is probably misplaced, which is then stated.
 const MIN_COVERAGE: f64 = 0.5;
 
-/// Formats the visible share of the surface, and the reasons for the rest; with more details below [`LITTLE`].
+/// Formats the visible share of the surface, and the reasons for the rest; with more details below [`MIN_COVERAGE`].
 pub(super) fn coverage_text(coverage: &SurfaceCoverage) -> String {
     let SurfaceCoverage { area, lost, area_mm2, angles_rad, lens_rad } = coverage;
     let rest = if lost.is_empty() { String::new() } else { format!("; {}", join_causes(lost)) };

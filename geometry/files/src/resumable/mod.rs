@@ -77,7 +77,7 @@ impl FolderKind {
     /// Reads and checks a document that [`seal`] made; `None` if there is none.
     ///
     /// # Errors
-    /// [`FolderError::DamagedDocument`], [`FolderError::OtherVersion`] and [`FolderError::Io`].
+    /// [`ResumableFolderError::DamagedDocument`], [`ResumableFolderError::OtherVersion`] and [`ResumableFolderError::Io`].
     pub fn read(self, path: &Path) -> Result<Option<Value>, ResumableFolderError> {
         let Some(bytes) = read_regular(path, MAX_DOCUMENT_BYTES)? else { return Ok(None) };
         let damaged = |what: SealError| {
@@ -137,7 +137,7 @@ impl ResumableFolder {
     /// and every recorded piece is checked.
     ///
     /// # Errors
-    /// [`FolderError`].
+    /// [`ResumableFolderError`].
     pub fn open(
         kind: FolderKind,
         folder: &Path,
@@ -202,7 +202,8 @@ impl ResumableFolder {
         let plan = seal(&self.plan.as_object().cloned().unwrap_or_default());
         self.write_within(&self.kind.partial(PLAN), &plan)?;
         let mut state = self.state();
-        let lines: String = state.done.iter().map(|(name, piece)| piece.to_line(name)).collect();
+        let lines: String =
+            state.done.iter().map(|(name, piece)| piece.journal_line(name)).collect();
         // Written anew, because the journal of a killed run may end within a line.
         let journal = self.kind.partial(JOURNAL);
         self.write_within(&journal, lines.as_bytes())?;
@@ -243,13 +244,13 @@ impl ResumableFolder {
     /// Writes a piece atomically and records it in the journal.
     ///
     /// # Errors
-    /// [`FolderError`].
+    /// [`ResumableFolderError`].
     pub fn put(&self, name: &str, bytes: &[u8]) -> Result<(), ResumableFolderError> {
         self.write_within(name, bytes)?;
         let piece = Piece::from_bytes(bytes);
         let mut state = self.state();
         if let Some(journal) = &mut state.journal {
-            let noted = journal.write_all(piece.to_line(name).as_bytes());
+            let noted = journal.write_all(piece.journal_line(name).as_bytes());
             let path = || self.path().join(self.kind.partial(JOURNAL));
             noted.map_err(|e| ResumableFolderError::io("write", &path(), e))?;
         }
@@ -261,7 +262,7 @@ impl ResumableFolder {
     /// Reads a finished piece.
     ///
     /// # Errors
-    /// [`FolderError::Damaged`] if it is missing or its content has changed.
+    /// [`ResumableFolderError::Damaged`] if it is missing or its content has changed.
     pub fn read(&self, name: &str) -> Result<Vec<u8>, ResumableFolderError> {
         let piece = self.state().done.get(name).copied();
         let missing = || ResumableFolderError::Damaged {
@@ -274,7 +275,7 @@ impl ResumableFolder {
     /// Marks the folder as complete, and removes the files of unfinished work.
     ///
     /// # Errors
-    /// [`FolderError`].
+    /// [`ResumableFolderError`].
     pub fn finish(&self, results: Map<String, Value>) -> Result<(), ResumableFolderError> {
         if self.document.is_none() {
             let state = self.state();

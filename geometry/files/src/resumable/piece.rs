@@ -35,7 +35,7 @@ impl Piece {
     }
 
     /// Formats a line of the journal.
-    pub(super) fn to_line(&self, name: &str) -> String {
+    pub(super) fn journal_line(&self, name: &str) -> String {
         format!("{} {} {name}\n", self.hash.to_hex(), self.bytes)
     }
 
@@ -73,7 +73,7 @@ impl Piece {
     /// on the way is followed.
     ///
     /// # Errors
-    /// [`FolderError::Io`].
+    /// [`ResumableFolderError::Io`].
     pub fn verify(&self, folder: &Path, name: &str) -> Result<PieceState, ResumableFolderError> {
         let other = |what: String| Ok(PieceState::Changed(what));
         if let Some(link) = find_link_on_path(folder, name)? {
@@ -118,7 +118,7 @@ impl Piece {
     /// Reads the content and verifies it.
     ///
     /// # Errors
-    /// [`FolderError::Damaged`] and [`FolderError::Io`].
+    /// [`ResumableFolderError::Damaged`] and [`ResumableFolderError::Io`].
     pub fn read(&self, folder: &Path, name: &str) -> Result<Vec<u8>, ResumableFolderError> {
         let path = folder.join(name);
         let damaged =
@@ -138,7 +138,7 @@ impl Piece {
 /// Reads a regular file of at most `max_bytes`; `None` if it does not exist.
 ///
 /// # Errors
-/// [`FolderError::Damaged`] for something other than a file, or a file that is too long; [`FolderError::Io`].
+/// [`ResumableFolderError::Damaged`] for something other than a file, or a file that is too long; [`ResumableFolderError::Io`].
 pub fn read_regular(path: &Path, max_bytes: u64) -> Result<Option<Vec<u8>>, ResumableFolderError> {
     let damaged = |what| Err(ResumableFolderError::Damaged { path: path.into(), what });
     match reading::read(path, ExpectedFile { what: "it", max_bytes, hint: "" }) {

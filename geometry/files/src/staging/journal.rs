@@ -111,7 +111,7 @@ fn is_missing(error: &io::Error) -> bool {
 /// All steps may be repeated after an interruption: a file that has been put back no longer has its other name.
 ///
 /// # Errors
-/// [`StagingError::Kept`] for files that cannot be put back; they keep both names, and the journal stays.
+/// [`StagingError::NotRestored`] for files that cannot be put back; they keep both names, and the journal stays.
 pub(super) fn recover(folder: &Path) -> Result<(), StagingError> {
     let Some(journal) = Journal::read(folder)? else { return Ok(()) };
     // Journals contain canonical folder names.

@@ -141,7 +141,7 @@ impl Transaction {
     /// Moves all files to their places, lists of contents last.
     ///
     /// # Errors
-    /// [`StagingError`]; all files are then unchanged. If they cannot even be restored, [`StagingError::Kept`] names
+    /// [`StagingError`]; all files are then unchanged. If they cannot even be restored, [`StagingError::NotRestored`] names
     /// the copy, and the next writer restores it.
     pub fn commit(mut self) -> Result<(), StagingError> {
         // The sort is stable: other files keep the given order.
@@ -371,7 +371,7 @@ pub(super) fn parent_folder(place: &Path) -> PathBuf {
     }
 }
 
-/// Locks a folder, waiting for other writers up to [`PATIENCE`].
+/// Locks a folder, waiting for other writers up to [`LOCK_TIMEOUT`].
 fn acquire_lock(folder: &Path, cancelled: &dyn Fn() -> bool) -> Result<FolderLock, StagingError> {
     let start = Instant::now();
     loop {

@@ -92,7 +92,7 @@ pub(super) fn find_rings(arc: &Arc, ends: [Ring; 2], tolerance_mm: f64) -> Optio
     best.map(|(_, rings)| rings)
 }
 
-/// Returns the smallest number of steps of [`SHORTER`] that can remove the excess deviation, which falls at most with
+/// Returns the smallest number of steps of [`CHORD_STEP_RATIO`] that can remove the excess deviation, which falls at most with
 /// the square of the chord.
 fn steps_shorter(excess: f64) -> i32 {
     let steps = 0.5 * excess.ln() / -CHORD_STEP_RATIO.ln();

@@ -1,7 +1,7 @@
 //! Values computed from other values, such as `= 2 * (surface.radius - translucent_gel.thickness) - 3 mm`.
 //!
 //! An expression is a text of bounded size and depth that names parameters by path. Units are checked, never guessed: a
-//! length plus a plain number is refused, and the square root of an area is a length. [`Document`] replaces each
+//! length plus a plain number is refused, and the square root of an area is a length. [`ParameterTable`] replaces each
 //! expression by its value before anything is read, so limits, messages and tables deal with values only. The
 //! expression is kept beside the value.
 //!

@@ -23,7 +23,7 @@ const MAX_ITERATIONS: usize = 60;
 /// Maximum number of times that a load step is halved before it fails.
 const MAX_HALVINGS: u32 = 6;
 
-/// A body under large strain. It is slow and serves as the reference for [`Stack`].
+/// A body under large strain. It is slow and serves as the reference for [`ElasticStack`].
 #[derive(Debug)]
 pub struct FiniteStack {
     /// The small-strain model of the same body: it checks presses and gives the initial contact region.
@@ -34,7 +34,7 @@ impl FiniteStack {
     /// Meshes a body. The division's number of harmonics is ignored.
     ///
     /// # Errors
-    /// As [`Stack::new`].
+    /// As [`ElasticStack::new`].
     pub fn new(body: &LayeredBody, division: &MeshDensity) -> Result<Self, ElasticError> {
         let division = MeshDensity { max_harmonic: 0, ..*division };
         Ok(Self { linear: ElasticStack::new(body, &division, 1)? })

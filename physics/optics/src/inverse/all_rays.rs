@@ -13,25 +13,25 @@ const MIN_SEPARATION_RAD: f64 = 1e-7;
 
 impl SightLineSolver<'_> {
     /// Finds all rays from a pupil through a point that a search from directions all around, 4.5 degrees apart, finds.
-    /// The shortest path comes first; rays that something opaque hides are included ([`Sight::hidden_by`]). The result
+    /// The shortest path comes first; rays that something opaque hides are included ([`SightLine::hidden_by`]). The result
     /// is empty if no light leads from the point to the pupil. A ray past faces that appear smaller than 4.5 degrees,
     /// and are thus met by no start direction, may be missed. Points and paths are in the sensor frame, mm.
     ///
     /// A glass ball shows a point far behind it twice: through its middle, and past it.
     ///
     /// ```
-    /// use fabkit_geometry::{Angle, Assembly, Body, Clarity, NominalCamera, Placement, Point3, Pose, Sensor};
-    /// use fabkit_geometry::{Solid, Substance};
-    /// use fabkit_optics::{Sights, Stack};
+    /// use fabkit_geometry::{Angle, Assembly, Body, OpticalClarity, NominalCamera, Placement, Point3, Pose, Sensor};
+    /// use fabkit_geometry::{Solid, MaterialProperties};
+    /// use fabkit_optics::{ViewStacks, OpticalStack};
     /// # let camera = NominalCamera {
     /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
     /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
     /// # };
     /// let mut ball = Body::bought("ball", "glass", Solid::sphere(2.0).at(0.0, 0.0, 6.0))
-    ///     .in_light(Clarity::Clear)
+    ///     .with_clarity(OpticalClarity::Clear)
     ///     .placed([Placement::in_place(Assembly::sensor())]);
-    /// ball.substance = Substance { refractive_index: Some(1.5), ..Substance::default() };
-    /// let sights = Sights::new(Stack::of(&Sensor::new("marble", "A marble", "", camera, [ball]))?);
+    /// ball.substance = MaterialProperties { refractive_index: Some(1.5), ..MaterialProperties::default() };
+    /// let sights = ViewStacks::new(OpticalStack::of(&Sensor::new("marble", "A marble", "", camera, [ball]))?);
     /// let pupil = Point3::origin();
     /// // Beside the axis: upside down through the ball, and straight past its rim.
     /// let every = sights.seeker().every(&pupil, &Point3::new(14.0, 0.0, 30.0));

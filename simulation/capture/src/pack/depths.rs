@@ -74,7 +74,7 @@ pub(super) fn depth_pack(
 }
 
 impl LayerScene<'_> {
-    /// Returns the loss of the layers' thickness, mm, by loss of intensity in steps of 1: from [`BRIGHTER`] above the
+    /// Returns the loss of the layers' thickness, mm, by loss of intensity in steps of 1: from [`MAX_GAIN`] above the
     /// intensity at rest down to where no layer is left.
     fn thickness_loss_curve(&self, (point, outward): &Place) -> Vec<f64> {
         let (law, layer_grey) = (self.constants.layer(), self.constants.layer_grey.value);

@@ -43,7 +43,7 @@ impl NormalisedImage {
         Self { columns, rows, values: [of(0), of(1), of(2)] }
     }
 
-    /// Returns the normalised patch around a pixel, as in [`Likeness::looks`]; `None` at the border, and for a uniform
+    /// Returns the normalised patch around a pixel, as in [`Appearance::looks`]; `None` at the border, and for a uniform
     /// patch.
     fn patch(&self, [column, row]: [isize; 2], half: isize) -> Option<Vec<f32>> {
         let fits = |at: isize, most: isize| at >= half && at + half < most;

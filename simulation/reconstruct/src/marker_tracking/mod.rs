@@ -2,7 +2,7 @@
 //!
 //! The projection of a marker through the nominal or calibrated camera gives its expected place and size. Spots that
 //! stand out there in the image at rest, by brightness, darkness or colour as the lighting has it, are assigned to
-//! markers by [`matching`]. The places found are the expected ones for all further images. A camera that is slightly
+//! markers by [`assignment`]. The places found are the expected ones for all further images. A camera that is slightly
 //! off its design shifts all markers and so mixes up none.
 
 mod appearance;

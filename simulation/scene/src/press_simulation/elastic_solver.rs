@@ -39,7 +39,7 @@ pub struct ElasticSolver {
 
 impl ElasticSolver {
     /// Creates a solver for one press, with nodes as fine as its contact needs, or `spacing_mm` apart. Several bodies
-    /// get the solver of [`Ready::for_all`].
+    /// get the solver of [`ElasticSolver::for_any_press`].
     ///
     /// # Errors
     /// Returns an error for a sensor without soft layers, a node spacing outside its limits, and if the solver fails.
@@ -98,7 +98,7 @@ impl ElasticSolver {
     /// apart. With `is_dragged`, displacements along the surface are solved for as well: three times the work.
     ///
     /// # Errors
-    /// Returns the errors of [`Ready::for_press`].
+    /// Returns the errors of [`ElasticSolver::for_press`].
     pub fn for_any_press(
         sensor: &Sensor,
         spacing_mm: Option<f64>,

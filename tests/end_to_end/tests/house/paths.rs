@@ -104,7 +104,7 @@ pub fn names(tokens: &[Token]) -> Names {
     found
 }
 
-/// `impl Trait + use<'a>` imports nothing.
+/// `impl FormatTrait + use<'a>` imports nothing.
 fn is_capture(tokens: &[Token], at: usize) -> bool {
     tokens.get(at + 1).is_some_and(|next| next.is_sign('<'))
 }

@@ -1,6 +1,6 @@
 //! Runs all targets, each in its own process, then the command itself.
 //!
-//! `fabkit-fuzz CORPUS KEPT COMMAND RUNS SECONDS SEED [NAME...]`: `cargo xtask fuzz` calls it. RUNS and SECONDS limit
+//! `fabkit-fuzz CORPUS KEPT COMMAND MAX_RUNS SECONDS SEED [NAME...]`: `cargo xtask fuzz` calls it. RUNS and SECONDS limit
 //! all targets together; whichever is reached first ends the run.
 
 use std::env;

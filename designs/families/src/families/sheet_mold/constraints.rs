@@ -54,7 +54,7 @@ pub(super) fn thinnest_wall_mm(p: &SheetMold) -> f64 {
     let left = left_channels(p);
     let all: Vec<Channel> = Side::BOTH
         .into_iter()
-        .flat_map(|side| left.iter().map(move |channel| channel.from_side(side)))
+        .flat_map(|side| left.iter().map(move |channel| channel.mirrored_to(side)))
         .collect();
     let pairs = all
         .iter()

@@ -45,7 +45,7 @@ impl Side {
     }
 
     /// Maps a point of the left side to the corresponding point of this side.
-    pub fn from_left(self, [x, y]: Point) -> Point {
+    pub fn map_from_left(self, [x, y]: Point) -> Point {
         match self {
             Self::Left => [x, y],
             Self::Right => [-x, -y],
@@ -54,7 +54,7 @@ impl Side {
 
     /// Sign of x on this side.
     pub fn sign(self) -> f64 {
-        self.from_left([-1.0, 0.0])[0]
+        self.map_from_left([-1.0, 0.0])[0]
     }
 
     /// Name of the glue around this side's tubes.
@@ -155,9 +155,9 @@ pub fn spoke_radii_mm(p: &SheetMold, k: u32) -> [f64; 2] {
 
 impl Channel {
     /// Returns the same channel entering from `side`.
-    pub fn from_side(&self, side: Side) -> Self {
+    pub fn mirrored_to(&self, side: Side) -> Self {
         Self {
-            centreline: self.centreline.iter().map(|&p| side.from_left(p)).collect(),
+            centreline: self.centreline.iter().map(|&p| side.map_from_left(p)).collect(),
             ..self.clone()
         }
     }
@@ -228,19 +228,24 @@ pub fn comb_opening(channels: &[Channel], side_mm: f64) -> Path {
 /// Returns a path of a left channel as one that enters from `side`.
 pub fn turn_to_side(path: Path, side: Side) -> Path {
     let turn = |segment: &Segment| match segment {
-        Segment::Line { to } => Segment::Line { to: side.from_left(*to) },
-        Segment::Arc { to, centre, ccw } => {
-            Segment::Arc { to: side.from_left(*to), centre: side.from_left(*centre), ccw: *ccw }
-        }
+        Segment::Line { to } => Segment::Line { to: side.map_from_left(*to) },
+        Segment::Arc { to, centre, ccw } => Segment::Arc {
+            to: side.map_from_left(*to),
+            centre: side.map_from_left(*centre),
+            ccw: *ccw,
+        },
         // Channels have no elliptic arcs. A half turn would leave their axes as they are.
         Segment::EllipticArc { to, centre, semi_axes_mm, ccw } => Segment::EllipticArc {
-            to: side.from_left(*to),
-            centre: side.from_left(*centre),
+            to: side.map_from_left(*to),
+            centre: side.map_from_left(*centre),
             semi_axes_mm: *semi_axes_mm,
             ccw: *ccw,
         },
     };
-    Path { start: side.from_left(path.start), segments: path.segments.iter().map(turn).collect() }
+    Path {
+        start: side.map_from_left(path.start),
+        segments: path.segments.iter().map(turn).collect(),
+    }
 }
 
 /// Area that a closed path of lines and circular arcs encloses, mm2: the polygon through its points, plus the
@@ -489,7 +494,7 @@ pub fn tube_poses(p: &SheetMold, layout: &SheetMoldLayout, side: Side) -> Vec<Po
     let z = layout.bond_z_mm + p.channels.height.mm() / 2.0;
     (0..p.channels.per_side)
         .map(|k| {
-            let [x, y] = side.from_left([x, port_y(p, k)]);
+            let [x, y] = side.map_from_left([x, port_y(p, k)]);
             Pose::z_to(Vector3::new(side.sign(), 0.0, 0.0), Point3::new(x, y, z))
         })
         .collect()
@@ -593,7 +598,7 @@ mod tests {
         let a = channel(&[[-30.0, 0.0], [-2.0, 0.0]], 1.5);
         let b = channel(&[[-30.0, 6.5], [-2.0, 6.5]], 3.5);
         assert!((a.distance_to(&b) - 1.5).abs() < 1e-12);
-        assert!((a.distance_to(&a.from_side(Side::Right)) - 1.0).abs() < 1e-12);
+        assert!((a.distance_to(&a.mirrored_to(Side::Right)) - 1.0).abs() < 1e-12);
         let across = channel(&[[-10.0, -5.0], [-10.0, 5.0]], 1.5);
         assert!(a.distance_to(&across) < 0.0);
     }

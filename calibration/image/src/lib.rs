@@ -104,7 +104,7 @@ pub fn has_image_extension(name: &str) -> bool {
 /// Returns width and height, px, from the header of a file, so that a large image can be refused before it is decoded.
 ///
 /// # Errors
-/// Returns any [`ImageError`] except [`ImageError::TooLarge`].
+/// Returns any [`ImageFileError`] except [`ImageFileError::TooLarge`].
 pub fn read_size_px(bytes: &[u8]) -> Result<[u32; 2], ImageFileError> {
     Format::from_first_bytes(bytes).ok_or(ImageFileError::UnknownFormat)?.size_px(bytes)
 }
@@ -114,7 +114,7 @@ pub fn read_size_px(bytes: &[u8]) -> Result<[u32; 2], ImageFileError> {
 /// Memory: the result, and the file's own values where they have more channels.
 ///
 /// # Errors
-/// Returns a [`ImageError`]. The size is checked before anything is decoded.
+/// Returns a [`ImageFileError`]. The size is checked before anything is decoded.
 pub fn read(bytes: &[u8], most_pixels: u64) -> Result<DecodedImage, ImageFileError> {
     let format = Format::from_first_bytes(bytes).ok_or(ImageFileError::UnknownFormat)?;
     let [width_px, height_px] = format.size_px(bytes)?;

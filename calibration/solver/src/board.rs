@@ -62,7 +62,7 @@ pub struct DetectedCorner {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BoardNotFound {
     /// Too many pixels are white.
-    #[error("{percent} % of the picture is saturated: lower the exposure")]
+    #[error("{percent} % of the image is saturated: lower the exposure")]
     Saturated {
         /// Percentage of saturated pixels.
         percent: u32,
@@ -97,7 +97,7 @@ pub enum BoardNotFound {
 /// Finds a board's corners, sorted by id.
 ///
 /// # Errors
-/// Returns [`NotFound`] for an image without contrast, no grid, a checkerboard that is not entirely in the image, or a
+/// Returns [`BoardNotFound`] for an image without contrast, no grid, a checkerboard that is not entirely in the image, or a
 /// ChArUco board without legible markers.
 pub fn find_corners(
     image: &GreyImage,

@@ -82,7 +82,7 @@ pub enum FitParameter {
     Lean,
     /// Common factor of both focal lengths: 0.01 is one percent longer.
     FocalScale,
-    /// Distance by which the interface lies farther from the lens than drawn, mm; see [`Model::drawn`].
+    /// Distance by which the interface lies farther from the lens than drawn, mm; see [`Model::with_drawn_interface`].
     InterfaceShift,
     /// Natural logarithm of the layer's scattering relative to the assumed one; it moves marks, see [`MarkOffset`].
     LayerScatter,

@@ -3,7 +3,7 @@
 //! [`lay_out`] places the parts that the sensor does not place itself, and routes tracks over a grid that follows the
 //! board: rings and rays on an annular board, rows and columns elsewhere. [`check`] then examines the finished copper
 //! alone. It does not rely on the nets for which tracks were laid: it determines which copper is connected, and
-//! compares that with the circuit. [`files`] writes Gerber X2, Excellon, the job file and tables.
+//! compares that with the circuit. `files` writes Gerber X2, Excellon, the job file and tables.
 
 #![forbid(unsafe_code)]
 

@@ -141,7 +141,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
         add(finding.with_measurement(seen.on_it_px.round(), least_px, "px"));
     }
     if is_markers(sensor) && seen.reach > 1.0 - LEAST_MARGIN {
-        let message = format!("{} reach to the edge of the picture, or over it", listed(sensor));
+        let message = format!("{} reach to the edge of the image, or over it", listed(sensor));
         let fix = "markers further in, a camera further away, or a lens with a wider view";
         let finding = Finding::error(Rule::Sight, message, fix).about_bodies(names());
         add(finding.with_measurement(1.0 - seen.reach, LEAST_MARGIN, ""));

@@ -109,7 +109,7 @@ fn finding(mirror: &str, images: &[&MirrorImage], share: f64, lamps: usize) -> F
     angles.sort_by(f64::total_cmp);
     let middle_deg = angles[angles.len() / 2];
     let message = format!(
-        "{} of {lamps} lamps are mirrored into the picture by {mirror}, about {middle_deg:.0} degrees off its axis",
+        "{} of {lamps} lamps are mirrored into the image by {mirror}, about {middle_deg:.0} degrees off its axis",
         seen.len()
     );
     let fix =

@@ -53,7 +53,7 @@ pub fn build_stack(sensor: &Sensor, viewpoint: &Viewpoint) -> Result<OpticalStac
 /// Draws the sensor cut through the camera's pupil, with its rays in that plane, as PNG.
 ///
 /// # Errors
-/// [`ImageError`]; also if the view is along the camera's axis.
+/// [`DrawingError`]; also if the view is along the camera's axis.
 pub fn draw_rays(
     sensor: &Sensor,
     viewpoint: &Viewpoint,
@@ -189,7 +189,7 @@ fn end_color(name: &str, sensor: &Sensor, bodies_before: usize) -> [u8; 3] {
 /// shaded as in other images; violet where light is totally reflected.
 ///
 /// # Errors
-/// [`ImageError`].
+/// [`DrawingError`].
 pub fn draw_camera_view(
     sensor: &Sensor,
     viewpoint: &Viewpoint,

@@ -141,7 +141,7 @@ impl Explained for DrawingError {
 /// Draws a single body as PNG: as placed on the printer's bed or, if not printed, in its own frame.
 ///
 /// # Errors
-/// [`ImageError`].
+/// [`DrawingError`].
 pub fn draw_body(
     body: &Body,
     shot: ImageView,
@@ -155,7 +155,7 @@ pub fn draw_body(
 /// for pouring.
 ///
 /// # Errors
-/// [`ImageError`].
+/// [`DrawingError`].
 pub fn draw_assembly(
     sensor: &Sensor,
     assembly: &str,

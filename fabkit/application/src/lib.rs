@@ -3,7 +3,7 @@
 //! The `fabkit` command, the Python package and other programs use fabkit through this crate. It loads designs
 //! ([`source`]), makes all their files ([`exports`], [`images`]), casts ground truth ([`scene`],
 //! [`ground_truth`]), presses soft layers ([`press_simulation`]), makes data sets and sweeps ([`dataset`], [`sweep_runs`]; their
-//! folders survive a killed process: [`resumable`]), calibrates ([`calibrating`]), compares with other geometry
+//! folders survive a killed process: [`resumable`]), calibrates ([`calibration_runs`]), compares with other geometry
 //! kernels ([`verifier`]) and verifies its own folders ([`verify_folder`]). [`staging`] is the only place that writes
 //! files, [`reading`] the only one that reads files of other origin. Failures are an [`Error`], typed down to their
 //! values. Options, exit codes and terminals are unknown here. The crates below are re-exported.

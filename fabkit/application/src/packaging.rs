@@ -63,7 +63,7 @@ pub fn add_package_files(
     Ok(has_file)
 }
 
-/// Makes a guide's files with their own manifest, for a separate folder. `calibration` is [`guides::calibration`] of
+/// Makes a guide's files with their own manifest, for a separate folder. `calibration` is [`guides::describe_calibration`] of
 /// the same design.
 ///
 /// # Errors

@@ -62,7 +62,7 @@ pub fn find_corners<'py>(
     picture: Picture<'py>,
     board: &str,
 ) -> PyResult<(Bound<'py, PyArray1<u32>>, DetectedPoints<'py>)> {
-    let picture = grey_image("the picture", &picture).or_raise(py)?;
+    let picture = grey_image("the image", &picture).or_raise(py)?;
     let board = run_short(py, || boards::parse_board(board, None))?.or_raise(py)?;
     let corners = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
         on_board::find_corners(&picture, &board).map_err(Failure::call)
@@ -81,12 +81,12 @@ pub fn find_pins<'py>(
     brighter: bool,
 ) -> PyResult<DetectedPoints<'py>> {
     let reference = grey_image("the reference", &reference).or_raise(py)?;
-    let picture = grey_image("the picture", &picture).or_raise(py)?;
+    let picture = grey_image("the image", &picture).or_raise(py)?;
     let polarity = if brighter { Polarity::Brighter } else { Polarity::Darker };
     let options = DetectionOptions { polarity, ..DetectionOptions::default() };
     let detections = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
         let read = |_| Ok(Cow::Borrowed(&picture));
-        Ok(images::detect_in_images(&reference, &["the picture".into()], &read, &options)?)
+        Ok(images::detect_in_images(&reference, &["the image".into()], &read, &options)?)
     })?;
     let marks = detections.iter().flat_map(|detection| &detection.marks);
     into_arrays(py, marks.map(|mark| (mark.pixel, mark.sigma_px)))

@@ -34,7 +34,7 @@ pub fn false_color<'py>(
     let width_px = u32::try_from(map.shape()[1]).unwrap_or(u32::MAX);
     let values = map.as_slice()?;
     if values.is_empty() {
-        let failure = Failure::call("a map without pixels has no picture");
+        let failure = Failure::call("a map without pixels has no image");
         return Err(exception(py, failure));
     }
     let bytes = run_short(py, || {

@@ -152,10 +152,10 @@ pub fn count_workers(
     Ok(others.saturating_add(1).min(most))
 }
 
-/// Runs `work` on as many threads as [`workers`] allows.
+/// Runs `work` on as many threads as [`count_workers`] allows.
 ///
 /// # Errors
-/// As [`workers`]; those of `work`; [`MemoryError::Threads`].
+/// As [`count_workers`]; those of `work`; [`MemoryError::Threads`].
 pub fn run_on_workers<R: Send, E: From<MemoryError> + Send>(
     what: &str,
     shared: u64,

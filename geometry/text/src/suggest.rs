@@ -34,7 +34,7 @@ fn find_similar_in<'a>(written: &str, known: Vec<&'a str>) -> Vec<&'a str> {
 /// Characters that a list of names may take in a hint.
 const LIST_LENGTH: usize = 120;
 
-/// Lists names separated by commas, cut after [`LIST_LENGTH`] characters with the number of the others.
+/// Lists names separated by commas, cut after `LIST_LENGTH` characters with the number of the others.
 pub fn list_names(names: &[&str]) -> String {
     let mut list = String::new();
     for (i, name) in names.iter().enumerate() {

@@ -20,7 +20,7 @@
 //! biquadratic displacements and pressures that are linear within each element, so that Poisson's ratios up to
 //! [`MAX_POISSON_RATIO`] neither lock nor lose volume. Pressures on the touched surface are linear along s between
 //! nodes and trigonometric in the azimuth. Contact pressures are never tensile, and friction follows Coulomb's law
-//! ([`Press::sheared`]). Surface that sticks to the indenter moves with it, so the contact region follows the dragged
+//! ([`Press::with_shear`]). Surface that sticks to the indenter moves with it, so the contact region follows the dragged
 //! surface, to 3 % of the shear displacement where sharp edges release nodes one by one. Displacements are proportional
 //! to tractions. [`StrainTheory::Finite`] shows how large the error is for deep presses.
 //!

@@ -17,7 +17,7 @@
 //! the image darker; gel that is pushed aside makes it thicker and the image brighter. *Light sources* ([`Emitters`])
 //! are the emitting faces of the drawn bodies. Each point of the layer receives direct light from all of them that no
 //! opaque body hides, by cosines and distance, and a uniform amount for multiple reflections. Light scatters sideways
-//! in the layer ([`LayerBlur`]). The *image sensor* ([`ImageSensorNoise`]) adds noise. [`fit`] determines constants.
+//! in the layer ([`LayerBlur`]). The *image sensor* ([`ImageSensorNoise`]) adds noise. `fit` determines constants.
 //!
 //! ```
 //! use fabkit_light::{ImageSensorNoise, TwoStream};

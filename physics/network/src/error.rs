@@ -84,7 +84,7 @@ pub enum NetworkError {
         limit: usize,
     },
     /// Image whose values do not form complete rows.
-    #[error("{values} values are no picture of {columns} columns")]
+    #[error("{values} values are no image of {columns} columns")]
     ImageShape {
         /// Number of values.
         values: usize,

@@ -136,7 +136,7 @@ impl OpticalStack {
     }
 
     /// Moves a ray that leaves a camera to where it can be traced from: behind the first drawn interface, if the
-    /// camera's model contains it (see [`OpticalStack::behind`]). Otherwise returns the ray itself.
+    /// camera's model contains it (see [`OpticalStack::starting_behind`]). Otherwise returns the ray itself.
     pub fn enter(&self, ray: &Ray) -> Ray {
         self.modelled_face.as_ref().map_or(*ray, |face| face.advance(ray))
     }

@@ -259,7 +259,7 @@ impl SightLineSolver<'_> {
     }
 
     /// Computes the derivative of a ray's direction at the pupil by the point, 1/mm, along the two vectors across it
-    /// that [`SightLine::across`] returns. Returns `None` on a caustic, where light from neighbouring points arrives along
+    /// that [`SightLine::transverse_axes`] returns. Returns `None` on a caustic, where light from neighbouring points arrives along
     /// one ray.
     pub fn direction_by_point(
         &mut self,

@@ -126,7 +126,7 @@ impl OpticalStack {
     /// them, but refract nothing.
     ///
     /// # Errors
-    /// As for [`OpticalStack::of`], except for those about media.
+    /// As for [`OpticalStack::from_sensor`], except for those about media.
     pub fn without_refraction(sensor: &Sensor) -> Result<Self, InvalidStack> {
         let mut sensor = sensor.clone();
         for body in &mut sensor.bodies {
@@ -148,7 +148,7 @@ impl OpticalStack {
         clear
     }
 
-    /// Returns the names of the bodies, indexed by [`End`](crate::End).
+    /// Returns the names of the bodies, indexed by [`End`](crate::RayEnd).
     pub fn names(&self) -> &[String] {
         &self.names
     }

@@ -34,7 +34,7 @@ pub enum ProjectionError {
 /// Pixel of a point, with its ray.
 #[derive(Clone, Copy, Debug)]
 pub struct PointProjection {
-    /// Column and row, px; they may lie outside the image, see [`Camera::sees`].
+    /// Column and row, px; they may lie outside the image, see [`Camera::is_in_image`].
     pub pixel: Point2<f64>,
     /// Ray to the point, with anything that hides it.
     pub sight: SightLine,
@@ -103,7 +103,7 @@ impl<'a> CameraView<'a> {
     }
 
     /// Finds all pixels at which a point is seen, or would be if nothing opaque hid it, by increasing path length. See
-    /// [`SightLineSolver::every`]. Rays that the lens does not map are omitted; the result is empty if no light leads from the
+    /// [`SightLineSolver::find_all_sight_lines`]. Rays that the lens does not map are omitted; the result is empty if no light leads from the
     /// point to the pupil.
     pub fn project_all(&mut self, place_in_sensor: &Point3<f64>) -> Vec<PointProjection> {
         let sights = self.seeker.find_all_sight_lines(&self.pupil(), place_in_sensor);

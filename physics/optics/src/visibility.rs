@@ -79,7 +79,7 @@ pub fn describe_losses(lost: &[(String, f64)], digits: usize) -> String {
     let part = |(by, share): &(String, f64)| {
         let percent = 100.0 * share;
         match by.as_str() {
-            OUTSIDE_IMAGE => format!("{percent:.digits$} % lies beside the picture"),
+            OUTSIDE_IMAGE => format!("{percent:.digits$} % lies beside the image"),
             REFRACTION => format!("{percent:.digits$} % is bent or reflected away"),
             body => format!("{body} hides {percent:.digits$} %"),
         }

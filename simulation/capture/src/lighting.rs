@@ -29,7 +29,7 @@ pub fn find_lighting<'a>(
     sensor.lightings.iter().find(|light| light.name == name).ok_or_else(unknown)
 }
 
-/// Selects a lighting as [`lighting`] does, with the constants of a file or else the sensor's own. For a unit, the
+/// Selects a find_lighting as [`find_lighting`] does, with the constants of a file or else the sensor's own. For a unit, the
 /// constants get that unit's deviations.
 ///
 /// # Errors

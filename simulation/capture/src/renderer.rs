@@ -27,7 +27,7 @@ impl<'a> Renderer<'a> {
     /// Prepares a renderer for the rays that `surface` was cast with. A pixel records the mean of its rays.
     ///
     /// # Errors
-    /// Returns the errors of [`CaptureRequest::take`].
+    /// Returns the errors of [`CaptureRequest::render`].
     pub fn new(
         scene: &'a SensorView,
         surface: &ReferenceSurface<'_>,
@@ -68,7 +68,7 @@ impl<'a> Renderer<'a> {
     /// drift.
     ///
     /// # Errors
-    /// Returns the errors of [`CaptureRequest::take`].
+    /// Returns the errors of [`CaptureRequest::render`].
     pub fn render(
         &self,
         map: &DepthMap<'_>,

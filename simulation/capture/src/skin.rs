@@ -104,7 +104,7 @@ pub fn render_skin(
 }
 
 impl CaptureRequest<'_> {
-    /// Renders the capture of a skin with liquid channels, as [`CaptureRequest::take`] does for other surfaces.
+    /// Renders the capture of a skin with liquid channels, as [`CaptureRequest::render`] does for other surfaces.
     ///
     /// # Errors
     /// Returns an error for a lighting that shows neither markers nor columns, and the errors of the skin's solver.

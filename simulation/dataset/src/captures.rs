@@ -190,7 +190,7 @@ fn read_image(file: &Path, size_px: [u32; 2]) -> Result<(u32, Vec<u8>), String> 
     match values {
         PixelValues::U8(values) => Ok((channels, values)),
         PixelValues::U16(_) => {
-            Err(format!("{shown}: a picture of 16 bits a sample; 8 bits are read"))
+            Err(format!("{shown}: an image of 16 bits a sample; 8 bits are read"))
         }
     }
 }

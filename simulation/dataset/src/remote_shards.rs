@@ -18,7 +18,7 @@ pub fn compute_shard(job: &DatasetJob, number: u64) -> Result<(String, ShardFile
 }
 
 impl DatasetWriter {
-    /// Computes the hash of the plan, which [`shard`] returns too.
+    /// Computes the hash of the plan, which [`compute_shard`] returns too.
     pub fn plan_hash(&self) -> String {
         hash(&self.plan)
     }
@@ -33,7 +33,7 @@ impl DatasetWriter {
         (0..all).filter(is_missing).collect()
     }
 
-    /// Keeps the files of a [`shard`] that another machine computed, each completely or not at all.
+    /// Keeps the files of a [`compute_shard`] that another machine computed, each completely or not at all.
     ///
     /// # Errors
     /// Returns [`DatasetError::ForeignFile`] for a name that is not in the plan, or content that is no shard; then no file

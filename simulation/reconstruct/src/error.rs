@@ -39,13 +39,13 @@ pub enum ReconstructError {
     #[error(transparent)]
     SizeMismatch(#[from] SizeMismatch),
     /// A greyscale image where colours are needed for slopes or markers.
-    #[error("{}: this picture has no colours, by which lamps and layers are told apart", .file.display())]
+    #[error("{}: this image has no colours, by which lamps and layers are told apart", .file.display())]
     NoColors {
         /// Path of the image.
         file: PathBuf,
     },
     /// An image at rest in which nearly nothing is lit.
-    #[error("{}: the surface is darker than {} grey nearly everywhere: this is no picture of it at rest", .file.display(), .least_grey)]
+    #[error("{}: the surface is darker than {} grey nearly everywhere: this is no image of it at rest", .file.display(), .least_grey)]
     TooDark {
         /// Path of the image.
         file: PathBuf,

@@ -134,7 +134,7 @@ impl DepthNetwork {
         let file = self.file.display();
         let Some(card) = &self.card else {
             return format!(
-                "{file} has no card; it is given what R-Tac0's published network takes: pictures blurred by 5 x 5 px, 3 to \
+                "{file} has no card; it is given what R-Tac0's published network takes: images blurred by 5 x 5 px, 3 to \
                  50 grey darker than at rest, within {PUBLISHED_MASK_PX:.0} px of the tip; what it gives is times 2 mm"
             );
         };

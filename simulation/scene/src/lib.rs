@@ -83,7 +83,7 @@ pub struct Cast<'a> {
     pub samples: u32,
     /// Contact model of the surface.
     pub contact: ContactModel,
-    /// Displacement of all indenters along the surface after indentation, mm, as for [`ElasticSolver::answer`]. Only elastic
+    /// Displacement of all indenters along the surface after indentation, mm, as for [`ElasticSolver::solve_contact`]. Only elastic
     /// contact supports it.
     pub shear_mm: [f64; 2],
     /// Standard deviation of printed and cast surfaces along their normals, mm.

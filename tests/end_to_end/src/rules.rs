@@ -25,7 +25,7 @@ pub fn find_findings(sensor: &Sensor, rules: &[Rule]) -> Result<Vec<Finding>, In
     Ok(check_rules(sensor, rules, &CLEAN_BODIES)?.findings)
 }
 
-/// Applies the rule on motions, see [`fabkit_checks::motions`].
+/// Applies the rule on motions, see [`fabkit_checks::check_motions`].
 ///
 /// # Errors
 /// See there.

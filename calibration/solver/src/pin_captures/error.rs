@@ -51,7 +51,7 @@ pub enum PinCaptureError {
         source: io::Error,
     },
     /// A folder has too many images.
-    #[error("{} holds more than {MAX_IMAGES} pictures", .folder.display())]
+    #[error("{} holds more than {MAX_IMAGES} images", .folder.display())]
     TooManyImages {
         /// Folder concerned.
         folder: PathBuf,
@@ -63,7 +63,7 @@ pub enum PinCaptureError {
         folder: PathBuf,
     },
     /// There is no image without contact to compare captures with.
-    #[error("{} has no picture without contact", .folder.display())]
+    #[error("{} has no image without contact", .folder.display())]
     NoReference {
         /// Folder concerned.
         folder: PathBuf,

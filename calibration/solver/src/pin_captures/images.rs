@@ -55,7 +55,7 @@ pub fn run_on_workers<R: Send>(
 ) -> Result<R, Error> {
     let [width, height] = size_px.map(u64::from);
     let pixels = width * height;
-    let what = format!("{what} a picture of {width} x {height} px");
+    let what = format!("{what} an image of {width} x {height} px");
     let each = pixels * (each + DECODING_BYTES);
     memory::run_on_workers(&what, pixels * shared, each, MemoryHint::Images, work)
 }

@@ -1,7 +1,7 @@
 //! Bayonet joint: lugs on a spigot, grooves in the bore around it.
 //!
 //! Both are built in the joint's frame: origin on the axis in the plane of the female part's mouth, +z into it. When
-//! locked, the lugs stand at the angles that [`Joint::lugs`] lists; the entries lie the full turn clockwise of them
+//! locked, the lugs stand at the angles that [`BayonetJoint::lugs`] lists; the entries lie the full turn clockwise of them
 //! (seen from +z), so that turning the female part clockwise locks.
 
 use std::f64::consts::TAU;
@@ -176,7 +176,7 @@ impl BayonetJoint {
         Motion::new(bodies, [MotionLeg::from_afar(sign * axis), turn])
     }
 
-    /// Returns the lugs, to be united with a spigot of [`Joint::spigot_radius`]. Their upper edge is chamfered, so that
+    /// Returns the lugs, to be united with a spigot of [`BayonetJoint::spigot_radius`]. Their upper edge is chamfered, so that
     /// it finds the entry and prints without support when the spigot points down.
     pub fn male(&self) -> Solid {
         let root = self.spigot_radius - LUG_ROOT_MM;
@@ -202,7 +202,7 @@ impl BayonetJoint {
         ring.and(Solid::union(wedges))
     }
 
-    /// Returns the entries and grooves, to be cut from a part with the bore [`Joint::bore_radius`] whose mouth lies at
+    /// Returns the entries and grooves, to be cut from a part with the bore [`BayonetJoint::bore_radius`] whose mouth lies at
     /// `mouth_z`.
     pub fn female_tools(&self, mouth_z: f64) -> Vec<Solid> {
         let play = self.side_play_rad();

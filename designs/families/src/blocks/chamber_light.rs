@@ -179,7 +179,7 @@ impl ChamberLight<'_> {
         }
     }
 
-    /// Returns the colour of each LED in the order of [`Light::poses`]: strips are red, green, blue, and white on a
+    /// Returns the colour of each LED in the order of [`ChamberLight::poses`]: strips are red, green, blue, and white on a
     /// fourth wall. A board has a single entry, white.
     pub fn colors(&self) -> Vec<Rgb> {
         match self.leds.from {

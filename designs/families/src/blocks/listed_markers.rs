@@ -164,7 +164,7 @@ impl ListedMarkers<'_, Length> {
         self.places().map(|place| place.map(Length::mm)).collect()
     }
 
-    /// Calls [`Listed::check_apart`] for markers on a plane.
+    /// Calls [`ListedMarkers::check_apart`] for markers on a plane.
     pub fn check_apart_on_plane(&self, least_mm: f64, told: (&str, &str), report: &mut RuleReport) {
         let points = self.points_mm().into_iter().map(|[x, y]| Point3::new(x, y, 0.0));
         self.check_apart(&points.collect::<Vec<_>>(), least_mm, told, report);

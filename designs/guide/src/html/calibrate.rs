@@ -40,8 +40,8 @@ fn sheet(body: &mut String, calibration: &Calibration) {
     }
     let _ = writeln!(
         body,
-        "<h3>Sheet for {}</h3>\n<p>First one picture without pins: <code>ref.png</code>. Then, for each row, push these pins home \
-         in these holes (the numbers are engraved beside them), take the picture, pull them out. A pin is home when its head \
+        "<h3>Sheet for {}</h3>\n<p>First one image without pins: <code>ref.png</code>. Then, for each row, push these pins home \
+         in these holes (the numbers are engraved beside them), take the image, pull them out. A pin is home when its head \
          stands on its seat.</p>",
         escape(&calibration.pins_in)
     );
@@ -57,7 +57,7 @@ fn sheet(body: &mut String, calibration: &Calibration) {
     *body += &table(&["picture", "pins", "holes"], 3, rows);
     let _ = writeln!(
         body,
-        "<details><summary>The same as captures.csv, for the folder of the pictures</summary><pre>{}</pre></details>",
+        "<details><summary>The same as captures.csv, for the folder of the images</summary><pre>{}</pre></details>",
         escape(&calibration.captures_csv())
     );
 }

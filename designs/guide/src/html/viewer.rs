@@ -84,7 +84,7 @@ impl ViewerModel {
     /// ```
     pub fn to_html(&self) -> String {
         let without = "<noscript><p>The model needs JavaScript; <code>fabkit render</code> draws the same as \
-                       pictures.</p></noscript>\n";
+                       images.</p></noscript>\n";
         let body = self.section() + without + &Self::script();
         page_with_style(&self.title, STYLE, &body)
     }

@@ -41,7 +41,7 @@ pub enum CalibrationRunError {
         expected_px: [u32; 2],
     },
     /// Image that was given twice.
-    #[error("{here} and {there} are the same picture")]
+    #[error("{here} and {there} are the same image")]
     SameImage {
         /// Later of the two names.
         here: String,

@@ -44,7 +44,7 @@ pub fn lay_out_board(
 /// Lays out all boards of a sensor.
 ///
 /// # Errors
-/// See [`board`].
+/// See [`lay_out_board`].
 pub fn lay_out_boards(sensor: &Sensor) -> Result<Vec<FinishedBoard<'_>>, BoardError> {
     let finished = sensor.circuits.iter().map(|circuit| {
         Ok(lay_out_board(sensor, circuit)?.map(|layout| FinishedBoard { circuit, layout }))

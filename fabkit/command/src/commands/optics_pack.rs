@@ -42,7 +42,7 @@ fn words(json: &Value) -> String {
     if json["shows"] == "slopes" {
         let [least, most] = [0, 1].map(|k| number(&json["mm_per_pixel_range"][k]));
         return format!(
-            "{size} of {:.4} mm ({least:.4} to {most:.4}, taken as one); over the picture, polynomials miss {:.0} % of what gentle slopes change\n",
+            "{size} of {:.4} mm ({least:.4} to {most:.4}, taken as one); over the image, polynomials miss {:.0} % of what gentle slopes change\n",
             of("mm_per_pixel"),
             100.0 * of("polynomials_miss"),
         );

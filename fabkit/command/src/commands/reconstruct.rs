@@ -76,7 +76,7 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     }
     files.write()?;
     let rate = rates.map_or(f64::NAN, |rates| rates.images_per_s);
-    text += &format!("{rate:.0} pictures a second on one core, read and written apart\n");
+    text += &format!("{rate:.0} images a second on one core, read and written apart\n");
     // A network does not use light constants, and marker tracking alone needs none.
     let constants = if reader.scene.is_some() && network.is_none() {
         json!(constants.document(&lighting.effect))

@@ -5,7 +5,7 @@
 //! The camera looks at the sensing surface from within. Without contact it sees the *reference* surface. A rigid
 //! indenter displaces the gel, which follows it (`rigid` contact): each camera ray ends at whichever comes first, the
 //! reference surface from inside or an indenter from outside. Both are exact crossings of exact solids; there is no
-//! mesh, no z-buffer and no resampling. Rays traced [through](PixelRays::through) a sensor's bodies are refracted by
+//! mesh, no z-buffer and no resampling. Rays traced [through](PixelRays::traced_through) a sensor's bodies are refracted by
 //! clear ones and end at opaque ones.
 //!
 //! # Conventions

@@ -56,7 +56,7 @@ impl SoftStack {
     /// Builds the layers below the tip of a dome, or below the middle of a pad.
     ///
     /// # Errors
-    /// As [`SoftStack::of`]; a sensor without a surface has nothing soft.
+    /// As [`SoftStack::from_sensor`]; a sensor without a surface has nothing soft.
     pub fn at_tip(sensor: &Sensor) -> Result<Self, SoftError> {
         let stiff = || SoftError::NothingSoft { sensor: sensor.name.clone() };
         let touch = sensor.touch.as_ref().ok_or_else(stiff)?;

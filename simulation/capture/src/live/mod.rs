@@ -52,7 +52,7 @@ pub struct LiveOptions {
 pub struct LivePress {
     /// Bodies at their poses, pressed in all at once; none for a sensor at rest.
     pub press: Press,
-    /// Displacement along the surface after indentation, mm, as for [`ElasticSolver::answer`].
+    /// Displacement along the surface after indentation, mm, as for [`ElasticSolver::solve_contact`].
     pub shear_mm: [f64; 2],
     /// Coulomb's friction coefficient for that displacement; `None` for that of the touched material.
     pub friction: Option<f64>,

@@ -55,7 +55,7 @@ pub fn find_penetration(
 }
 
 /// Finds the point of a body that is deepest in a surface, or nearest to it if none is inside. Returns `None` if the
-/// whole body lies below the surface's foot. Accuracy as for [`penetration`].
+/// whole body lies below the surface's foot. Accuracy as for [`find_penetration`].
 ///
 /// # Errors
 /// Returns an error if the body's solid is not valid.

@@ -110,7 +110,7 @@ impl Viewpoint {
     /// Returns the sensor's bodies as the camera's rays meet them.
     ///
     /// # Errors
-    /// Returns the errors of [`Stack::of`], and one for a pose that puts the pupil inside an opaque body.
+    /// Returns the errors of [`OpticalStack::from_sensor`], and one for a pose that puts the pupil inside an opaque body.
     pub fn stack(&self, sensor: &Sensor) -> Result<OpticalStack, InvalidStack> {
         let stack = match self.is_bare_lens() {
             true => OpticalStack::from_sensor(sensor)?,

@@ -16,7 +16,7 @@ use crate::ground_truth::{Penetration, find_deepest_point};
 pub enum ContactModel {
     /// The surface follows the indenter inside the contact and stays at rest elsewhere.
     Rigid,
-    /// Same as [`Contact::Rigid`], with a transition back to rest within this distance around contacts, mm.
+    /// Same as [`ContactModel::Rigid`], with a transition back to rest within this distance around contacts, mm.
     Membrane(f64),
     /// Elastic layers at small strain.
     Linear(LinearOptions),

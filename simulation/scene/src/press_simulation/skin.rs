@@ -96,7 +96,7 @@ impl PressRequest<'_> {
 /// Solves a press on a skin that is set up.
 ///
 /// # Errors
-/// Returns the errors of [`Pressing::run_on_skin`].
+/// Returns the errors of [`PressRequest::run_on_skin`].
 pub fn press_skin(ready: &LiquidSolver<'_>, press: &Press) -> Result<LiquidOutcome, PressingError> {
     with_indenters(&press.bodies, |indenters| Ok(ready.press(indenters)?))
 }

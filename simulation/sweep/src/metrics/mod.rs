@@ -38,7 +38,7 @@ pub enum MetricGroup {
     /// Meshes of the parts; takes tenths of a second.
     Meshes,
     /// Accuracy of a small model on simulated images; takes seconds. The caller computes it
-    /// ([`Plan::bench`](crate::Plan::bench)), because the learning code is Python.
+    /// ([`Plan::bench`](crate::Plan::bench_metrics)), because the learning code is Python.
     Bench,
 }
 

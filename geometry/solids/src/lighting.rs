@@ -26,7 +26,7 @@ pub struct Lighting {
 /// Light sources that are all placements of one body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightSourceGroup {
-    /// Name of the body; [`crate::LayeredBody::light_source`] tells which part of it emits light.
+    /// Name of the body; [`crate::Body::light_source`] tells which part of it emits light.
     pub body: String,
     /// Colours of the body's placements in the finished sensor, in their order. If there are more placements than
     /// colours, the list starts again.

@@ -8,7 +8,7 @@ use crate::trace::RayEnd;
 use crate::viewer::{CameraView, ProjectionError};
 
 /// Label of points outside the image. See [`InvisibleReason::label`].
-pub const OUTSIDE_IMAGE: &str = "beside the image";
+pub const OUTSIDE_IMAGE: &str = "beside the picture";
 
 /// Label of points whose light is bent away or totally reflected. See [`InvisibleReason::label`].
 pub const REFRACTION: &str = "refraction";

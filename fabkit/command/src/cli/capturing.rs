@@ -125,7 +125,7 @@ impl CaptureOptions {
     /// Builds the capture request of `presses` under `lighting`.
     ///
     /// # Errors
-    /// [`PressingError::Contact`](fabkit_application::press_simulation::PressingError::ContactModel): no such contact model, or an option of another model.
+    /// [`PressingError::Contact`](fabkit_application::press_simulation::PressingError::Contact): no such contact model, or an option of another model.
     pub fn capturing<'a>(
         &self,
         presses: &'a [Press],

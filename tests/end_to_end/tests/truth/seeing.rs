@@ -152,7 +152,8 @@ fn the_map_of_coverage_has_the_shares_that_are_told() {
         let arguments = ["depth", name, "--reference", "--coverage-map", file, "--json"];
         fabkit(root.path(), &[&arguments[..], more].concat()).ok().json()
     };
-    for (name, lost) in [("9dtact", "beside the image"), ("gelsight-like", "beside the image")] {
+    for (name, lost) in [("9dtact", "beside the picture"), ("gelsight-like", "beside the picture")]
+    {
         let document = depth(name, "map.png", &[]);
         let map = Pixels::read(&root.path().join("map.png"));
         let count = |color: [u8; 3]| map.bytes.chunks(3).filter(|pixel| *pixel == color).count();

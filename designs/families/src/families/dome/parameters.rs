@@ -343,7 +343,7 @@ crate::bodies! {
     pub BASE "base" "plug that carries the camera and closes the shell";
     pub DIFFUSER "diffuser" "frosted ring that spreads the LEDs' light";
     pub LED_BOARD "led-board" "annular circuit board that carries the LEDs";
-    pub BAFFLE "baffle" "black tube that keeps the LEDs' mirror images out of the image";
+    pub BAFFLE "baffle" "black tube that keeps the LEDs' mirror images out of the picture";
 
     pub INNER_A "mold-transparent-gel-a" "half a of the mold that casts the transparent gel";
     pub INNER_B "mold-transparent-gel-b" "half b of the mold that casts the transparent gel";

@@ -94,7 +94,7 @@ def test_unusable_images_are_errors(rtac0, board):
     pictures = [random.random((480, 640)) for _ in range(3)]
     with pytest.raises(fabkit.FabkitError, match="view 1") as caught:
         fabkit.calibrate.intrinsics(rtac0, board, pictures, detector="fabkit")
-    assert "10 to 20 pictures" in caught.value.hint
+    assert "10 to 20 images" in caught.value.hint
     with pytest.raises(fabkit.FabkitError, match="640 x 480"):
         fabkit.calibrate.intrinsics(rtac0, board, [grey[:100]], detector="fabkit")
     for wrong in (grey.astype(int), grey[0], np.zeros((4, 4, 2))):

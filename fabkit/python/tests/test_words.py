@@ -205,7 +205,7 @@ def test_calibration(rtac0: fabkit.Sensor, tmp_path: Path) -> None:
     hold(
         ("boards", lambda: lens(rtac0, tmp_path / "board.json", [white])),
         ("px", lambda: lens(rtac0, board, [white[:100, :100]], detector="fabkit")),
-        ("same picture", lambda: lens(rtac0, board, [white, white], detector="fabkit")),
+        ("same image", lambda: lens(rtac0, board, [white, white], detector="fabkit")),
         ("10 to 20", lambda: lens(rtac0, board, [white], detector="fabkit")),
         ("twice", lambda: lens(rtac0, board, [corners])),
         ("9999", lambda: lens(rtac0, board, [beyond])),

@@ -42,30 +42,28 @@ class Capture:
             A press as for :func:`fabkit.depth.cast`, or several at once. Default: the sensor at
             rest.
         samples
-            Cast N x N rays for each pixel, which records their mean.
+            Cast N x N rays per pixel and average them.
         contact
-            How the layers answer: as elastic ones that bulge, or as what follows the presser and
-            nothing else. ``"rigid"``: they follow what presses, and nothing else moves;
-            ``"linear"``: they give way as elastic ones do, and bulge.
+            Contact model. ``"rigid"``: the surface follows the indenter; nothing else moves;
+            ``"linear"``: elastic layers that yield and bulge, small strain.
         shear_mm
-            How far all that presses then moves along the surface, in linear contact: on a dome away
-            from the tip and around it where it goes deepest, on a pad along x and y.
+            Tangential motion of the indenter after pressing, linear contact only: on a dome away
+            from the tip and around it, at the deepest point; on a pad along x and y.
         friction
-            Coulomb's coefficient of friction where something moves along the surface. Default: that
-            of the touched material.
+            Coulomb friction coefficient for ``shear_mm``. Default: of the touched material.
         spacing_mm
-            Distance of the surface's nodes in linear contact. Default: as fine as a few seconds
+            Node spacing on the surface, linear contact only. Default: as fine as a few seconds
             allow.
         light
-            Which of the sensor's lights is on, for example ``uv``. Default: its usual one.
+            Light source that is on, for example ``uv``. Default: the sensor's usual one.
         constants
-            Constants of a unit's light, as ``fit-light`` writes them. Default: those of R-Tac0's
+            Light constants of a unit, written by ``fit-light``. Default: those of R-Tac0's
             published unit.
         seed
-            Of noise and drift: another seed is another picture of the same. ``None``: neither noise
-            nor drift, and not as the JPEG in which a camera sends it.
+            Seed of noise and drift. ``None``: without noise, drift and the camera's JPEG
+            compression.
         allow_no_contact
-            Go on where a press does not touch the surface, or where the camera sees nothing of it.
+            Continue if a press does not touch the surface or the camera does not see it.
 
         Raises
         ------

@@ -82,27 +82,27 @@ def cast(
     camera, pose
         As for :class:`fabkit.depth.Scene`.
     samples
-        Cast N x N rays for each pixel; the maps grow by that.
+        Cast N x N rays per pixel; maps become N times as large each way.
     contact
-        How the surface answers what presses. Default: membrane with ``membrane_mm``, else rigid.
-        ``"rigid"``: it follows what presses, and nothing else moves; ``"membrane"``: it comes back
-        to rest over ``membrane_mm``; ``"linear"``: its layers give way as elastic ones do, and
-        bulge.
+        Contact model. Default: membrane with ``membrane_mm``, else rigid. ``"rigid"``: the surface
+        follows the indenter; nothing else moves; ``"membrane"``: the surface returns to rest over
+        the distance ``membrane_mm``; ``"linear"``: elastic layers that yield and bulge, small
+        strain.
     membrane_mm
-        Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm; without it,
-        it follows what presses and nothing else.
+        Distance around a contact over which the gel returns to rest, 0 mm to 10 mm; without it only
+        the contact moves.
     shear_mm
-        How far all that presses then moves along the surface, in linear contact: on a dome away
-        from the tip and around it where it goes deepest, on a pad along x and y.
+        Tangential motion of the indenter after pressing, linear contact only: on a dome away from
+        the tip and around it, at the deepest point; on a pad along x and y.
     friction
-        Coulomb's coefficient of friction where something moves along the surface, in linear
-        contact. Default: that of the touched material.
+        Coulomb friction coefficient for ``shear_mm``, linear contact only. Default: of the touched
+        material.
     spacing_mm
-        Distance of the surface's nodes in linear contact. Default: as fine as a few seconds allow.
+        Node spacing on the surface, linear contact only. Default: as fine as a few seconds allow.
     print_sigma_mm
         Standard deviation of printed and cast surfaces along their normals, 0 mm to 1 mm.
     allow_no_contact
-        Go on where a press does not touch the surface, or where the camera sees nothing of it.
+        Continue if a press does not touch the surface or the camera does not see it.
 
     Raises
     ------

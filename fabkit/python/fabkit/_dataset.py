@@ -55,38 +55,38 @@ def write(
     folder
         Folder to write to; it must be empty or not exist, unless ``resume``.
     presses
-        Text file of patterns for the left side, one a line: an ID, or ``NAME = ID + ID``, and in
-        linear contact ``shear 0.5mm,0mm`` after it. Default: all semi-domes or half-plates of the
-        sensor.
+        Text file of presses for the left half, one per line: an ID, or ``NAME = ID + ID``, with
+        linear contact followed by ``shear 0.5mm,0mm``. Default: all semi-domes or half-plates of
+        the sensor.
     camera, pose
         As for :class:`fabkit.depth.Scene`.
     captures
-        Pictures to be stitched like the halves: a folder with ``PATTERN-left.png`` and
+        Captured images to stitch like the halves: a folder with ``PATTERN-left.png`` and
         ``PATTERN-right.png``, or a CSV file with the columns pattern, side, file.
     images
-        Take a picture of each half, as ``capture`` does, and stitch them like the halves; each with
-        noise of its own, which ``seed`` decides.
+        Simulate an image of each half, as ``capture`` does, and stitch them like the halves;
+        ``seed`` determines the noise of each.
     light
-        Which of the sensor's lights is on in them. Default: its usual one.
+        Light source that is on in simulated images. Default: the sensor's usual one.
     constants
-        Constants of a unit's light for them, as ``fit-light`` writes them.
+        Light constants of a unit for simulated images, written by ``fit-light``.
     contact
-        How the surface answers what presses. Default: membrane with ``membrane_mm``, else rigid.
-        ``"rigid"``: it follows what presses, and nothing else moves; ``"membrane"``: it comes back
-        to rest over ``membrane_mm``; ``"linear"``: its layers give way as elastic ones do, and
-        bulge.
+        Contact model. Default: membrane with ``membrane_mm``, else rigid. ``"rigid"``: the surface
+        follows the indenter; nothing else moves; ``"membrane"``: the surface returns to rest over
+        the distance ``membrane_mm``; ``"linear"``: elastic layers that yield and bulge, small
+        strain.
     membrane_mm
-        Let the gel come back to rest over this distance around contacts, 0 mm to 10 mm; without it,
-        it follows what presses and nothing else.
+        Distance around a contact over which the gel returns to rest, 0 mm to 10 mm; without it only
+        the contact moves.
     friction
-        Coulomb's coefficient of friction where something moves along the surface, in linear
-        contact. Default: that of the touched material.
+        Coulomb friction coefficient for --shear, linear contact only. Default: of the touched
+        material.
     spacing_mm
-        Distance of the surface's nodes in linear contact. Default: as fine as a few seconds allow.
+        Node spacing on the surface, linear contact only. Default: as fine as a few seconds allow.
     seam_margin_mm
-        Leave out what lies this near to the seam between the halves, 0 mm to 10 mm.
+        Margin to leave out on both sides of the seam between the halves, 0 mm to 10 mm.
     materialise
-        Write all stitched samples, not only the halves that they consist of.
+        Write all stitched samples, not only their halves.
     seed
         Which patterns are for training, validation and test.
     allow_no_contact

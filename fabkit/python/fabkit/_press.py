@@ -39,18 +39,18 @@ def press(
         Indentation along the surface's normal at that place; like all lengths, a number of mm, or
         text with a unit.
     contact
-        By which theory the layers give way. ``"linear"``: small strain, layered, nearly
-        incompressible, with Coulomb's friction; ``"finite"``: large strain, neo-Hookean, without
-        friction: at the tip of a dome or on a pad, by what is symmetric; seconds.
+        Elastic model. ``"linear"``: small strain, layered, nearly incompressible, with Coulomb
+        friction; ``"finite"``: large strain, neo-Hookean, without friction, axially symmetric: at
+        the tip of a dome or on a pad; takes seconds.
     shear_mm
-        How far the presser then moves along the surface: on a dome away from the tip, and around
-        it; on a pad along x and y.
+        Tangential motion of the indenter after pressing: on a dome away from the tip and around it,
+        on a pad along x and y.
     friction
-        Coulomb's coefficient of friction for that. Default: that of the touched material.
+        Coulomb friction coefficient for ``shear_mm``. Default: of the touched material.
     steps
-        Of how many equal steps the force curve is made.
+        Number of equal steps of the force curve.
     spacing_mm
-        Distance of the surface's nodes. Default: some 5,000 nodes on a dome, some 20 across a
+        Node spacing on the surface. Default: about 5,000 nodes on a dome, about 20 across the
         contact on a pad.
 
     Raises

@@ -41,5 +41,6 @@ fn fits_that_a_family_does_not_ask_for_are_said_to_stay() {
 fn it_stays_of_a_teaching_size() {
     let lines =
         include_str!("../../../../fabkit/application/examples/own_family.rs").lines().count();
-    assert!(lines <= 260, "{lines} lines");
+    // It grew by a twentieth when abbreviations in names became words.
+    assert!(lines <= 275, "{lines} lines");
 }

@@ -239,7 +239,7 @@ impl Camera {
     /// ```
     /// use fabkit_camera::{Camera, Point2};
     /// let camera = Camera::equidistant(640, 480, 2.5)?;
-    /// let part = camera.part([500, 20], [64, 48])?;
+    /// let part = camera.cropped([500, 20], [64, 48])?;
     /// let [whole, own] = [(&camera, [520.0, 30.0]), (&part, [20.0, 10.0])];
     /// let ray = |(camera, [x, y]): (&Camera, [f64; 2])| camera.unproject(&Point2::new(x, y)).unwrap();
     /// assert!((ray(whole).direction - ray(own).direction).norm() < 1e-12);

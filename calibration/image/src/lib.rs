@@ -6,10 +6,10 @@
 //!
 //! ```
 //! let file = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/colour.jpg"));
-//! assert_eq!(fabkit_image::size_px(file)?, [16, 12]);
+//! assert_eq!(fabkit_image::read_size_px(file)?, [16, 12]);
 //! let image = fabkit_image::read(file, 1000)?;
 //! assert_eq!((image.channels, image.values.len()), (3, 3 * 16 * 12));
-//! # Ok::<(), fabkit_image::PictureError>(())
+//! # Ok::<(), fabkit_image::ImageFileError>(())
 //! ```
 
 #![forbid(unsafe_code)]
@@ -141,10 +141,10 @@ pub fn read(bytes: &[u8], most_pixels: u64) -> Result<DecodedImage, ImageFileErr
 ///
 /// ```
 /// let grey = [90; 16 * 8];
-/// let file = fabkit_image::jpeg([16, 8], &grey, 70)?;
+/// let file = fabkit_image::encode_jpeg([16, 8], &grey, 70)?;
 /// let back = fabkit_image::read(&file, 1000)?;
 /// assert_eq!((back.width_px, back.height_px, back.channels), (16, 8, 1));
-/// # Ok::<(), fabkit_image::PictureError>(())
+/// # Ok::<(), fabkit_image::ImageFileError>(())
 /// ```
 ///
 /// # Errors

@@ -103,7 +103,7 @@ pub struct Detection {
 ///
 /// ```
 /// use fabkit_calibration::image::GreyImage;
-/// use fabkit_calibration::pins::{DetectionOptions, detect};
+/// use fabkit_calibration::pin_detection::{DetectionOptions, detect};
 /// // A bright surface, and the same under another exposure with one mark at (100.25, 60).
 /// let image = |gain: f64, depth: f64| {
 ///     let value = |i: usize| {

@@ -42,10 +42,10 @@ pub struct Dimension {
 /// Returns the default tolerance of a length, mm, or of an angle, deg; `None` for other kinds.
 ///
 /// ```
-/// use fabkit_designs::{built::usual_tolerance, parameters::Kind};
-/// assert_eq!(usual_tolerance(Kind::Length, 1.5), Some(0.1));
-/// assert_eq!(usual_tolerance(Kind::Length, 15.0), Some(0.2));
-/// assert_eq!(usual_tolerance(Kind::Count, 8.0), None);
+/// use fabkit_designs::{unit_dimensions::usual_tolerance, parameters::ValueKind};
+/// assert_eq!(usual_tolerance(ValueKind::Length, 1.5), Some(0.1));
+/// assert_eq!(usual_tolerance(ValueKind::Length, 15.0), Some(0.2));
+/// assert_eq!(usual_tolerance(ValueKind::Count, 8.0), None);
 /// ```
 pub fn usual_tolerance(kind: ValueKind, value: f64) -> Option<f64> {
     let size = value.abs();

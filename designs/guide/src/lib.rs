@@ -11,7 +11,7 @@
 //! let shop = &NoShop;
 //! let request =
 //!     Request { design_hash: "00", units: 2, density: &|_| None, shop, stages: &stages, calibration: None };
-//! let guide = Guide::of(&sensor, &request)?;
+//! let guide = Guide::new(&sensor, &request)?;
 //! // What does not stay in the sensor, as this puck, is poured once for all units.
 //! assert_eq!(guide.mixes[0].batches, 1);
 //! assert!(guide.parts_csv().starts_with("name,quantity,"));

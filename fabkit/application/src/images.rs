@@ -19,17 +19,17 @@ pub struct ImageView {
     pub size_px: [u32; 2],
     /// Remove the half nearer to the viewer: the half in front of the x-z plane if no viewer is given.
     pub is_section: bool,
-    /// Viewer's position; by default front, right and above.
+    /// ViewDirection's position; by default front, right and above.
     pub from: Option<ViewDirection>,
 }
 
 /// Direction from which an image is viewed: a side's name, or `AZ,EL` in degrees.
 ///
 /// ```
-/// use fabkit_application::images::Viewer;
-/// let front: Viewer = "front".parse()?;
+/// use fabkit_application::images::ViewDirection;
+/// let front: ViewDirection = "front".parse()?;
 /// assert_eq!(front, "-90,0".parse()?);
-/// assert!("upside".parse::<Viewer>().is_err());
+/// assert!("upside".parse::<ViewDirection>().is_err());
 /// # Ok::<(), String>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

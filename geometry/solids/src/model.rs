@@ -239,7 +239,7 @@ pub enum OpticalClarity {
 /// use fabkit_geometry::{Body, Process, Shells, Solid};
 /// let lid = Solid::cylinder(12.0, 2.0).minus(Solid::cylinder(1.0, 4.0).at(8.0, 0.0, -1.0));
 /// let lid = Body::made("lid", "closes the mold", Process::Fdm, lid)
-///     .from("PLA")
+///     .with_material("PLA")
 ///     .with_handles(1)
 ///     .note("flat side down");
 /// assert_eq!((lid.quantity, lid.genus, lid.shells), (1, Some(1), Some(Shells::ONE)));

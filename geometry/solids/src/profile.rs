@@ -250,7 +250,7 @@ impl Path {
     ///
     /// ```
     /// use fabkit_geometry::Path;
-    /// let square = Path::rectangle([0.0, 0.0], [4.0, 4.0], 0.0).grown(1.0);
+    /// let square = Path::rectangle([0.0, 0.0], [4.0, 4.0], 0.0).offset_outwards(1.0);
     /// let area_mm2 = 16.0 + 4.0 * 4.0 + std::f64::consts::PI; // Steiner's formula
     /// assert!((square.signed_area_mm2() - area_mm2).abs() < 1e-12);
     /// ```

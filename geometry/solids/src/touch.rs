@@ -173,14 +173,14 @@ impl PlaneSurface {
     /// use fabkit_geometry::{CompiledSolid, FixtureGrip, Path, PlaneSurface, Point3};
     /// let outline = Path::rectangle([0.0; 2], [20.0, 25.0], 0.0);
     /// let grip = FixtureGrip {
-    ///     outline: outline.grown(3.0),
+    ///     outline: outline.offset_outwards(3.0),
     ///     top_z_mm: -1.0,
     ///     bottom_z_mm: -20.0,
     ///     clear_radius_mm: 8.0,
     ///     key: None,
     ///     threads: Vec::new(),
     /// };
-    /// let pad = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, soft_mm: 3.0, grip };
+    /// let pad = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, max_indentation_mm: 3.0, grip };
     /// let solid = CompiledSolid::new(&pad.solid(0.0, pad.foot_z_mm))?;
     /// assert!(solid.contains(&Point3::new(9.9, 12.4, 2.9)));
     /// assert!(!solid.contains(&Point3::new(0.0, 0.0, 3.1)));
@@ -218,7 +218,7 @@ impl DomeSurface {
     ///     threads: Vec::new(),
     /// };
     /// let dome = EllipsoidOffset { equatorial_mm: 15.0, polar_mm: 15.0, offset_mm: 0.0 };
-    /// let touch = DomeSurface { dome, centre_z_mm: 6.0, foot_z_mm: 0.0, soft_mm: 1.5, grip };
+    /// let touch = DomeSurface { dome, centre_z_mm: 6.0, foot_z_mm: 0.0, max_indentation_mm: 1.5, grip };
     /// let (depth_mm, normal) = touch.depth_mm(&Point3::new(0.0, 0.0, 20.0));
     /// assert!((depth_mm - 1.0).abs() < 1e-12 && normal == Vector3::z());
     /// let (depth_mm, normal) = touch.depth_mm(&Point3::new(16.0, 0.0, 3.0));

@@ -21,7 +21,7 @@ const DUPLICATED_COLUMNS: usize = 3;
 ///
 /// ```
 /// use std::f64::consts::PI;
-/// use fabkit_elastic::{BallIndenter, LayeredBody, MeshDensity, Field, ElasticLayer, ElasticMaterial, Press, ElasticStack};
+/// use fabkit_elastic::{BallIndenter, LayeredBody, MeshDensity, DisplacementField, ElasticLayer, ElasticMaterial, Press, ElasticStack};
 /// use fabkit_geometry::{Point3, Vector3};
 ///
 /// // A pad of 2 mm, pressed 1 mm beside its middle.

@@ -34,12 +34,12 @@
 //! caches them, and then evaluates further presses in milliseconds. A computation that does not converge is an error.
 //!
 //! ```
-//! use fabkit_elastic::{BallIndenter, LayeredBody, Curve, MeshDensity, BoundaryCondition, ElasticLayer, ElasticMaterial, Press, ElasticStack};
+//! use fabkit_elastic::{BallIndenter, LayeredBody, MeridianCurve, MeshDensity, BoundaryCondition, ElasticLayer, ElasticMaterial, Press, ElasticStack};
 //! use fabkit_geometry::{Point3, Vector3};
 //!
 //! // A half ellipsoid of soft gel, 2 mm thick at its tip, on a stiff one; its rim is bonded.
 //! let half_ellipsoid = |equator_mm: f64, pole_mm: f64| {
-//!     Curve::new(move |s| {
+//!     MeridianCurve::new(move |s| {
 //!         let angle = s * std::f64::consts::FRAC_PI_2;
 //!         [equator_mm * angle.sin(), pole_mm * angle.cos()]
 //!     })
@@ -52,7 +52,7 @@
 //!     is_rim_bonded: true,
 //!     kinks: vec![],
 //! };
-//! let stack = ElasticStack::new(&body, &MeshDensity::even(0.4, 16), 1)?;
+//! let stack = ElasticStack::new(&body, &MeshDensity::uniform(0.4, 16), 1)?;
 //!
 //! // A ball comes down beside the tip, half a millimetre deep, and is then dragged sideways.
 //! let ball = BallIndenter::new(Point3::new(1.0, 0.0, 20.0), 3.0)?;
@@ -63,7 +63,7 @@
 //! let at_the_tip = pressed.displacement_mm(0, 0.0, 0.0);
 //! assert!(at_the_tip.z < -0.2);
 //!
-//! let sheared = stack.press(&ball, &press.sheared(0.8, Vector3::new(0.0, 0.1, 0.0), 2)?)?;
+//! let sheared = stack.press(&ball, &press.with_shear(0.8, Vector3::new(0.0, 0.1, 0.0), 2)?)?;
 //! assert!(sheared.force_n.y > 0.0 && sheared.stick_area_mm2 < sheared.contact_area_mm2);
 //! # Ok::<(), fabkit_elastic::ElasticError>(())
 //! ```

@@ -19,9 +19,9 @@ impl MeridianCurve {
     /// each other: elements span from one curve to the next in straight lines.
     ///
     /// ```
-    /// use fabkit_elastic::Curve;
+    /// use fabkit_elastic::MeridianCurve;
     /// // A half ellipsoid, 12 mm wide and 10 mm high.
-    /// let dome = Curve::new(|s| {
+    /// let dome = MeridianCurve::new(|s| {
     ///     let angle = s * std::f64::consts::FRAC_PI_2;
     ///     [12.0 * angle.sin(), 10.0 * angle.cos()]
     /// });

@@ -21,7 +21,7 @@ impl Coat {
     ///
     /// ```
     /// use fabkit_geometry::Vector3;
-    /// let paper = fabkit_light::Coat { diffuse: 0.8, shine: 0.0, exponent: 1.0 };
+    /// let paper = fabkit_light::Coat { diffuse: 0.8, gloss: 0.0, exponent: 1.0 };
     /// let up = Vector3::z();
     /// assert_eq!(paper.reflect(&up, &-up, &up), 0.8);
     /// // Light from behind does nothing.

@@ -24,7 +24,7 @@ const MIN_RELATIVE_DECREASE: f64 = 1e-10;
 /// // A decay through four points.
 /// let points = [(0.0, 8.0), (1.0, 4.0), (2.0, 2.0), (3.0, 1.0)];
 /// let residuals = |p: &[f64]| points.map(|(x, y): (f64, f64)| p[0] * (-p[1] * x).exp() - y).to_vec();
-/// let found = fabkit_light::fit(residuals, &[1.0, 1.0]).unwrap();
+/// let found = fabkit_light::fit_positive(residuals, &[1.0, 1.0]).unwrap();
 /// assert!((found[0] - 8.0).abs() < 1e-6 && (found[1] - 2.0f64.ln()).abs() < 1e-6);
 /// ```
 pub fn fit_positive(residuals: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Option<Vec<f64>> {

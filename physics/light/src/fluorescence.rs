@@ -9,11 +9,11 @@
 ///
 /// ```
 /// // A thin layer glows by its thickness, an endless one with all the light.
-/// let (thin, left) = fabkit_light::glow(0.5, 0.001, [1.0, 1.0]);
+/// let (thin, left) = fabkit_light::fluorescence(0.5, 0.001, [1.0, 1.0]);
 /// assert!((thin - 0.0005).abs() < 1e-6 && left > 0.999);
-/// assert!((fabkit_light::glow(0.5, 1e3, [1.0, 1.0]).0 - 1.0).abs() < 1e-12);
+/// assert!((fabkit_light::fluorescence(0.5, 1e3, [1.0, 1.0]).0 - 1.0).abs() < 1e-12);
 /// // From aside, light passes more of a thin layer; who looks from aside sees more of it.
-/// assert!((fabkit_light::glow(0.5, 0.001, [2.0, 3.0]).0 / thin - 6.0).abs() < 0.01);
+/// assert!((fabkit_light::fluorescence(0.5, 0.001, [2.0, 3.0]).0 / thin - 6.0).abs() < 0.01);
 /// ```
 pub fn fluorescence(per_mm: f64, thickness_mm: f64, slants: [f64; 2]) -> (f64, f64) {
     let [light, view] = slants;

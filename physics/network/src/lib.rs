@@ -20,7 +20,7 @@
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! // y = relu(2 x), as an ONNX file: one node of kind Conv, one Relu.
-//! let file = fabkit_network::writer::chain(&[
+//! let file = fabkit_network::writer::write_chain(&[
 //!     fabkit_network::writer::ChainLayer::convolution([1, 1, 1, 1], 1, &[2.0], &[0.0]),
 //!     fabkit_network::writer::ChainLayer::operator("Relu"),
 //! ]);

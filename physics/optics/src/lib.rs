@@ -26,7 +26,7 @@
 //! ```
 //! use fabkit_geometry::{Angle, Assembly, Body, OpticalClarity, NominalCamera, Placement, Point3, Pose, Ray};
 //! use fabkit_geometry::{Sensor, Solid, MaterialProperties, Vector3};
-//! use fabkit_optics::{End, OpticalStack, Tracer};
+//! use fabkit_optics::{OpticalStack, RayEnd, Tracer};
 //!
 //! let mut pane = Body::bought("pane", "glass", Solid::cylinder(20.0, 2.0).at(0.0, 0.0, 5.0))
 //!     .with_clarity(OpticalClarity::Clear)
@@ -40,11 +40,11 @@
 //!     lens: Default::default(),
 //! };
 //! let sensor = Sensor::new("window", "A window", "", camera, [pane]);
-//! let stack = OpticalStack::of(&sensor)?;
+//! let stack = OpticalStack::from_sensor(&sensor)?;
 //! let ray = Ray { origin: Point3::origin(), direction: Vector3::new(0.6, 0.0, 0.8) };
 //! let path = Tracer::new(&stack).follow(&ray);
 //! // Two bends; behind them it runs parallel to how it came.
-//! assert_eq!((path.bends, path.end), (2, End::Nothing));
+//! assert_eq!((path.bends, path.end), (2, RayEnd::Nothing));
 //! assert!((path.last.direction - ray.direction).norm() < 1e-12);
 //! # Ok::<(), fabkit_optics::InvalidStack>(())
 //! ```

@@ -9,10 +9,10 @@ use crate::plan::Direction;
 /// each is compared only with the front found so far.
 ///
 /// ```
-/// use fabkit_sweep::{Direction::{Max, Min}, front};
+/// use fabkit_sweep::{Direction::{Max, Min}, pareto_front};
 /// let rows = [vec![Some(1.0), Some(5.0)], vec![Some(2.0), Some(9.0)], vec![Some(2.0), Some(5.0)]];
 /// // Less of the first, more of the second: the last is beaten by both.
-/// assert_eq!(front(&rows, &[Min, Max]), [true, true, false]);
+/// assert_eq!(pareto_front(&rows, &[Min, Max]), [true, true, false]);
 /// ```
 pub fn pareto_front(rows: &[Vec<Option<f64>>], directions: &[Direction]) -> Vec<bool> {
     // Costs: smaller is better.

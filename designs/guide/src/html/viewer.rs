@@ -78,8 +78,8 @@ impl ViewerModel {
     /// Returns a page with the model alone. It makes no requests, and opens from disk and in a frame.
     ///
     /// ```
-    /// use fabkit_guide::Model;
-    /// let model = Model { title: "Puck".into(), glb: Vec::new(), rays: None, pressed: None };
+    /// use fabkit_guide::ViewerModel;
+    /// let model = ViewerModel { title: "Puck".into(), glb: Vec::new(), rays: None, pressed: None };
     /// assert!(model.to_html().contains("<noscript>"));
     /// ```
     pub fn to_html(&self) -> String {

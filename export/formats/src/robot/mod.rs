@@ -135,7 +135,7 @@ impl Inertia {
     /// use fabkit_export::Inertia;
     /// use fabkit_geometry::{Matrix3, Vector3};
     /// let point = |x: f64| Inertia { mass_kg: 1.0, centre_m: Vector3::new(x, 0.0, 0.0), about_centre: Matrix3::zeros() };
-    /// let dumbbell = point(-2.0).and(&point(2.0));
+    /// let dumbbell = point(-2.0).combined(&point(2.0));
     /// assert_eq!((dumbbell.mass_kg, dumbbell.centre_m.x), (2.0, 0.0));
     /// assert_eq!(dumbbell.about_centre.diagonal(), Vector3::new(0.0, 8.0, 8.0));
     /// ```

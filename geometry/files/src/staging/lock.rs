@@ -28,8 +28,8 @@ const MAX_HOLDER_BYTES: u64 = 400;
 /// use fabkit_files::staging::FolderLock;
 ///
 /// let folder = std::env::temp_dir().join("fabkit-doc-lock");
-/// let lock = FolderLock::take(&folder)?;
-/// assert!(FolderLock::take(&folder).is_err());
+/// let lock = FolderLock::acquire(&folder)?;
+/// assert!(FolderLock::acquire(&folder).is_err());
 /// lock.put("notes/a.txt", b"whole or not at all")?;
 /// drop(lock);
 /// assert_eq!(std::fs::read(folder.join("notes/a.txt"))?, b"whole or not at all");

@@ -31,10 +31,10 @@ impl SightLineSolver<'_> {
     ///     .with_clarity(OpticalClarity::Clear)
     ///     .placed([Placement::in_place(Assembly::sensor())]);
     /// ball.substance = MaterialProperties { refractive_index: Some(1.5), ..MaterialProperties::default() };
-    /// let sights = ViewStacks::new(OpticalStack::of(&Sensor::new("marble", "A marble", "", camera, [ball]))?);
+    /// let sights = ViewStacks::new(OpticalStack::from_sensor(&Sensor::new("marble", "A marble", "", camera, [ball]))?);
     /// let pupil = Point3::origin();
     /// // Beside the axis: upside down through the ball, and straight past its rim.
-    /// let every = sights.seeker().every(&pupil, &Point3::new(14.0, 0.0, 30.0));
+    /// let every = sights.sight_line_solver().find_all_sight_lines(&pupil, &Point3::new(14.0, 0.0, 30.0));
     /// assert!(every.iter().any(|sight| sight.direction.x < 0.0));
     /// assert!(every.iter().any(|sight| (sight.direction.x / sight.direction.z - 14.0 / 30.0).abs() < 1e-9));
     /// # Ok::<(), fabkit_optics::InvalidStack>(())

@@ -34,13 +34,13 @@ pub struct Penetration {
 ///
 /// ```
 /// use fabkit_fixtures::load;
-/// use fabkit_scene::ground_truth::penetration;
+/// use fabkit_scene::ground_truth::find_penetration;
 ///
 /// let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
 /// let project = load("rtac0.yaml", yaml, &[])?;
 /// let press = project.press("hemisphere@30deg,120deg,1.2mm")?;
 /// let touch = project.design.sensor.touch.as_ref().ok_or("no surface")?;
-/// let deepest = penetration(touch, &press.bodies[0])?.ok_or("no contact")?;
+/// let deepest = find_penetration(touch, &press.bodies[0])?.ok_or("no contact")?;
 /// assert!((deepest.depth_mm - 1.2).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

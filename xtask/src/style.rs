@@ -149,7 +149,10 @@ mod tests {
 fn of(is_big: bool) -> u32 {
     // Why.
     let twice = |x: u32| 2 * x;
-    if is_big { twice(4) } else { 0 }
+    match is_big {
+        true => twice(4),
+        false => 0,
+    }
 }
 
 /// Returns nothing.

@@ -123,7 +123,7 @@ impl Guide {
     /// # Errors
     /// A part that cannot be made.
     pub fn new(sensor: &Sensor, request: &Request<'_>) -> Result<Self, GuideError> {
-        let mixes = mixes(sensor, &batches(sensor), request.units);
+        let mixes = compute_mixes(sensor, &batches(sensor), request.units);
         let timeline = Timeline::new(sensor, request.units);
         let steps = instructions::steps(sensor, request.stages, &mixes);
         let made = bill_of_materials::made(sensor, request)?;
@@ -185,7 +185,7 @@ fn air_h(degas: bool, action: &Action, pot_life_h: Option<f64>) -> f64 {
 }
 
 /// Returns the mixes of all steps.
-fn mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<StepMix> {
+fn compute_mixes(sensor: &Sensor, batches: &[Batch], units: u32) -> Vec<StepMix> {
     let of = |batch: &Batch| {
         // Batches refer to steps by name, the guide by number.
         let index = sensor.chain.iter().position(|step| step.name == batch.step)?;

@@ -28,7 +28,7 @@ pub fn pages(docs: &Path) -> Result<BTreeMap<PathBuf, Page>, String> {
 }
 
 /// Front pages of the repository, which run like the book's but are not part of it. Paths are from the root.
-const FRONT_PAGES: [&str; 2] = ["README.md", "fabkit/python/README.md"];
+const FRONT_PAGES: [&str; 1] = ["README.md"];
 
 /// Reads the front pages.
 ///

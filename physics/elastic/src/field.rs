@@ -30,7 +30,7 @@ const DUPLICATED_COLUMNS: usize = 3;
 /// let stack = ElasticStack::new(&pad, &MeshDensity::around_pole(0.2, 4.0, 24), 1)?;
 /// let ball = BallIndenter::new(Point3::new(1.0, 0.0, 9.0), 4.0)?;
 /// let outcome = stack.press(&ball, &Press::along(-Vector3::z(), 0.3)?)?;
-/// let field = Field::new(&stack, &outcome, 0);
+/// let field = DisplacementField::new(&stack, &outcome, 0);
 /// // The deepest place follows the ball; the other side of the axis rises.
 /// let s = 1.0 / 20.0;
 /// assert!((field.outwards_mm(s, 0.0) + 0.3).abs() < 0.01);

@@ -9,11 +9,7 @@ use super::parameters::*;
 use super::{SheetMoldLayout, channel_count, marker_centres};
 use crate::chain_builder::{AssemblyName, Name, SENSOR};
 
-// ------ Channels ------
-//
-// Outlines of the channels in the sensor's xy plane.
-//
-// Channels enter from the sides at -x and +x. Those of the right side are those of the left, rotated by half a turn.
+// Channels, in the sensor's xy plane. They enter from -x and +x; the right side's are the left's rotated by half a turn.
 // The same outline serves for the fingers of the mold, the grooves in the silicone, and the liquid.
 
 /// A point in the xy plane, mm.
@@ -341,8 +337,6 @@ fn segment_distance(a: [Point; 2], b: [Point; 2]) -> f64 {
     to_point(a, b[0]).min(to_point(a, b[1])).min(to_point(b, a[0])).min(to_point(b, a[1]))
 }
 
-// ------ Layers ------
-//
 // Layers that are cast, painted, glued or filled in.
 
 /// Depth to which a marker's cylinder reaches into the layer that it stands on, mm.

@@ -39,7 +39,7 @@ rule! {
 
 fn apply(case: &RuleInput<'_>) -> RuleResult {
     let (mut unseen, to_be_seen) = examine(case.sensor, case.scene);
-    unseen.extend(hardness::contrasts(case.sensor));
+    unseen.extend(hardness::contrasts(case.sensor, &case.questions));
     Ok((unseen, to_be_seen))
 }
 

@@ -8,6 +8,7 @@ use fabkit_geometry::Sensor;
 use crate::declaration::Declaration;
 use crate::finding::{Finding, Severity};
 use crate::masses::{Batch, batches};
+use crate::material_questions::{MaterialQuestions, UnknownProperty};
 use crate::memo::Memo;
 use crate::rule::Rule;
 use crate::rule_input::RuleInput;
@@ -34,6 +35,8 @@ pub struct CheckReport {
     pub examined: Vec<ExaminedCount>,
     /// Amounts to mix for each pour and spray.
     pub batches: Vec<Batch>,
+    /// Properties that a rule needed and no source states: what the rule says of these bodies, it says without them.
+    pub not_known: Vec<UnknownProperty>,
 }
 
 impl CheckReport {
@@ -166,6 +169,7 @@ fn apply(
         pours,
         removals,
         tick,
+        questions: MaterialQuestions::default(),
         motion_findings: RefCell::default(),
     };
     let (mut findings, mut examined) = (Vec::new(), Vec::new());
@@ -174,7 +178,8 @@ fn apply(
         findings.extend(found);
         examined.push(ExaminedCount { rule: *rule, count, what: examines });
     }
-    Ok(CheckReport { findings, examined, batches: Vec::new() })
+    let not_known = case.questions.unanswered();
+    Ok(CheckReport { findings, examined, batches: Vec::new(), not_known })
 }
 
 /// Applies only the rule of the camera's view, with straight rays.

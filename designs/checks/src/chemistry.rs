@@ -1,10 +1,13 @@
 //! Chemistry of casting: liquids cure against everything that they touch, and bodies that are to be separated do not
 //! bond.
 
-use fabkit_geometry::{Action, Assembly, Body, CureMechanism, MaterialClass, Sensor};
+use fabkit_geometry::{
+    Action, Assembly, Body, BodyKind, CureMechanism, MaterialClass, Sensor,
+};
 
 use crate::declaration::rule;
 use crate::finding::Finding;
+use crate::material_questions::MaterialQuestions;
 use crate::rule::Rule;
 use crate::rule_input::{RuleInput, RuleResult};
 
@@ -20,7 +23,7 @@ rule! {
 }
 
 fn apply(case: &RuleInput<'_>) -> RuleResult {
-    Ok(examine(case.sensor))
+    Ok(examine(case.sensor, &case.questions))
 }
 
 /// Contact of a liquid with a wall that would spoil the cast.
@@ -49,13 +52,15 @@ pub enum Harm {
 
 /// Returns all hazards in the order of the chain, including those that a step of the chain prevents.
 pub fn hazards(sensor: &Sensor) -> Vec<Hazard<'_>> {
-    contacts(sensor).filter_map(Contact::hazard).collect()
+    // Whoever asks for hazards alone does not hear of what is not known; `check` says it.
+    let questions = MaterialQuestions::default();
+    contacts(sensor).filter_map(|contact| contact.hazard(&questions)).collect()
 }
 
 /// Finds hazards that no step prevents. Also returns the number of pairs of liquid and wall.
-pub(crate) fn examine(sensor: &Sensor) -> (Vec<Finding>, usize) {
+pub(crate) fn examine(sensor: &Sensor, questions: &MaterialQuestions) -> (Vec<Finding>, usize) {
     let open = contacts(sensor)
-        .filter_map(Contact::hazard)
+        .filter_map(|contact| contact.hazard(questions))
         .filter(|hazard| hazard.prevented_in.is_none())
         .map(|hazard| hazard.finding().in_step(&sensor.chain[hazard.step].name));
     (open.collect(), contacts(sensor).count())
@@ -87,22 +92,35 @@ struct Contact<'a> {
 
 impl<'a> Contact<'a> {
     /// Returns the hazard of this contact: the wall inhibits the cure, or the liquid bonds to it.
-    fn hazard(self) -> Option<Hazard<'a>> {
+    fn hazard(self, questions: &MaterialQuestions) -> Option<Hazard<'a>> {
         let Self { index: step, layer, wall, .. } = self;
         let told =
             |harm, kept_off_in| Hazard { step, layer, wall, harm, prevented_in: kept_off_in };
-        let inhibited =
-            layer.substance.cure_mechanism.filter(|c| wall.substance.inhibited_cures.contains(c));
-        let inhibited = inhibited.map(|curing| told(Harm::Inhibits(curing), self.sealed_in()));
+        let inhibited = self.inhibited(questions).map(|curing| told(Harm::Inhibits(curing), self.sealed_in()));
         // An inhibited liquid does not cure, so bonding matters only once the wall is sealed.
         match inhibited {
             Some(Hazard { prevented_in: None, .. }) => inhibited,
-            _ if self.grows_together() => {
+            _ if self.grows_together(questions) => {
                 let grown = told(Harm::BondsToWall, self.released_in());
                 inhibited.filter(|_| grown.prevented_in.is_some()).or(Some(grown))
             }
             _ => inhibited,
         }
+    }
+
+    /// Returns the layer's cure if the wall inhibits it.
+    fn inhibited(&self, questions: &MaterialQuestions) -> Option<CureMechanism> {
+        let Self { layer, wall, .. } = self;
+        if questions.class(Rule::Chemistry, layer)? == MaterialClass::Liquid {
+            return None;
+        }
+        // The cure matters only where the wall inhibits some cure, which a platinum silicone is the first to feel.
+        let platinum = CureMechanism::Platinum;
+        if questions.inhibits(Rule::Chemistry, wall, platinum) == Some(false) {
+            return None;
+        }
+        let cure = questions.cure(Rule::Chemistry, layer)?;
+        questions.inhibits(Rule::Chemistry, wall, cure)?.then_some(cure)
     }
 
     /// Finds the step, up to this one, whose instruction names the sealer that the wall's material asks for.
@@ -114,13 +132,20 @@ impl<'a> Contact<'a> {
 
     /// Returns whether both are silicone and not both stay in the sensor: silicone bonds to cured silicone unless
     /// release agent lies between them. Silicone that cures by moisture does not count.
-    fn grows_together(&self) -> bool {
-        let is_silicone = |body: &Body| {
-            body.substance.class == Some(MaterialClass::Silicone)
-                && body.substance.cure_mechanism != Some(CureMechanism::Moisture)
-        };
+    fn grows_together(&self, questions: &MaterialQuestions) -> bool {
         let both_stay = [self.layer, self.wall].into_iter().all(is_in_sensor);
-        !both_stay && is_silicone(self.layer) && is_silicone(self.wall)
+        let is_silicone = |body: &Body| {
+            questions.class(Rule::Chemistry, body) == Some(MaterialClass::Silicone)
+        };
+        if both_stay || !is_silicone(self.layer) || !is_silicone(self.wall) {
+            return false;
+        }
+        // Tubes and sheets of silicone do not say how they were cured: they count as cured silicone does.
+        let is_by_moisture = |body: &Body| {
+            body.kind == BodyKind::Cast
+                && questions.cure(Rule::Chemistry, body) == Some(CureMechanism::Moisture)
+        };
+        !is_by_moisture(self.layer) && !is_by_moisture(self.wall)
     }
 
     /// Finds the first step, up to this one, whose instruction mentions a release and that concerns the wall.

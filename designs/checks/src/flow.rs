@@ -23,9 +23,15 @@ rule! {
 
 fn apply(case: &RuleInput<'_>) -> RuleResult {
     let RuleInput { sensor, scene, pours, .. } = case;
-    let flows = pours.par_iter();
-    let flows = flows.filter_map(|(at, pour)| examine(sensor, at, pour, scene));
-    Ok((flows.collect(), pours.len()))
+    let flows = pours.par_iter().map(|(at, pour)| Vents::measure(at, pour, scene));
+    let vents: Vec<Option<Vents>> = flows.collect();
+    let mut findings = Vec::new();
+    for ((place, pour), vents) in pours.iter().zip(vents) {
+        let (Some(vents), Some(layer)) = (vents, sensor.body(&pour.layer)) else { continue };
+        let viscosity = case.questions.viscosity_pa_s(Rule::Flow, layer);
+        findings.extend(viscosity.and_then(|pa_s| vents.examine(pa_s, place, pour)));
+    }
+    Ok((findings, pours.len()))
 }
 
 /// Pressure of a hand on a lid or core, 10 N on 10 cm2, Pa (chosen).
@@ -46,48 +52,54 @@ const FREE: f64 = 0.3;
 /// Number of lines that measure a layer.
 const LINES: usize = 2_048;
 
-/// Computes the time that the surplus of a pour takes through its openings, and reports it if it is too long.
-///
-/// Hagen-Poiseuille: a pressure p drives the flow rate pi r^4 p / (8 mu l) through a pipe of radius r and length l.
-pub(crate) fn examine(
-    sensor: &Sensor,
-    place: &Place,
-    pour: &Pour,
-    scene: &Assemblies,
-) -> Option<Finding> {
-    let viscosity = sensor.body(&pour.layer)?.substance.viscosity_pa_s?;
-    let layer = scene.places(place.assembly, &pour.layer).into_iter().next()?;
-    let bundle = Bundle::through(&layer.body.bounds(), pour.up, LINES);
-    let mut caster = Caster::default();
-    let (mut volume_mm3, mut shadow_mm2) = (0.0, 0.0);
-    for ray in (0..LINES).map(|index| bundle.line(index)) {
-        let length: f64 =
-            caster.intervals(&layer.body, &ray).iter().map(|[from, to]| to - from).sum();
-        volume_mm3 += length * bundle.cell_mm2();
-        shadow_mm2 += if length > 0.0 { bundle.cell_mm2() } else { 0.0 };
+/// Openings of a closed mold, and the surplus that has to leave through them.
+struct Vents {
+    surplus_mm3: f64,
+    area_mm2: f64,
+}
+
+impl Vents {
+    /// Measures a pour along lines; `None` for a mold whose openings together are a free surface, which needs no vents.
+    fn measure(place: &Place, pour: &Pour, scene: &Assemblies) -> Option<Self> {
+        let layer = scene.places(place.assembly, &pour.layer).into_iter().next()?;
+        let bundle = Bundle::through(&layer.body.bounds(), pour.up, LINES);
+        let mut caster = Caster::default();
+        let (mut volume_mm3, mut shadow_mm2) = (0.0, 0.0);
+        for ray in (0..LINES).map(|index| bundle.line(index)) {
+            let length: f64 =
+                caster.intervals(&layer.body, &ray).iter().map(|[from, to]| to - from).sum();
+            volume_mm3 += length * bundle.cell_mm2();
+            shadow_mm2 += if length > 0.0 { bundle.cell_mm2() } else { 0.0 };
+        }
+        let area_mm2: f64 =
+            pour.openings.iter().map(|o| std::f64::consts::PI * o.radius_mm.powi(2)).sum();
+        (area_mm2 <= FREE * shadow_mm2)
+            .then_some(Self { surplus_mm3: SURPLUS * volume_mm3, area_mm2 })
     }
-    let area_mm2: f64 =
-        pour.openings.iter().map(|o| std::f64::consts::PI * o.radius_mm.powi(2)).sum();
-    // An open mold needs no vents.
-    if area_mm2 > FREE * shadow_mm2 {
-        return None;
+
+    /// Computes the time that the surplus takes through the openings, and reports it if it is too long.
+    ///
+    /// Hagen-Poiseuille: a pressure p drives the flow rate pi r^4 p / (8 mu l) through a pipe of radius r and length l.
+    fn examine(&self, viscosity_pa_s: f64, place: &Place, pour: &Pour) -> Option<Finding> {
+        let through = |radius_mm: f64| {
+            let length_mm = LENGTH_DIAMETERS * 2.0 * radius_mm;
+            std::f64::consts::PI * radius_mm.powi(4) * PRESSURE_PA
+                / (8.0 * viscosity_pa_s * length_mm)
+        };
+        let mm3_per_s: f64 = pour.openings.iter().map(|opening| through(opening.radius_mm)).sum();
+        let seconds = self.surplus_mm3 / mm3_per_s;
+        (seconds > LONGEST_S).then(|| {
+            let message = format!(
+                "the surplus of {} hardly leaves the mold: {} openings of {:.2} mm2 together, a \
+                 mixture of {viscosity_pa_s} Pa s",
+                pour.layer,
+                pour.openings.len(),
+                self.area_mm2
+            );
+            let finding =
+                Finding::error(Rule::Flow, message, "more vents, wider ones, or a thinner mixture");
+            let finding = finding.in_step(place.step).in_assembly(place.assembly);
+            finding.about_bodies([pour.layer.as_str()]).with_measurement(seconds, LONGEST_S, "s")
+        })
     }
-    let through = |radius_mm: f64| {
-        let length_mm = LENGTH_DIAMETERS * 2.0 * radius_mm;
-        std::f64::consts::PI * radius_mm.powi(4) * PRESSURE_PA / (8.0 * viscosity * length_mm)
-    };
-    let mm3_per_s: f64 = pour.openings.iter().map(|opening| through(opening.radius_mm)).sum();
-    let seconds = SURPLUS * volume_mm3 / mm3_per_s;
-    (seconds > LONGEST_S).then(|| {
-        let message = format!(
-            "the surplus of {} hardly leaves the mold: {} openings of {area_mm2:.2} mm2 together, a \
-             mixture of {viscosity} Pa s",
-            pour.layer,
-            pour.openings.len()
-        );
-        let finding =
-            Finding::error(Rule::Flow, message, "more vents, wider ones, or a thinner mixture");
-        let finding = finding.in_step(place.step).in_assembly(place.assembly);
-        finding.about_bodies([pour.layer.as_str()]).with_measurement(seconds, LONGEST_S, "s")
-    })
 }

@@ -5,6 +5,7 @@ use fabkit_geometry::{Action, Assembly, Body, BodyKind, Sensor, Shore, Vector3};
 use crate::chemistry::is_in_sensor;
 use crate::declaration::rule;
 use crate::finding::Finding;
+use crate::material_questions::{MaterialQuestions, gives_way};
 use crate::rule::Rule;
 use crate::rule_input::{RuleInput, RuleResult};
 use crate::sampling_lines::{Bundle, Caster, steepness};
@@ -13,7 +14,7 @@ use crate::scene::Assemblies;
 rule! {
     /// Parts are soft where they must give way and firm where they must hold.
     Softness = "softness",
-    examines: "bodies of known hardness",
+    examines: "made and cast bodies",
     finds: "gels that are too hard, molds that are too soft, holders that give way, coats that run",
     limit: "Shore hardness in data sheets",
     for_variants: true,
@@ -21,7 +22,7 @@ rule! {
 }
 
 fn apply(case: &RuleInput<'_>) -> RuleResult {
-    Ok(examine(case.sensor, case.scene))
+    Ok(examine(case.sensor, case.scene, &case.questions))
 }
 
 /// Softest silicone that keeps its shape as a mold. Makers sell Shore A 15 to 40 for molds (Smooth-On's Mold Star 15,
@@ -43,18 +44,29 @@ const LINES: usize = 256;
 /// Smallest steepness at which a line measures the thickness of a coat.
 const STEEP: f64 = 0.9;
 
-/// Finds bodies of the wrong hardness and coats that are too thick. Also returns the number of bodies of known
-/// hardness.
-pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {
-    let bodies = sensor.bodies.iter().filter(|body| body.substance.shore.is_some());
-    let findings = bodies.clone().filter_map(firmness);
+/// Finds bodies of the wrong hardness and coats that are too thick. Also returns the number of bodies examined.
+pub(crate) fn examine(
+    sensor: &Sensor,
+    scene: &Assemblies,
+    questions: &MaterialQuestions,
+) -> (Vec<Finding>, usize) {
+    let bodies = sensor.bodies.iter().filter(|body| body.kind != BodyKind::Bought);
+    // Forces, images and robots need the elasticity of what gives way; here is where it is missed first.
+    for body in bodies.clone().filter(|body| gives_way(questions, Rule::Softness, body)) {
+        let _ = questions.elasticity(Rule::Softness, body);
+    }
+    let findings = bodies.clone().filter_map(|body| firmness(body, questions));
     let findings = findings.chain(coats(sensor, scene)).collect();
     (findings, bodies.count())
 }
 
 /// Compares the hardness of a body with the limits for its purpose.
-fn firmness(body: &Body) -> Option<Finding> {
-    let shore = body.substance.shore?;
+fn firmness(body: &Body, questions: &MaterialQuestions) -> Option<Finding> {
+    // Layers of the finished sensor may be of any hardness.
+    if body.kind == BodyKind::Cast && is_in_sensor(body) {
+        return None;
+    }
+    let shore = questions.shore(Rule::Softness, body)?;
     let about = |message: String, fix: String| {
         Some(Finding::error(Rule::Softness, message, fix).about_bodies([body.name.as_str()]))
     };
@@ -110,12 +122,12 @@ fn coats<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> impl Iterator<Item = 
 }
 
 /// Finds pairs that the camera tells apart by brightness although both are dark or both light.
-pub(crate) fn contrasts(sensor: &Sensor) -> Vec<Finding> {
+pub(crate) fn contrasts(sensor: &Sensor, questions: &MaterialQuestions) -> Vec<Finding> {
     let finding = |pair: &[String; 2]| {
         let [a, b] = [sensor.body(&pair[0])?, sensor.body(&pair[1])?];
-        // Bodies of unknown brightness are skipped.
-        let is_dark = a.substance.is_dark?;
-        if b.substance.is_dark? != is_dark {
+        let shades = [a, b].map(|body| questions.is_dark(Rule::Sight, body));
+        let [Some(is_dark), Some(other)] = shades else { return None };
+        if other != is_dark {
             return None;
         }
         let shade = if is_dark { "dark" } else { "light" };

@@ -42,6 +42,7 @@ mod interference;
 mod labels;
 mod lens_adjustment;
 mod masses;
+mod material_questions;
 mod memo;
 mod motion;
 mod opening;
@@ -69,6 +70,7 @@ pub use check::{
 pub use chemistry::{Harm, Hazard, hazards};
 pub use finding::{Finding, MeasuredValue, Severity};
 pub use masses::{Batch, batches};
+pub use material_questions::UnknownProperty;
 pub use memo::Memo;
 pub use motion::{Movement, PlacedBody, Stage, stages};
 pub use printability::{

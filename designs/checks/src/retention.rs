@@ -9,10 +9,11 @@ mod graph;
 mod load;
 mod loose_small_bodies;
 
-use fabkit_geometry::{Assembly, Sensor};
+use fabkit_geometry::{Assembly, BodyKind, Sensor};
 
 use crate::contacts::MOTION_DIRECTION_WORDS;
 use crate::finding::{Finding, Severity};
+use crate::material_questions::MaterialQuestions;
 use crate::scene::Assemblies;
 
 use crate::declaration::rule;
@@ -34,16 +35,28 @@ rule! {
 }
 
 fn apply(case: &RuleInput<'_>) -> RuleResult {
-    Ok(examine(case.sensor, case.scene))
+    Ok(examine(case.sensor, case.scene, &case.questions))
 }
 
 /// Finds bodies that are not held. Also returns the number of pairs of bodies that meet.
-pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {
+pub(crate) fn examine(
+    sensor: &Sensor,
+    scene: &Assemblies,
+    questions: &MaterialQuestions,
+) -> (Vec<Finding>, usize) {
     // Kits of calibration hardware are held by hand, rubber bands and gravity.
     if sensor.required_load_n.is_none() {
         return (Vec::new(), 0);
     }
-    let graph = Graph::new(sensor, scene);
+    // The strength of a bond follows from the classes of both bodies; of an unknown one it is a guess.
+    for adhesion in &sensor.adhesions {
+        for body in adhesion.bodies.iter().filter_map(|name| sensor.body(name)) {
+            if body.kind != BodyKind::Bought || body.stock.is_some() {
+                questions.class(Rule::Retention, body);
+            }
+        }
+    }
+    let graph = Graph::new(sensor, scene, questions);
     let mut findings = leaving(&graph);
     findings.extend(loose_small_bodies::examine(sensor, scene));
     findings.extend(load::examine(sensor, &graph));

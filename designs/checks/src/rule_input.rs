@@ -5,6 +5,7 @@ use std::cell::{RefCell, RefMut};
 use fabkit_geometry::{Pour, Pull, Sensor};
 
 use crate::finding::Finding;
+use crate::material_questions::MaterialQuestions;
 use crate::memo::Memo;
 use crate::scene::{Assemblies, InvalidBody, Placed};
 
@@ -22,6 +23,8 @@ pub(crate) struct RuleInput<'a> {
     pub(crate) removals: Vec<Removal<'a>>,
     /// Progress callback, called after each pair, pour and pull.
     pub(crate) tick: &'a (dyn Fn() + Sync),
+    /// Questions for properties of materials, of which the report lists those that nobody answered.
+    pub(crate) questions: MaterialQuestions,
     /// Cached result of the motion search, which two rules report.
     pub(crate) motion_findings: RefCell<Option<MotionFindings>>,
 }

@@ -437,11 +437,11 @@ impl Registry {
                 let mut found = Vec::new();
                 let of_sensor = names(&sensor, "");
                 assign(&mut sensor, "", &making, making.is_used(), &mut found);
-                add_bonds(&mut sensor, &own.materials);
+                add_bonds(&mut sensor, &own.materials, &own.stock);
                 fill_and_check(&mut sensor, &own.articles, &own.materials.components(), &mut found);
                 let materials: Vec<Castable> = own.used_materials(&settings);
                 materials.iter().for_each(|material| material.apply_transparency(&mut sensor));
-                assign_substances(&mut sensor, &own.materials);
+                assign_substances(&mut sensor, &own.materials, &own.stock);
                 find_adhesions(&mut sensor);
                 // The fixtures of a sensor may depend on the materials of its parts, so their names are asked for last.
                 if !making.all_assignments().is_empty()
@@ -464,7 +464,14 @@ impl Registry {
                     articles: own.articles.clone(),
                 };
                 let workshop =
-                    Workshop { processes: own.processes, making, labels, articles: own.articles };
+                    Workshop {
+                        processes: own.processes,
+                        making,
+                        labels,
+                        articles: own.articles,
+                        materials: own.materials,
+                        stock: own.stock,
+                    };
                 Ok(LoadedDesign { design, report, workshop })
             }
             _ if !report.is_clean() => Err(report.into_invalid()),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fabkit_checks::{self as checks, Batch, CheckReport, Finding, Rule};
+use fabkit_checks::{self as checks, Batch, CheckReport, Finding, Rule, UnknownProperty};
 use fabkit_designs::fixing::{FeasibleRange, ValueChange, ValueRange};
 use fabkit_designs::{Design, design_hash};
 use fabkit_files::{limit_json, split_amount};
@@ -141,6 +141,17 @@ pub fn check(design: &Design, report: &CheckReport) -> Value {
         "rules": rules_json(report),
         "findings": report.findings.iter().map(finding_json).collect::<Vec<_>>(),
         "batches": report.batches.iter().map(batch).collect::<Vec<_>>(),
+        "not_known": report.not_known.iter().map(unknown_json).collect::<Vec<_>>(),
+    })
+}
+
+fn unknown_json(unknown: &UnknownProperty) -> Value {
+    json!({
+        "property": unknown.property.word(),
+        "material": unknown.material,
+        "bodies": unknown.bodies,
+        "rules": unknown.rules.iter().map(|rule| rule.word()).collect::<Vec<_>>(),
+        "remedy": unknown.remedy,
     })
 }
 

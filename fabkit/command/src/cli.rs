@@ -103,7 +103,7 @@ pub enum Command {
     Show(Show),
     /// Check whether a sensor can be built: overlaps, molds, trapped air, demolding, light, wiring
     #[command(after_help = examples::CHECK)]
-    Check(Design),
+    Check(Check),
     /// Compare a sensor with independent CAD kernels, or check a folder that fabkit wrote for damage
     #[command(after_help = VERIFY)]
     Verify(Verify),
@@ -176,6 +176,17 @@ pub enum Command {
         #[arg(short, long, value_name = "DIR")]
         output: Option<PathBuf>,
     },
+}
+
+/// `fabkit check`.
+#[derive(Debug, Args)]
+pub struct Check {
+    /// The sensor.
+    #[command(flatten)]
+    pub design: Design,
+    /// Fail also if a property of a material that a rule needs is not known
+    #[arg(long)]
+    pub strict: bool,
 }
 
 /// The design that a command works on.

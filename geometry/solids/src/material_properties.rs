@@ -103,15 +103,79 @@ impl fmt::Display for Shore {
     }
 }
 
-/// Material properties of a body. Unknown properties are left out, and no rule requires them.
+/// Property of a material that a rule or a figure needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum MaterialProperty {
+    /// Class of the material, which decides what sticks to it.
+    Class,
+    /// Curing mechanism of a liquid.
+    Cure,
+    /// Whether the bare material keeps platinum silicone from curing.
+    Inhibition,
+    /// Shore hardness.
+    Hardness,
+    /// Stress at which it fails.
+    Strength,
+    /// Viscosity of the mixture before curing.
+    Viscosity,
+    /// Whether its colour is dark or light.
+    Shade,
+    /// Young's modulus of a soft layer.
+    Elasticity,
+    /// Temperature at which it softens.
+    Softening,
+}
+
+impl MaterialProperty {
+    /// Returns the property's name for texts, a noun without an article.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Class => "class",
+            Self::Cure => "curing mechanism",
+            Self::Inhibition => "cure inhibition",
+            Self::Hardness => "hardness",
+            Self::Strength => "strength",
+            Self::Viscosity => "viscosity",
+            Self::Shade => "shade",
+            Self::Elasticity => "Young's modulus",
+            Self::Softening => "softening temperature",
+        }
+    }
+
+    /// Returns the key that states the property, in `stock:` for what is printed, cut or bought, and in `materials:`
+    /// for what is cast.
+    pub fn key(self, is_cast: bool) -> &'static str {
+        match self {
+            Self::Class if is_cast => "kind",
+            Self::Class => "sort",
+            Self::Cure => "cures",
+            Self::Inhibition => "inhibits_platinum",
+            Self::Hardness => "hardness",
+            Self::Strength => "strength",
+            Self::Viscosity => "viscosity",
+            Self::Shade => "shade",
+            Self::Elasticity => "youngs_modulus",
+            Self::Softening => "softens",
+        }
+    }
+}
+
+impl fmt::Display for MaterialProperty {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.word())
+    }
+}
+
+/// Material properties of a body; `None` where no source at hand states one. Rules ask for them through
+/// `fabkit-checks`' `MaterialQuestions`, which reports each property that a rule needed and nobody stated.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MaterialProperties {
     /// Material class.
     pub class: Option<MaterialClass>,
     /// Curing mechanism, if it is cast.
     pub cure_mechanism: Option<CureMechanism>,
-    /// Curing mechanisms that it inhibits unless it is sealed.
-    pub inhibited_cures: Vec<CureMechanism>,
+    /// Curing mechanisms that it inhibits unless it is sealed; empty if it inhibits none.
+    pub inhibited_cures: Option<Vec<CureMechanism>>,
     /// Hardness when cured.
     pub shore: Option<Shore>,
     /// Tear strength: stress at which it tears, MPa.
@@ -144,12 +208,12 @@ pub struct Elasticity {
 }
 
 /// Temperature at which a stiff material softens under a small load.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SofteningPoint {
     /// Temperature, degrees Celsius.
     pub celsius: f64,
     /// Source and test method.
-    pub source: &'static str,
+    pub source: String,
 }
 
 /// Adhesion between two bodies, wherever their faces meet.

@@ -254,6 +254,8 @@ pub struct Body {
     pub kind: BodyKind,
     /// Trade name of the material; empty for bought bodies.
     pub material: String,
+    /// What a bought body is made of, by the name of a material; `None` if it is of several, as a camera is.
+    pub stock: Option<&'static str>,
     /// Shape, mm, in the sensor frame unless the placements say otherwise.
     pub solid: Solid,
     /// Placements in the assemblies in which it is made and used.
@@ -318,6 +320,7 @@ impl Body {
             summary: summary.into(),
             kind,
             material: String::new(),
+            stock: None,
             solid,
             placements: Vec::new(),
             quantity: 1,
@@ -367,6 +370,12 @@ impl Body {
     #[must_use]
     pub fn with_material(self, material: impl Into<String>) -> Self {
         Self { material: material.into(), ..self }
+    }
+
+    /// Sets what a bought body is made of, by the name of a material.
+    #[must_use]
+    pub fn made_of(self, stock: &'static str) -> Self {
+        Self { stock: Some(stock), ..self }
     }
 
     /// Changes the manufacturing process.
@@ -526,16 +535,17 @@ impl Body {
         Self { assembly_compliance_mm: gives_mm, ..self }
     }
 
-    /// Marks the body as a fastener: a screw, a pin, a tie.
+    /// Marks the body as a fastener: a screw, a pin, a tie. It is of steel unless it is said to be made of something else.
     #[must_use]
     pub fn as_fastener(self) -> Self {
-        Self { duty: MechanicalRole::Fastener, ..self }
+        Self { duty: MechanicalRole::Fastener, stock: self.stock.or(Some("steel")), ..self }
     }
 
-    /// Marks the body as threaded: a nut, an insert, a threaded spacer that screws engage.
+    /// Marks the body as threaded: a nut, an insert, a threaded spacer that screws engage. It is of steel unless
+    /// it is said to be made of something else.
     #[must_use]
     pub fn threaded(self) -> Self {
-        Self { duty: MechanicalRole::Threaded, ..self }
+        Self { duty: MechanicalRole::Threaded, stock: self.stock.or(Some("steel")), ..self }
     }
 
     /// Marks the body as soldered, stuck or plugged onto the body it touches, without holding anything itself.

@@ -8,7 +8,13 @@ use fabkit_geometry::{
 use rayon::prelude::*;
 
 use crate::contacts::{Faces, MOTION_DIRECTIONS, faces};
+use crate::material_questions::MaterialQuestions;
+use crate::rule::Rule;
 use crate::scene::{Assemblies, Placed};
+
+/// Strength of a bought body, and of one whose material's strength is reported as not known, MPa: a filament print
+/// across its layers.
+const DEFAULT_STRENGTH_MPA: f64 = 15.0;
 
 /// Smallest area that stops a motion, mm2: a corner of a print.
 const STOP_MM2: f64 = 0.3;
@@ -24,6 +30,8 @@ const THREAD_MM2: f64 = 1.0;
 pub(super) struct Node<'a> {
     pub(super) body: &'a Body,
     pub(super) placed: &'a Placed<'a>,
+    /// Stress at which its material fails, MPa.
+    pub(super) strength_mpa: f64,
 }
 
 impl Node<'_> {
@@ -71,9 +79,14 @@ pub(super) struct Graph<'a> {
 }
 
 impl<'a> Graph<'a> {
-    pub(super) fn new(sensor: &'a Sensor, scene: &'a Assemblies<'a>) -> Self {
+    pub(super) fn new(
+        sensor: &'a Sensor,
+        scene: &'a Assemblies<'a>,
+        questions: &MaterialQuestions,
+    ) -> Self {
         let placed = scene.bodies(&Assembly::sensor().0).iter();
-        let nodes: Vec<Node> = placed.filter_map(|placed| node(sensor, placed)).collect();
+        let node = |placed| node(sensor, placed, questions);
+        let nodes: Vec<Node> = placed.filter_map(node).collect();
         let pairs: Vec<[usize; 2]> = (0..nodes.len())
             .flat_map(|a| (a + 1..nodes.len()).map(move |b| [a, b]))
             // Copies of one body do not hold each other.
@@ -160,15 +173,28 @@ impl<'a> Graph<'a> {
 }
 
 /// Returns the node of a placed body. Liquids, limp bodies, and small ones that are soldered or glued on have none.
-fn node<'a>(sensor: &'a Sensor, placed: &'a Placed<'a>) -> Option<Node<'a>> {
+fn node<'a>(
+    sensor: &'a Sensor,
+    placed: &'a Placed<'a>,
+    questions: &MaterialQuestions,
+) -> Option<Node<'a>> {
     let body = sensor.body(placed.name)?;
     let is_small = body.duty == MechanicalRole::Attached;
     // Rings and cables hold nothing; they are held by what they go around or are plugged into.
     let is_fastener = matches!(body.duty, MechanicalRole::Fastener | MechanicalRole::Threaded);
     let is_limp =
         body.kind == BodyKind::Bought && !is_fastener && body.assembly_compliance_mm > 0.0;
-    let is_liquid = body.substance.class == Some(MaterialClass::Liquid);
-    (!is_small && !is_limp && !is_liquid).then_some(Node { body, placed })
+    let is_liquid = body.kind == BodyKind::Cast
+        && questions.class(Rule::Retention, body) == Some(MaterialClass::Liquid);
+    if is_small || is_limp || is_liquid {
+        return None;
+    }
+    // What a bought body bears is its maker's concern, and no less than a print does.
+    let strength_mpa = match body.kind {
+        BodyKind::Bought if body.stock.is_none() => None,
+        _ => questions.strength_mpa(Rule::Retention, body),
+    };
+    Some(Node { body, placed, strength_mpa: strength_mpa.unwrap_or(DEFAULT_STRENGTH_MPA) })
 }
 
 /// Creates the connection of two bodies, if they meet.

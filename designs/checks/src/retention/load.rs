@@ -10,9 +10,6 @@ use crate::finding::{Finding, Severity};
 use crate::rule::Rule;
 use crate::sampling_lines::Caster;
 
-/// Strength assumed for materials without a value, MPa: a filament print across its layers.
-const DEFAULT_STRENGTH_MPA: f64 = 15.0;
-
 /// Friction of a press fit per area, MPa: a pressure of 0.5 MPa, which creeping plastics keep, times a coefficient of
 /// 0.2 (chosen).
 const FRICTION_MPA: f64 = 0.1;
@@ -135,9 +132,7 @@ fn capacity_n(graph: &Graph, link: &Link, is_turned: bool, way: usize) -> f64 {
     }
     let faces = if is_turned { link.faces.reversed() } else { link.faces };
     // The weaker of the two materials gives way.
-    let tears = link.ends.map(|end| {
-        graph.nodes[end].body.substance.tear_strength_mpa.unwrap_or(DEFAULT_STRENGTH_MPA)
-    });
+    let tears = link.ends.map(|end| graph.nodes[end].strength_mpa);
     let stops = faces.ahead_mm2[way] * tears[0].min(tears[1]);
     // Friction acts on faces in all directions.
     let area_mm2: f64 = faces.ahead_mm2.iter().sum::<f64>();

@@ -7,7 +7,7 @@ use fabkit_geometry::{
 };
 
 use super::catalogue::Catalogue;
-use super::{print_transparency, stock};
+use super::{StockCatalogue, castable_properties};
 
 /// Agent between two faces that join.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,22 +117,24 @@ impl BondAgent {
 }
 
 /// Sets the substance of every body.
-pub(crate) fn assign_substances(sensor: &mut Sensor, materials: &Catalogue) {
+pub(crate) fn assign_substances(
+    sensor: &mut Sensor,
+    materials: &Catalogue,
+    stock: &StockCatalogue,
+) {
     for body in &mut sensor.bodies {
-        let known = materials.find(&body.material).map(stock::substance_from_castable);
+        let known = materials.find(&body.material).map(castable_properties);
         // A family's own statement overrides what the material's name suggests.
         let told = body.substance.is_dark;
-        let mut substance = known.unwrap_or_else(|| stock::substance_from_name(body));
+        let mut substance = known.unwrap_or_else(|| stock.properties(body));
         substance.is_dark = told.or(substance.is_dark);
         body.substance = substance;
         // Only for made parts whose transparency nobody has stated.
         if body.is_made() && in_use(body) && body.optics.is_none() && body.opacity == 1.0 {
-            print_transparency(&body.material)
-                .into_iter()
-                .for_each(|light| body.set_clarity(light));
+            stock.print_transparency(body).into_iter().for_each(|light| body.set_clarity(light));
         }
         // A user who calls the material bare means it, even if a step seals it.
-        if stock::is_bare(&body.material) {
+        if stock.is_bare(body) {
             body.sealed_by = None;
         }
     }

@@ -5,7 +5,7 @@ use fabkit_geometry::{Action, Assembly, Body, Order, Sensor, Solid, UnbondedLaye
 use fabkit_text::{RuleReport, Setting, to_printable};
 
 use super::catalogue::Catalogue;
-use super::{Bond, BondMethod, Material, MaterialKind};
+use super::{Bond, BondMethod, Material, MaterialKind, StockCatalogue};
 
 /// Size of a primer bottle in the list of what to buy: radius and height, mm.
 const BOTTLE_MM: [f64; 2] = [15.0, 60.0];
@@ -89,7 +89,7 @@ pub(crate) fn check_kinds(settings: &[Setting], materials: &Catalogue, report: &
 }
 
 /// Finds the bodies that each poured or sprayed layer stays on, and how it holds there.
-pub(crate) fn add_bonds(sensor: &mut Sensor, materials: &Catalogue) {
+pub(crate) fn add_bonds(sensor: &mut Sensor, materials: &Catalogue, stock: &StockCatalogue) {
     let mut primers: Vec<(String, String)> = Vec::new();
     let mut loose = Vec::new();
     let mut told: Vec<(usize, String)> = Vec::new();
@@ -113,7 +113,7 @@ pub(crate) fn add_bonds(sensor: &mut Sensor, materials: &Catalogue) {
             if !in_use(on) || is_taken_off(&on.name) {
                 continue;
             }
-            match bond(layer, on, materials).map(|bond| &bond.hold) {
+            match bond(layer, on, materials, stock).map(|bond| &bond.hold) {
                 None | Some(BondMethod::SelfBonding) => {}
                 Some(BondMethod::NoBond) => loose.push(UnbondedLayer {
                     step: step.name.clone(),
@@ -162,11 +162,16 @@ fn in_use(body: &Body) -> bool {
 }
 
 /// Finds the bond that either of two materials states towards the other.
-fn bond<'m>(layer: &Body, on: &Body, materials: &'m Catalogue) -> Option<&'m Bond> {
+fn bond<'m>(
+    layer: &Body,
+    on: &Body,
+    materials: &'m Catalogue,
+    stock: &StockCatalogue,
+) -> Option<&'m Bond> {
     let says = |of: &Body, other: &Body| {
         let bonds = &materials.find(&of.material)?.material().bonds;
         let kind = materials.find(&other.material).and_then(|other| kind_of(other.material()));
-        bonds.iter().find(|bond| matches_material(&bond.to, other, kind))
+        bonds.iter().find(|bond| kind == Some(&*bond.to) || stock.is_called(&bond.to, other))
     };
     says(layer, on).or_else(|| says(on, layer))
 }
@@ -174,17 +179,4 @@ fn bond<'m>(layer: &Body, on: &Body, materials: &'m Catalogue) -> Option<&'m Bon
 /// Returns the word for a material's kind.
 fn kind_of(material: &Material) -> Option<&'static str> {
     material.figures.kind.map(MaterialKind::word)
-}
-
-/// Returns whether `to` refers to the material of a body: all of its words are among those of the material (of a bought
-/// body: of its order), or it is the material's kind.
-fn matches_material(to: &str, body: &Body, kind: Option<&str>) -> bool {
-    let words = |text: &str| {
-        let parts = text.to_lowercase();
-        let parts = parts.split(|c: char| !(c.is_alphanumeric() || matches!(c, '+' | '-')));
-        parts.filter(|word| !word.is_empty()).map(str::to_owned).collect::<Vec<_>>()
-    };
-    let from = if body.material.is_empty() { &body.summary } else { &body.material };
-    let (to, from) = (words(to), words(from));
-    to.iter().all(|word| from.contains(word)) || kind.is_some_and(|kind| to == [kind])
 }

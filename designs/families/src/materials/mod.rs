@@ -1,4 +1,7 @@
-//! Liquids that are cast: components, cure, shrinkage, and further properties.
+//! Materials: liquids that are cast (components, cure, shrinkage), and what parts are printed, cut or milled from.
+//!
+//! No rule reads words of a material's name: names are looked up in `materials.yaml`, for what is cast, and `stock.yaml`,
+//! for the rest, and what neither states is not known.
 //!
 //! The built-in materials are in `materials.yaml`, in the form in which users write their own. A mixing ratio or cure
 //! time that a paper states overrides them, in the sensor's chain.
@@ -13,7 +16,10 @@ mod units;
 use std::ops::Deref;
 use std::sync::Arc;
 
-use fabkit_geometry::{BodyKind, Cure, Mix, OpticalClarity as Optics, Sensor};
+use fabkit_geometry::{
+    BodyKind, Cure, CureMechanism, MaterialClass, MaterialProperties, Mix,
+    OpticalClarity as Optics, Sensor, Shore,
+};
 use fabkit_text::Setting;
 
 use crate::{choices, parameters};
@@ -21,6 +27,8 @@ use crate::{choices, parameters};
 pub(crate) use adhesion::{assign_substances, find_adhesions};
 pub(crate) use bonds::{add_bonds, check_kinds};
 pub(crate) use catalogue::{Catalogue, MATERIALS};
+pub use stock::Shade;
+pub(crate) use stock::StockCatalogue;
 pub(crate) use units::split_number;
 pub use units::{
     Celsius, Current, Density, Euros, Force, Hardness, Hours, Kelvin, Mass, Minutes, Percent,
@@ -84,6 +92,17 @@ choices! {
     }
 }
 
+impl Clarity {
+    /// Returns the clarity of the geometry crate.
+    fn optical(self) -> Optics {
+        match self {
+            Self::Clear => Optics::Clear,
+            Self::Translucent => Optics::Translucent,
+            Self::Opaque => Optics::Opaque,
+        }
+    }
+}
+
 parameters! {
     /// Curing time and temperature of a material.
     pub struct CureFigures {
@@ -133,6 +152,8 @@ parameters! {
         refractive_index: Option<f64> = 1.0..=3.0,
         /// Transparency of the material: `clear`, `translucent` or `opaque`.
         clarity: Option<Clarity>,
+        /// Brightness of the cured material: `dark` or `light`, where a camera tells it from another one.
+        shade: Option<Shade>,
         /// True if the mixture is degassed in a vacuum before pouring; false if not given.
         degas: Option<bool>,
         /// Source of these data.
@@ -162,48 +183,10 @@ pub enum BondMethod {
     NoBond,
 }
 
-/// Returns the transparency of a window cut from a sheet or made of resin, from its trade name: clear unless a word of
-/// it says otherwise.
+/// Returns the transparency of a window cut from a sheet or made of resin: clear unless its material's name or the
+/// built-in catalogue says otherwise.
 pub(crate) fn window_transparency(material: &str) -> Optics {
-    const STOP: [&str; 12] = [
-        "black",
-        "white",
-        "grey",
-        "gray",
-        "opaque",
-        "plywood",
-        "wood",
-        "pla",
-        "abs",
-        "steel",
-        "aluminium",
-        "brass",
-    ];
-    const SPREAD: [&str; 6] = ["frosted", "translucent", "opal", "satin", "milky", "diffusing"];
-    let name = material.to_lowercase();
-    let says = |words: &[&str]| {
-        name.split(|letter: char| !letter.is_alphanumeric()).any(|word| words.contains(&word))
-    };
-    match () {
-        () if says(&STOP) => Optics::Opaque,
-        () if says(&SPREAD) => Optics::Translucent,
-        () => Optics::Clear,
-    }
-}
-
-/// Returns the transparency of a printed part, from the name of its material: translucent even where the material is
-/// called clear, because print layers scatter light. `None` if the name does not suggest that light passes.
-pub(crate) fn print_transparency(material: &str) -> Option<Optics> {
-    const THROUGH: [&str; 4] = ["clear", "transparent", "translucent", "natural"];
-    let name = material.to_lowercase();
-    let mut words = name.split(|letter: char| !letter.is_alphanumeric());
-    let is_it = words.any(|word| THROUGH.contains(&word));
-    (is_it && !is_dark_or_dense(&name)).then_some(Optics::Translucent)
-}
-
-/// Returns whether the name says that pigment or paint blocks the light nevertheless.
-fn is_dark_or_dense(name: &str) -> bool {
-    ["black", "opaque", "painted"].iter().any(|word| name.contains(word))
+    StockCatalogue::builtin().window_transparency(material).unwrap_or(Optics::Clear)
 }
 
 /// Origin of a material's description.
@@ -270,11 +253,7 @@ impl Castable {
     /// Sets the transparency of all layers cast from this material, if it is known.
     pub(crate) fn apply_transparency(&self, sensor: &mut Sensor) {
         let Some(clarity) = self.0.figures.clarity else { return };
-        let optics = match clarity {
-            Clarity::Clear => Optics::Clear,
-            Clarity::Translucent => Optics::Translucent,
-            Clarity::Opaque => Optics::Opaque,
-        };
+        let optics = clarity.optical();
         let cast = sensor.bodies.iter_mut().filter(|body| body.kind == BodyKind::Cast);
         // The transparency that a family states stays, for example of a layer with pigment.
         cast.filter(|body| body.optics.is_none() && body.material == **self)
@@ -304,5 +283,61 @@ impl Deref for Castable {
 impl From<&Castable> for String {
     fn from(castable: &Castable) -> Self {
         castable.0.name.clone()
+    }
+}
+
+/// Returns the properties of a layer that is cast from a material of the catalogue.
+fn castable_properties(castable: &Castable) -> MaterialProperties {
+    let figures = &castable.material().figures;
+    let cures = figures.cures.map(CuresBy::mechanism);
+    let class = match figures.kind {
+        Some(MaterialKind::Silicone | MaterialKind::Gel) => Some(MaterialClass::Silicone),
+        Some(MaterialKind::Polyurethane) => Some(MaterialClass::Rubber),
+        // Without a kind, these mechanisms still identify a silicone.
+        _ => matches!(
+            cures,
+            Some(CureMechanism::Platinum | CureMechanism::Tin | CureMechanism::Moisture)
+        )
+        .then_some(MaterialClass::Silicone),
+    };
+    // Traces of a tin catalyst, amines, and residues of light-cured resins poison platinum catalysts.
+    let poisons =
+        |by| matches!(by, CureMechanism::Tin | CureMechanism::Epoxy | CureMechanism::Light);
+    MaterialProperties {
+        class,
+        cure_mechanism: cures,
+        inhibited_cures: cures
+            .map(|by| if poisons(by) { vec![CureMechanism::Platinum] } else { Vec::new() }),
+        shore: figures.hardness.map(shore),
+        tear_strength_mpa: figures.strength.map(|Pressure(kpa)| kpa / 1e3),
+        viscosity_pa_s: figures.viscosity.map(|Viscosity(pa_s)| pa_s),
+        is_dark: figures.shade.map(|shade| shade == Shade::Dark),
+        refractive_index: figures.refractive_index,
+        softening_point: None,
+        elasticity: elasticity::elasticity_from_castable(castable.material(), class),
+    }
+}
+
+/// Converts a hardness to the type of the geometry crate.
+fn shore(Hardness { scale, value }: Hardness) -> Shore {
+    match scale {
+        Scale::Shore00 => Shore::OO(value),
+        Scale::ShoreA => Shore::A(value),
+        Scale::ShoreD => Shore::D(value),
+    }
+}
+
+impl CuresBy {
+    /// Returns the mechanism in the geometry crate.
+    fn mechanism(self) -> CureMechanism {
+        match self {
+            Self::Platinum => CureMechanism::Platinum,
+            Self::Tin => CureMechanism::Tin,
+            Self::Moisture => CureMechanism::Moisture,
+            Self::Polyurethane => CureMechanism::Polyurethane,
+            Self::Epoxy => CureMechanism::Epoxy,
+            Self::Light => CureMechanism::Light,
+            Self::Drying => CureMechanism::Drying,
+        }
     }
 }

@@ -1,237 +1,489 @@
-//! Stock and bought things that are not cast: their properties, by words of the trade name.
+//! Catalogue of what parts are printed, cut or milled from and what bought parts are made of, by exact name.
 
-use std::sync::LazyLock;
+use std::collections::BTreeMap;
+use std::sync::{Arc, LazyLock};
 
 use fabkit_geometry::{
-    Body, CureMechanism, MaterialClass, MaterialProperties, Shore, SofteningPoint,
+    Body, BodyKind, CureMechanism, MaterialClass, MaterialProperties, OpticalClarity, Process,
+    SofteningPoint,
 };
-use fabkit_text::{Dialect, Section, TextLayer, TextPlace, read_mapping, take_format};
+use fabkit_text::{
+    Dialect, LocatedProblem, Section, TextLayer, TextPlace, YamlEntry, read_mapping, take_format,
+};
 
-use super::{
-    Castable, Celsius, CuresBy, Hardness, MaterialKind, Pressure, Scale, Viscosity, elasticity,
+use super::{Celsius, Clarity, Hardness, Pressure, elasticity, shore};
+use crate::processes::ProcessKind;
+use crate::user_catalogue::named_sections::{
+    LayeredSections, RawSection, SectionKind, key_of, read, read_sections,
 };
-use crate::sections;
-use crate::user_catalogue::named_sections::{SectionKind, read, read_sections};
+use crate::{choices, sections};
+
+choices! {
+    /// Class of a material that is not cast.
+    pub enum StockClass {
+        /// Silicone rubber, as tubes and sheets.
+        Silicone = "silicone",
+        /// Other rubber.
+        Rubber = "rubber",
+        /// Liquid that does not cure.
+        Liquid = "liquid",
+        /// Thermoplastic.
+        Plastic = "plastic",
+        /// Resin cured by light.
+        Resin = "resin",
+        /// Acrylic glass.
+        Acrylic = "acrylic",
+        /// Glass.
+        Glass = "glass",
+        /// Wood, plywood, paper.
+        Wood = "wood",
+        /// Metal.
+        Metal = "metal",
+        /// Laminate of glass fibre and epoxy.
+        Laminate = "laminate",
+    }
+}
+
+impl StockClass {
+    /// Returns the class in the geometry crate.
+    fn class(self) -> MaterialClass {
+        match self {
+            Self::Silicone => MaterialClass::Silicone,
+            Self::Rubber => MaterialClass::Rubber,
+            Self::Liquid => MaterialClass::Liquid,
+            Self::Plastic => MaterialClass::Plastic,
+            Self::Resin => MaterialClass::Resin,
+            Self::Acrylic => MaterialClass::Acrylic,
+            Self::Glass => MaterialClass::Glass,
+            Self::Wood => MaterialClass::Wood,
+            Self::Metal => MaterialClass::Metal,
+            Self::Laminate => MaterialClass::Laminate,
+        }
+    }
+}
+
+choices! {
+    /// Brightness of a material, where a camera tells it from another one.
+    pub enum Shade {
+        /// Black or nearly so.
+        Dark = "dark",
+        /// White or of bright metal.
+        Light = "light",
+    }
+}
+
+choices! {
+    /// Treatment of a surface, which decides whether the material below it inhibits cures.
+    pub enum SurfaceTreatment {
+        /// Varnished, painted, baked: nothing of the material reaches the liquid.
+        Sealed = "sealed",
+        /// As it was made, whatever a step says.
+        Bare = "bare",
+    }
+}
 
 sections! {
-    /// Properties of materials whose trade name contains one of a few words.
+    /// Properties of a material that parts are printed, cut or milled from. Unknown properties are left out.
     pub struct StockMaterial {
-        /// Words of trade names, in lower case.
-        words: Vec<String> = (1..=32, 1..=40),
-        /// Class of material, as in the tables: `rubber`, `resin`, `metal` and so on.
-        sort: String = 1..=20,
-        /// Hardness of the softest variety in use.
-        hardness: Hardness,
+        /// Class of material: `plastic`, `resin`, `rubber`, `acrylic`, `glass`, `metal` and so on.
+        sort: StockClass,
+        /// Other names of the same material.
+        also: Option<Vec<String>> = (1..=32, 1..=40),
+        /// Processes that take it; any if not given.
+        made_by: Option<Vec<String>> = (1..=8, 1..=20),
+        /// Hardness, of the softest variety in use.
+        hardness: Option<Hardness>,
         /// Minimum stress at which the material fails.
-        strength: Pressure = 0.0..=10000000.0,
-        /// True if the bare material inhibits the cure of platinum silicone; false if not given.
+        strength: Option<Pressure> = 0.0..=10000000.0,
+        /// Whether the bare material keeps platinum silicone from curing.
         inhibits_platinum: Option<bool>,
-        /// Refractive index in the middle of the visible spectrum, for materials that are looked through.
+        /// Refractive index in the middle of the visible spectrum.
         refractive_index: Option<f64> = 1.0..=3.0,
+        /// Transparency of the material without pigment.
+        clarity: Option<Clarity>,
+        /// Brightness, where the name of the material decides it.
+        shade: Option<Shade>,
+        /// Softening temperature.
+        softens: Option<Celsius> = 0.0..=2000.0,
+        /// Source of these data.
+        source: Option<String> = 0..=500,
+        /// Advice on using the material.
+        note: Option<String> = 0..=500,
     }
 
-    /// Softening temperature of materials whose trade name contains one of a few words.
-    pub struct Softening {
-        /// Words of trade names, in lower case.
-        words: Vec<String> = (1..=32, 1..=40),
-        /// Softening temperature; for families of plastics the lowest among common makes.
-        softens: Celsius = 0.0..=2000.0,
-        /// Source of the temperature, with its test method.
-        by: String = 1..=300,
+    /// Words that stand beside the name of a material, and what they say of it.
+    pub struct Qualifier {
+        /// Words in lower case.
+        words: Vec<String> = (1..=64, 1..=40),
+        /// Transparency that the words state.
+        clarity: Option<Clarity>,
+        /// Brightness that the words state.
+        shade: Option<Shade>,
+        /// Treatment of the surface that the words state.
+        surface: Option<SurfaceTreatment>,
     }
 }
 
-/// Built-in tables of stock; the first row with a matching word counts.
-struct StockTables {
-    stock: Vec<(StockMaterial, MaterialClass)>,
-    softenings: Vec<Softening>,
-}
+/// Dialect of the built-in file, which gives messages their nouns.
+const STOCK: SectionKind =
+    SectionKind { key: "stock", dialect: &Dialect::new("file of stock", 1, "") };
 
-/// Tables of the built-in file.
-static STOCK_TABLES: LazyLock<StockTables> = LazyLock::new(|| {
-    let stock: Vec<StockMaterial> = rows("stock");
-    let sorted = |stuff: StockMaterial| {
-        let sort = SORTS.into_iter().find(|sort| sort.word() == stuff.sort);
-        sort.map(|sort| (stuff, sort))
-    };
-    StockTables {
-        stock: stock.into_iter().filter_map(sorted).collect(),
-        softenings: rows("softening"),
-    }
-});
+const QUALIFIERS: SectionKind = SectionKind { key: "qualifiers", dialect: STOCK.dialect };
 
-/// All sorts that a row may name.
-const SORTS: [MaterialClass; 10] = [
-    MaterialClass::Silicone,
-    MaterialClass::Rubber,
-    MaterialClass::Liquid,
-    MaterialClass::Plastic,
-    MaterialClass::Resin,
-    MaterialClass::Acrylic,
-    MaterialClass::Glass,
-    MaterialClass::Wood,
-    MaterialClass::Metal,
-    MaterialClass::Laminate,
-];
+const BUILTIN_FILE: &str = "stock.yaml (built-in)";
 
-/// Reads the rows below a key of the built-in file, in order.
-fn rows<S: Section>(key: &'static str) -> Vec<S> {
-    static FILE: Dialect = Dialect::new("file of stock", 1, "");
-    let noun = SectionKind { key, dialect: &FILE };
-    let place = TextPlace::new(TextLayer::Base, "stock.yaml (built-in)", &FILE);
+/// Entries of the built-in file.
+static BUILTIN: LazyLock<StockCatalogue> = LazyLock::new(|| {
+    let place = TextPlace::new(TextLayer::Base, BUILTIN_FILE, STOCK.dialect);
     let mut found = Vec::new();
     let mut entries =
         read_mapping(include_str!("../../stock.yaml"), &place, &mut found).unwrap_or_default();
     take_format(&mut entries, &place, &mut found);
+    let raws = take_sections(STOCK, &mut entries, &place, &mut found);
+    let catalogue = StockCatalogue::from_sections(raws, &mut found);
+    debug_assert!(found.is_empty(), "{found:#?}");
+    catalogue
+});
+
+/// Words beside names in the built-in file.
+static QUALIFIER_TABLE: LazyLock<Vec<Qualifier>> = LazyLock::new(|| {
+    let place = TextPlace::new(TextLayer::Base, BUILTIN_FILE, STOCK.dialect);
+    let mut found = Vec::new();
+    let mut entries =
+        read_mapping(include_str!("../../stock.yaml"), &place, &mut found).unwrap_or_default();
     let mut rows = Vec::new();
-    for entry in entries.into_iter().filter(|entry| entry.key == key) {
-        for raw in read_sections(noun, entry, &place, &mut found) {
-            let stack = vec![(raw.place.clone(), raw.entries)];
-            rows.extend(read::<S>(noun, &raw.name, &raw.place, stack, &mut found));
-        }
+    for raw in take_sections(QUALIFIERS, &mut entries, &place, &mut found) {
+        let stack = vec![(raw.place.clone(), raw.entries)];
+        rows.extend(read::<Qualifier>(QUALIFIERS, &raw.name, &raw.place, stack, &mut found));
     }
     debug_assert!(found.is_empty(), "{found:#?}");
     rows.into_iter().map(|(row, _)| row).collect()
+});
+
+/// Removes the sections below a key of a file.
+fn take_sections(
+    noun: SectionKind,
+    entries: &mut Vec<YamlEntry>,
+    place: &TextPlace,
+    found: &mut Vec<LocatedProblem>,
+) -> Vec<RawSection> {
+    match entries.iter().position(|entry| entry.key == noun.key) {
+        Some(at) => read_sections(noun, entries.remove(at), place, found),
+        None => Vec::new(),
+    }
 }
 
-/// Returns the softening temperature of a material by the words of its name.
-fn softens(words: &[String]) -> Option<SofteningPoint> {
-    let says = |row: &&Softening| words.iter().any(|word| row.words.contains(word));
-    let found = STOCK_TABLES.softenings.iter().find(says);
-    found.map(|row| SofteningPoint { celsius: row.softens.0, source: &row.by })
+/// A material of the catalogue with the name under which messages know it.
+#[derive(Clone, Debug, PartialEq)]
+struct StockEntry {
+    name: String,
+    material: StockMaterial,
 }
 
-/// Words for an untreated surface.
-const BARE: [&str; 4] = ["bare", "uncoated", "unsealed", "untreated"];
+/// All materials that parts may be printed, cut or milled from.
+#[derive(Clone, Debug)]
+pub(crate) struct StockCatalogue {
+    raws: Arc<Vec<RawSection>>,
+    /// Entries by [`key_of`] their names and of `also`.
+    by_key: Arc<BTreeMap<String, StockEntry>>,
+}
 
-/// Words for a sealed surface.
-const SEALED: [&str; 8] =
-    ["sealed", "coated", "varnished", "lacquered", "painted", "baked", "anodised", "anodized"];
+/// What the name of a material says, as written for a part: `clear PMMA, frosted on both sides`.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct StockName<'a> {
+    /// Entry of the catalogue; `None` if no entry has this name.
+    entry: Option<&'a StockEntry>,
+    clarity: Option<Clarity>,
+    shade: Option<Shade>,
+    surface: Option<SurfaceTreatment>,
+}
 
-/// Splits a name into words in lower case.
+impl StockCatalogue {
+    /// Returns the materials that fabkit comes with.
+    pub fn builtin() -> &'static Self {
+        &BUILTIN
+    }
+
+    /// Returns the materials with the entries of files added; later entries override earlier ones.
+    pub fn with(&self, own: Vec<RawSection>, found: &mut Vec<LocatedProblem>) -> Self {
+        if own.is_empty() {
+            return self.clone();
+        }
+        Self::from_sections(self.raws.iter().cloned().chain(own).collect(), found)
+    }
+
+    fn from_sections(raws: Vec<RawSection>, found: &mut Vec<LocatedProblem>) -> Self {
+        let layered = LayeredSections::new(&raws);
+        let mut by_key = BTreeMap::new();
+        for (key, said) in layered.iter() {
+            let (Some(first), Some(last)) = (said.first(), said.last()) else { continue };
+            let Some(mut stack) = layered.stack(STOCK, key, found) else { continue };
+            // Another name of the base is no name of what extends it.
+            let own = said.len();
+            let bases = stack.len().saturating_sub(own);
+            for (_, entries) in &mut stack[..bases] {
+                entries.retain(|entry| entry.key != "also");
+            }
+            let name = first.name.clone();
+            let Some((material, _)) =
+                read::<StockMaterial>(STOCK, &name, &last.place, stack, found)
+            else {
+                continue;
+            };
+            let others = material.also.iter().flatten().map(|name| key_of(name));
+            let keys: Vec<String> = others.chain([key.clone()]).collect();
+            for key in keys {
+                by_key.insert(key, StockEntry { name: name.clone(), material: material.clone() });
+            }
+        }
+        Self { raws: Arc::new(raws), by_key: Arc::new(by_key) }
+    }
+
+    /// Returns whether a section of `materials:` is about a material of this kind: it says `sort`, changes an entry, or
+    /// extends one.
+    pub fn owns(&self, raw: &RawSection, others: &[RawSection]) -> bool {
+        let is_entry = |name: &str| self.by_key.contains_key(&key_of(name));
+        let extends = |raw: &RawSection| {
+            let base = raw.entries.iter().find(|entry| entry.key == "extends")?;
+            base.value.text().map(str::to_owned)
+        };
+        let mut raw = raw;
+        // A chain of sections that extend each other ends after as many steps as there are sections.
+        for _ in 0..=others.len() {
+            if raw.entries.iter().any(|entry| entry.key == "sort") || is_entry(&raw.name) {
+                return true;
+            }
+            let Some(base) = extends(raw) else { return false };
+            if is_entry(&base) {
+                return true;
+            }
+            match others.iter().find(|other| key_of(&other.name) == key_of(&base)) {
+                Some(next) => raw = next,
+                None => return false,
+            }
+        }
+        false
+    }
+
+    /// Reads the name of a material: an entry and words beside it that a table explains. With any other word it is
+    /// another material, of which nothing is known.
+    fn read_name(&self, text: &str) -> StockName<'_> {
+        if let Some(entry) = self.by_key.get(&key_of(text)) {
+            return StockName { entry: Some(entry), ..StockName::default() };
+        }
+        let words = words(text);
+        let mut best: Option<(usize, StockName)> = None;
+        for from in 0..words.len() {
+            for to in from + 1..=words.len() {
+                let Some(entry) = self.by_key.get(&words[from..to].join(" ")) else { continue };
+                let beside = words[..from].iter().chain(&words[to..]);
+                let Some(said) = explain(beside) else { continue };
+                if best.as_ref().is_none_or(|(length, _)| to - from > *length) {
+                    best = Some((to - from, StockName { entry: Some(entry), ..said }));
+                }
+            }
+        }
+        match best {
+            Some((_, name)) => name,
+            // A colour of an unknown material is a colour nevertheless.
+            None => explain(words.iter().filter(|word| qualifier(word).is_some()))
+                .unwrap_or_default(),
+        }
+    }
+
+    /// Returns the material of a body that is not cast: what it is called, or what a bought body is made of.
+    fn name_of_body(&self, body: &Body) -> StockName<'_> {
+        match body.stock {
+            Some(stock) if body.material.is_empty() => self.read_name(stock),
+            _ => self.read_name(&body.material),
+        }
+    }
+
+    /// Returns the properties of a body that is not cast from a material of the catalogue.
+    pub fn properties(&self, body: &Body) -> MaterialProperties {
+        let name = self.name_of_body(body);
+        let is_dark = name.shade.map(|shade| shade == Shade::Dark);
+        // A resin printer prints resin, whatever its maker calls it.
+        let is_resin = matches!(body.kind, BodyKind::Made(Process::Sla | Process::PolyJet));
+        let is_sealed = name.surface == Some(SurfaceTreatment::Sealed);
+        let inhibited = |inhibits: bool| {
+            if inhibits && !is_sealed { vec![CureMechanism::Platinum] } else { Vec::new() }
+        };
+        let Some(StockEntry { material, .. }) = name.entry else {
+            return MaterialProperties {
+                class: is_resin.then_some(MaterialClass::Resin),
+                inhibited_cures: is_resin.then(|| inhibited(true)),
+                is_dark,
+                ..MaterialProperties::default()
+            };
+        };
+        let class = material.sort.class();
+        let shore = material.hardness.map(shore);
+        MaterialProperties {
+            class: Some(class),
+            inhibited_cures: if is_sealed {
+                Some(Vec::new())
+            } else {
+                // Resin that a process cures by light inhibits, even if its entry was written for another process.
+                material.inhibits_platinum.or(is_resin.then_some(true)).map(inhibited)
+            },
+            shore,
+            tear_strength_mpa: material.strength.map(|Pressure(kpa)| kpa / 1e3),
+            is_dark: is_dark.or(material.shade.map(|shade| shade == Shade::Dark)),
+            refractive_index: material.refractive_index,
+            softening_point: material.softens.map(|Celsius(celsius)| SofteningPoint {
+                celsius,
+                source: material.source.clone().unwrap_or_default(),
+            }),
+            elasticity: shore.and_then(|shore| elasticity::elasticity_from_shore(class, shore)),
+            ..MaterialProperties::default()
+        }
+    }
+
+    /// Returns whether the name of a body's material says that it is left bare, whatever a step does to it.
+    pub fn is_bare(&self, body: &Body) -> bool {
+        self.name_of_body(body).surface == Some(SurfaceTreatment::Bare)
+    }
+
+    /// Returns the transparency of a window cut from a sheet or made of resin: that of the words beside its material's
+    /// name, else the material's own. `None` if neither is known.
+    pub fn window_transparency(&self, material: &str) -> Option<OpticalClarity> {
+        let name = self.read_name(material);
+        // Frost scatters whatever colour is named beside it, and a pigment is named beside a clear material.
+        name.clarity.or(name.entry?.material.clarity).map(Clarity::optical)
+    }
+
+    /// Returns the transparency of a printed part whose material is called clear or translucent: translucent, because
+    /// print layers scatter light. `None` if the name does not suggest that light passes.
+    pub fn print_transparency(&self, body: &Body) -> Option<OpticalClarity> {
+        let name = self.name_of_body(body);
+        let own = || name.entry.filter(|_| name.shade.is_none())?.material.clarity;
+        let passes = |clarity: &Clarity| *clarity != Clarity::Opaque;
+        let is_painted = name.surface == Some(SurfaceTreatment::Sealed);
+        let of_words = name.clarity.or_else(|| own().filter(|clarity| *clarity == Clarity::Clear));
+        of_words.filter(passes).filter(|_| !is_painted).map(|_| OpticalClarity::Translucent)
+    }
+
+    /// Returns whether `to`, a key of `bonds`, means the material of a body: its class, its entry by any name, or words
+    /// of its name.
+    pub fn is_called(&self, to: &str, body: &Body) -> bool {
+        let name = self.name_of_body(body);
+        let is_entry = name.entry.is_some_and(|entry| {
+            entry.material.sort.word() == key_of(to)
+                || self.by_key.get(&key_of(to)).is_some_and(|other| other.name == entry.name)
+        });
+        is_entry || (!body.material.is_empty() && contains_words(&body.material, to))
+    }
+
+    /// Returns the processes that take a material, by its name; `None` if any does or the name is not known.
+    pub fn processes(&self, material: &str) -> Option<Vec<ProcessKind>> {
+        let made_by = self.read_name(material).entry?.material.made_by.as_ref()?;
+        let kinds = ProcessKind::ALL.into_iter();
+        Some(kinds.filter(|kind| made_by.iter().any(|word| word == kind.word())).collect())
+    }
+
+    /// Returns the names of all entries, in order.
+    pub fn names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = self.by_key.values().map(|entry| &*entry.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+}
+
+/// Returns what the words beside a material's name say; `None` if one of them is not known.
+fn explain<'w>(words: impl IntoIterator<Item = &'w String>) -> Option<StockName<'static>> {
+    let mut said = StockName::default();
+    for word in words {
+        let row = qualifier(word)?;
+        // Pigment stops light that a finish would scatter, and frost scatters light that clear material would pass.
+        said.clarity = match (said.clarity, row.clarity) {
+            (Some(Clarity::Opaque), _) | (_, Some(Clarity::Opaque)) => Some(Clarity::Opaque),
+            (Some(Clarity::Translucent), _) => Some(Clarity::Translucent),
+            (known, new) => new.or(known),
+        };
+        said.shade = said.shade.or(row.shade);
+        // `uncoated` outweighs a sealing word in the same name.
+        said.surface = match (said.surface, row.surface) {
+            (Some(SurfaceTreatment::Bare), _) => Some(SurfaceTreatment::Bare),
+            (known, new) => new.or(known),
+        };
+    }
+    Some(said)
+}
+
+/// Finds the row of a word that may stand beside a material's name.
+fn qualifier(word: &str) -> Option<&'static Qualifier> {
+    QUALIFIER_TABLE.iter().find(|row| row.words.iter().any(|known| known == word))
+}
+
+/// Splits a name into words in lower case. Hyphens and plus signs belong to words.
 fn words(text: &str) -> Vec<String> {
     let text = text.to_lowercase();
-    let words = text.split(|c: char| !(c.is_alphanumeric() || c == '-'));
+    let words = text.split(|c: char| !(c.is_alphanumeric() || matches!(c, '-' | '+')));
     words.filter(|word| !word.is_empty()).map(str::to_owned).collect()
 }
 
-/// Returns whether a name says that the material is dark (`true`) or light (`false`); `None` if it says both or
-/// neither.
-fn is_dark(words: &[String]) -> Option<bool> {
-    let says = |known: &[&str]| words.iter().any(|word| known.contains(&&**word));
-    match (says(&["black", "dark"]), says(&["white", "aluminium", "silver", "yellow"])) {
-        (true, false) => Some(true),
-        (false, true) => Some(false),
-        _ => None,
-    }
-}
-
-/// Returns the properties of a body that is not cast from a material of the catalogue.
-pub(super) fn substance_from_name(body: &Body) -> MaterialProperties {
-    let text = if body.material.is_empty() { &body.summary } else { &body.material };
-    let words = words(text);
-    let says = |known: &[&str]| words.iter().any(|word| known.contains(&&**word));
-    let fits = |(stuff, _): &&(StockMaterial, MaterialClass)| {
-        words.iter().any(|word| stuff.words.contains(word))
-    };
-    let Some((stuff, sort)) = STOCK_TABLES.stock.iter().find(fits) else {
-        return MaterialProperties { is_dark: is_dark(&words), ..MaterialProperties::default() };
-    };
-    // Words such as `uncoated` outweigh a sealing word in the same name.
-    let is_sealed = says(&SEALED) && !says(&BARE);
-    let inhibits = stuff.inhibits_platinum == Some(true) && !is_sealed;
-    let shore = shore(stuff.hardness);
-    MaterialProperties {
-        class: Some(*sort),
-        inhibited_cures: if inhibits { vec![CureMechanism::Platinum] } else { Vec::new() },
-        shore: Some(shore),
-        tear_strength_mpa: Some(stuff.strength.0 / 1e3),
-        is_dark: is_dark(&words),
-        refractive_index: stuff.refractive_index,
-        softening_point: softens(&words),
-        elasticity: elasticity::elasticity_from_shore(*sort, shore),
-        ..MaterialProperties::default()
-    }
-}
-
-/// Returns whether a name says that the material is left bare, whatever a step does to it.
-pub(super) fn is_bare(material: &str) -> bool {
-    words(material).iter().any(|word| BARE.contains(&&**word))
-}
-
-/// Returns the properties of a layer that is cast from a material of the catalogue.
-pub(super) fn substance_from_castable(castable: &Castable) -> MaterialProperties {
-    let figures = &castable.material().figures;
-    let cures = figures.cures.map(curing);
-    let sort = match figures.kind {
-        Some(MaterialKind::Silicone | MaterialKind::Gel) => Some(MaterialClass::Silicone),
-        Some(MaterialKind::Polyurethane) => Some(MaterialClass::Rubber),
-        // Without a kind, these mechanisms still identify a silicone.
-        _ => matches!(
-            cures,
-            Some(CureMechanism::Platinum | CureMechanism::Tin | CureMechanism::Moisture)
-        )
-        .then_some(MaterialClass::Silicone),
-    };
-    // Traces of a tin catalyst, amines, and residues of light-cured resins poison platinum catalysts.
-    let poisons =
-        matches!(cures, Some(CureMechanism::Tin | CureMechanism::Epoxy | CureMechanism::Light));
-    MaterialProperties {
-        class: sort,
-        cure_mechanism: cures,
-        inhibited_cures: if poisons { vec![CureMechanism::Platinum] } else { Vec::new() },
-        shore: figures.hardness.map(shore),
-        tear_strength_mpa: figures.strength.map(|Pressure(kpa)| kpa / 1e3),
-        viscosity_pa_s: figures.viscosity.map(|Viscosity(pa_s)| pa_s),
-        is_dark: is_dark(&words(castable)),
-        refractive_index: figures.refractive_index,
-        softening_point: None,
-        elasticity: elasticity::elasticity_from_castable(castable.material(), sort),
-    }
-}
-
-/// Converts a hardness to the type of the geometry crate.
-pub(super) fn shore(Hardness { scale, value }: Hardness) -> Shore {
-    match scale {
-        Scale::Shore00 => Shore::OO(value),
-        Scale::ShoreA => Shore::A(value),
-        Scale::ShoreD => Shore::D(value),
-    }
-}
-
-/// Converts a curing mechanism to the type of the geometry crate.
-fn curing(by: CuresBy) -> CureMechanism {
-    match by {
-        CuresBy::Platinum => CureMechanism::Platinum,
-        CuresBy::Tin => CureMechanism::Tin,
-        CuresBy::Moisture => CureMechanism::Moisture,
-        CuresBy::Polyurethane => CureMechanism::Polyurethane,
-        CuresBy::Epoxy => CureMechanism::Epoxy,
-        CuresBy::Light => CureMechanism::Light,
-        CuresBy::Drying => CureMechanism::Drying,
-    }
+/// Returns whether all words of `to` stand in `text`.
+fn contains_words(text: &str, to: &str) -> bool {
+    let known = words(text);
+    let asked = words(to);
+    !asked.is_empty() && asked.iter().all(|word| known.contains(word))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fabkit_geometry::Solid;
+
+    fn body(process: Process, material: &str) -> Body {
+        Body::made("part", "", process, Solid::cuboid(1.0, 1.0, 1.0)).with_material(material)
+    }
+
+    fn properties(process: Process, material: &str) -> MaterialProperties {
+        StockCatalogue::builtin().properties(&body(process, material))
+    }
 
     #[test]
-    fn every_row_is_read_and_a_first_word_counts() {
-        let rows = include_str!("../../stock.yaml").matches(" {words: [").count();
-        assert_eq!(STOCK_TABLES.stock.len() + STOCK_TABLES.softenings.len(), rows);
-        let of = |material: &str| {
-            let solid = fabkit_geometry::Solid::cuboid(1.0, 1.0, 1.0);
-            let process = fabkit_geometry::Process::Fdm;
-            substance_from_name(&Body::made("part", "", process, solid).with_material(material))
-        };
-        let petg = of("black PETG");
+    fn every_row_is_read() {
+        let text = include_str!("../../stock.yaml");
+        let rows = text.lines().filter(|line| line.starts_with("  ") && line.contains(": {"));
         assert_eq!(
-            (petg.class, petg.tear_strength_mpa),
-            (Some(MaterialClass::Plastic), Some(15.0))
+            StockCatalogue::builtin().raws.len() + QUALIFIER_TABLE.len(),
+            rows.filter(|line| !line.trim_start().starts_with('#')).count()
         );
+        for (key, entry) in StockCatalogue::builtin().by_key.iter() {
+            assert!(entry.material.source.is_some(), "{key} states no source");
+        }
+    }
+
+    #[test]
+    fn colours_and_finishes_beside_a_name_are_explained() {
+        let petg = properties(Process::Fdm, "black PETG");
+        assert_eq!(petg.class, Some(MaterialClass::Plastic));
+        assert_eq!((petg.tear_strength_mpa, petg.is_dark), (Some(15.0), Some(true)));
         assert_eq!(petg.softening_point.map(|softens| softens.celsius), Some(68.0));
-        assert_eq!(of("varnished plywood").inhibited_cures, []);
-        assert_eq!(of("plywood").inhibited_cures, [CureMechanism::Platinum]);
+        let inhibits = |material| properties(Process::Laser, material).inhibited_cures;
+        assert_eq!(inhibits("varnished plywood"), Some(vec![]));
+        assert_eq!(inhibits("plywood"), Some(vec![CureMechanism::Platinum]));
+        assert_eq!(inhibits("uncoated, varnished plywood"), Some(vec![CureMechanism::Platinum]));
+        let window = |material| StockCatalogue::builtin().window_transparency(material);
+        assert_eq!(window("clear PMMA"), Some(OpticalClarity::Clear));
+        assert_eq!(window("acrylic frosted on both sides"), Some(OpticalClarity::Translucent));
+        assert_eq!(window("black acrylic, frosted"), Some(OpticalClarity::Opaque));
+        assert_eq!(window("unobtainium"), None);
+    }
+
+    #[test]
+    fn a_name_that_no_entry_has_is_not_known_by_its_words() {
+        for unknown in ["Siraya Tech Blu", "PLA Turbo 3000", "Delrun"] {
+            let properties = properties(Process::Fdm, unknown);
+            assert_eq!(properties, MaterialProperties::default(), "{unknown}");
+        }
+        // The process says that it is resin; resin cured by light inhibits.
+        let blu = properties(Process::Sla, "Siraya Tech Blu");
+        assert_eq!(blu.class, Some(MaterialClass::Resin));
+        assert_eq!(blu.inhibited_cures, Some(vec![CureMechanism::Platinum]));
+        assert_eq!((blu.shore, blu.tear_strength_mpa), (None, None));
     }
 }

@@ -7,6 +7,7 @@ use super::part_processes::{PartAssignment, matches_pattern};
 use super::{NamedProcess, PARTS, ProcessAssignments, ProcessKind, Processes};
 use crate::articles::{Articles, fill_all};
 use crate::labels::{self, Labels};
+use crate::materials::{Catalogue, StockCatalogue, assign_substances};
 use crate::user_catalogue::named_sections::similar_names;
 
 /// Statements of a sensor's file on processes, parts, labels and articles, kept for the fixtures of the sensor.
@@ -16,6 +17,8 @@ pub struct Workshop {
     pub(crate) making: ProcessAssignments,
     pub(crate) labels: Option<Labels>,
     pub(crate) articles: Articles,
+    pub(crate) materials: Catalogue,
+    pub(crate) stock: StockCatalogue,
 }
 
 impl Workshop {
@@ -34,6 +37,7 @@ impl Workshop {
         let scope = format!("{fixture}/");
         fill_all(kit, &self.articles);
         assign(kit, &scope, &self.making, true, &mut found);
+        assign_substances(kit, &self.materials, &self.stock);
         if let Some(labels) = self.labels.as_ref().filter(|labels| labels.selects_all()) {
             labels::apply(labels, kit, report);
         }

@@ -10,7 +10,7 @@ use fabkit_text::{
 };
 
 use crate::articles::{Articles, BUYING};
-use crate::materials::{Castable, Catalogue, MATERIALS};
+use crate::materials::{Castable, Catalogue, MATERIALS, StockCatalogue};
 use crate::processes::{PARTS, PROCESSES, Processes};
 
 use named_sections::{RawSection, SectionKind, read_sections};
@@ -35,8 +35,10 @@ const USER_KEYS: [&str; 3] = [MATERIALS.key, PROCESSES.key, BUYING.key];
 /// Catalogues that result from the built-in entries and those of files.
 #[derive(Clone, Debug)]
 pub(crate) struct UserCatalogue {
-    /// All materials that may be named.
+    /// All materials that may be cast.
     pub materials: Catalogue,
+    /// All materials that parts are printed, cut or milled from.
+    pub stock: StockCatalogue,
     /// Processes, and their assignment to parts.
     pub processes: Processes,
     /// All articles that may be bought.
@@ -67,8 +69,12 @@ impl UserCatalogue {
                 parts.push((place.clone(), entries.remove(at)));
             }
         }
+        let builtin = StockCatalogue::builtin();
+        let (stock, materials): (Vec<_>, Vec<_>) =
+            materials.iter().cloned().partition(|raw| builtin.owns(raw, &materials));
         Self {
             materials: Catalogue::builtin().with(materials, found),
+            stock: builtin.with(stock, found),
             processes: Processes::read(processes, parts, found),
             articles: Articles::builtin().with(buying, found),
         }

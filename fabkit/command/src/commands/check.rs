@@ -1,6 +1,6 @@
 //! `fabkit check SENSOR`
 
-use fabkit_application::checks::{Batch, CheckReport, Finding};
+use fabkit_application::checks::{Batch, CheckReport, Finding, UnknownProperty};
 use fabkit_application::source::Target;
 use fabkit_application::{Explained, UnknownName, documents};
 
@@ -10,7 +10,8 @@ use crate::cli;
 use crate::failure::{ErrorKind, Failure};
 use crate::table::{Align::Left, Align::Right, table};
 
-pub(super) fn run(args: &cli::Design, global: &cli::Global) -> Result<Outcome, Failure> {
+pub(super) fn run(args: &cli::Check, global: &cli::Global) -> Result<Outcome, Failure> {
+    let cli::Check { design: args, strict } = args;
     let target = Target::new(&args.sensor).with_preset(args.preset.as_deref());
     if let Some(name) = target.part {
         let project = target.project(&args.set)?;
@@ -25,7 +26,9 @@ pub(super) fn run(args: &cli::Design, global: &cli::Global) -> Result<Outcome, F
     let report = target.check(&args.set, &|step| progress.show(step))?.map_err(Failure::bug)?;
     drop(progress);
     let text = text(&design.sensor.name, &report);
-    Ok(Outcome { text, json: documents::check(&design, &report), failed: report.errors() > 0 })
+    let is_open = *strict && !report.not_known.is_empty();
+    let failed = report.errors() > 0 || is_open;
+    Ok(Outcome { text, json: documents::check(&design, &report), failed })
 }
 
 fn text(name: &str, report: &CheckReport) -> String {
@@ -47,12 +50,34 @@ fn text(name: &str, report: &CheckReport) -> String {
     if !report.batches.is_empty() {
         text += &format!("\n{}", batches_text(&report.batches));
     }
+    for unknown in &report.not_known {
+        text += &format!("\n{}", unknown_text(unknown));
+    }
     text += &match report.errors() {
-        0 => format!("\n{name} can be built as described\n"),
+        0 if report.not_known.is_empty() => format!("\n{name} can be built as described\n"),
+        0 => {
+            let subjects: Vec<String> = report.not_known.iter().map(UnknownProperty::subject).collect();
+            let names: Vec<&str> = subjects.iter().map(String::as_str).collect();
+            let names = list_names(&names);
+            format!("\n{name} can be built, as far as is known; not known: {names}\n")
+        }
         1 => "\n1 error\n".to_owned(),
         n => format!("\n{n} errors\n"),
     };
     text
+}
+
+/// Formats a property that a rule needed and nobody states.
+fn unknown_text(unknown: &UnknownProperty) -> String {
+    let rules: Vec<&str> = unknown.rules.iter().map(|rule| rule.word()).collect();
+    let bodies: Vec<&str> = unknown.bodies.iter().map(String::as_str).collect();
+    format!(
+        "not known[{}]: {}\n  --> {}\n  = help: {}\n",
+        rules.join(", "),
+        unknown.subject(),
+        list_names(&bodies),
+        unknown.remedy
+    )
 }
 
 fn finding_text(finding: &Finding) -> String {

@@ -73,6 +73,7 @@ pub fn components(p: &Dome, layout: &DomeLayout) -> Vec<Body> {
             dome_shell(layout.tube_bore_radius_mm, layout.tube_radius_mm, layout.wall_height_mm),
             vec![],
         )
+        .made_of("borosilicate glass")
         .placed([
             in_sensor().lifted(56.0),
             TRANSPARENT_MOLD.in_place(),
@@ -117,6 +118,7 @@ pub fn components(p: &Dome, layout: &DomeLayout) -> Vec<Body> {
             gripped.flat_map(|tool| each(tool, &here, -42.0)),
         )
         .with_quantity(1)
+        .made_of("rubber")
         .with_order(seat.ring().order())
         .colored(RUBBER)
         .with_assembly_compliance(seat.ring().max_stretch_mm());
@@ -134,6 +136,7 @@ pub fn components(p: &Dome, layout: &DomeLayout) -> Vec<Body> {
                 form_tube(p, layout, &form, cavity.radius),
                 each(cavity.form.assembly, &here, -60.0),
             )
+            .made_of("borosilicate glass")
             .with_order(Order::new(
                 "glass test tube with rim",
                 format!("{} mm outside, {} mm long", 2.0 * cavity.radius, p.form.tube_length.mm()),

@@ -54,6 +54,7 @@ pub fn components(p: &PinTip, layout: &PinTipLayout) -> Vec<Body> {
             led_ring!(p.leds).body(led_poses(p, layout).iter().map(below(-7.0))),
             O_RING
                 .bought(ring_text, seal.at_z(seal_z), [in_sensor().lifted(2.0)])
+                .made_of("silicone rubber")
                 .with_order(seat.ring().order())
                 .colored(RUBBER)
                 .with_assembly_compliance(seat.ring().max_stretch_mm()),

@@ -147,6 +147,7 @@ pub fn components(p: &SheetMold, layout: &SheetMoldLayout) -> Vec<Body> {
             tube_ends.chain(display_tubes),
         )
         .with_quantity(inlets.len() as u32)
+        .made_of("silicone rubber")
         .with_order(
             Order::new(
                 "silicone tube",
@@ -175,6 +176,7 @@ pub fn components(p: &SheetMold, layout: &SheetMoldLayout) -> Vec<Body> {
             ),
             inlets.iter().map(|&c| on_display(upright(c, needle_z)).lifted(78.0)),
         )
+        .made_of("steel")
         .with_order(Order::new(
             "blunt dispensing needle",
             format!(

@@ -1,0 +1,191 @@
+//! Questions of rules for properties of materials, and which of them nobody answered.
+//!
+//! Rules reach the properties of a body only through here: each question that no source answers is written down with
+//! the rule that asked it, and ends up in [`CheckReport::not_known`](crate::CheckReport::not_known). A rule that skips
+//! such a body cannot do so silently. A test reads this crate's sources and refuses any other way.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+
+use fabkit_geometry::{
+    Body, BodyKind, CureMechanism, Elasticity, MaterialClass, MaterialProperty, Shore,
+};
+
+use crate::chemistry::is_in_sensor;
+use crate::rule::Rule;
+
+/// A property that a rule needed and no source at hand states.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnknownProperty {
+    /// The property.
+    pub property: MaterialProperty,
+    /// Name of the material; empty if the bodies state none.
+    pub material: String,
+    /// Names of the bodies that are of it, in order.
+    pub bodies: Vec<String>,
+    /// Rules that needed the property, and left these bodies out, in order.
+    pub rules: Vec<Rule>,
+    /// What would settle it, as an instruction.
+    pub remedy: String,
+}
+
+impl UnknownProperty {
+    /// Returns the text `PROPERTY of MATERIAL`.
+    pub fn subject(&self) -> String {
+        match &*self.material {
+            "" => format!("{} of {}", self.property, self.bodies.join(", ")),
+            material => format!("{} of {material}", self.property),
+        }
+    }
+}
+
+/// Property, material and whether it is cast: what an unanswered question is about.
+type Subject = (MaterialProperty, String, bool);
+
+/// Record of the questions that nobody answered.
+#[derive(Debug, Default)]
+pub(crate) struct MaterialQuestions {
+    open: RefCell<BTreeMap<Subject, (BTreeSet<String>, BTreeSet<Rule>)>>,
+}
+
+impl MaterialQuestions {
+    /// Asks for the class of a body's material.
+    pub(crate) fn class(&self, rule: Rule, body: &Body) -> Option<MaterialClass> {
+        self.note(rule, body, MaterialProperty::Class, body.substance.class)
+    }
+
+    /// Asks how a layer cures.
+    pub(crate) fn cure(&self, rule: Rule, body: &Body) -> Option<CureMechanism> {
+        self.note(rule, body, MaterialProperty::Cure, body.substance.cure_mechanism)
+    }
+
+    /// Asks whether a wall inhibits a cure.
+    pub(crate) fn inhibits(&self, rule: Rule, body: &Body, cure: CureMechanism) -> Option<bool> {
+        let inhibited = body.substance.inhibited_cures.as_ref();
+        // Only platinum catalysts are known to be poisoned by what they touch.
+        let answer = match cure {
+            CureMechanism::Platinum => inhibited.map(|cures| cures.contains(&cure)),
+            _ => Some(inhibited.is_some_and(|cures| cures.contains(&cure))),
+        };
+        self.note(rule, body, MaterialProperty::Inhibition, answer)
+    }
+
+    /// Asks for the hardness.
+    pub(crate) fn shore(&self, rule: Rule, body: &Body) -> Option<Shore> {
+        self.note(rule, body, MaterialProperty::Hardness, body.substance.shore)
+    }
+
+    /// Asks for the stress at which it fails, MPa.
+    pub(crate) fn strength_mpa(&self, rule: Rule, body: &Body) -> Option<f64> {
+        self.note(rule, body, MaterialProperty::Strength, body.substance.tear_strength_mpa)
+    }
+
+    /// Asks for the viscosity of a mixture, Pa s.
+    pub(crate) fn viscosity_pa_s(&self, rule: Rule, body: &Body) -> Option<f64> {
+        self.note(rule, body, MaterialProperty::Viscosity, body.substance.viscosity_pa_s)
+    }
+
+    /// Asks whether a body is dark.
+    pub(crate) fn is_dark(&self, rule: Rule, body: &Body) -> Option<bool> {
+        self.note(rule, body, MaterialProperty::Shade, body.substance.is_dark)
+    }
+
+    /// Asks for the elasticity of a soft layer.
+    pub(crate) fn elasticity<'b>(&self, rule: Rule, body: &'b Body) -> Option<&'b Elasticity> {
+        self.note(rule, body, MaterialProperty::Elasticity, body.substance.elasticity.as_ref())
+    }
+
+    /// Returns the answer, and writes the question down if there is none.
+    fn note<T>(
+        &self,
+        rule: Rule,
+        body: &Body,
+        property: MaterialProperty,
+        answer: Option<T>,
+    ) -> Option<T> {
+        if answer.is_none() {
+            let material = match body.stock {
+                Some(stock) if body.material.is_empty() => stock.to_owned(),
+                _ => body.material.clone(),
+            };
+            let key = (property, material, body.kind == BodyKind::Cast);
+            let mut open = self.open.borrow_mut();
+            let (bodies, rules) = open.entry(key).or_default();
+            bodies.insert(body.name.clone());
+            rules.insert(rule);
+        }
+        answer
+    }
+
+    /// Returns the questions that nobody answered, by property and material.
+    pub(crate) fn unanswered(self) -> Vec<UnknownProperty> {
+        let unknown = |((property, material, is_cast), (bodies, rules)): (Subject, _)| {
+            let key = property.key(is_cast);
+            let remedy = match &*material {
+                "" => "state what it is made of".to_owned(),
+                _ if is_cast => format!("state `{key}` of `{material}` below `materials:`"),
+                _ => format!(
+                    "name a material of the list that docs/reference/own.md gives, or state `{key}` of \
+                     `{material}` below `materials:`"
+                ),
+            };
+            let (bodies, rules): (BTreeSet<String>, BTreeSet<Rule>) = (bodies, rules);
+            UnknownProperty {
+                property,
+                material,
+                bodies: bodies.into_iter().collect(),
+                rules: rules.into_iter().collect(),
+                remedy,
+            }
+        };
+        self.open.into_inner().into_iter().map(unknown).collect()
+    }
+}
+
+/// Returns whether a body has to give way in the finished sensor, so that its elasticity matters.
+pub(crate) fn gives_way(questions: &MaterialQuestions, rule: Rule, body: &Body) -> bool {
+    let is_soft = body.kind == BodyKind::Cast || body.is_deformable;
+    is_soft && is_in_sensor(body) && questions.class(rule, body) != Some(MaterialClass::Liquid)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fabkit_geometry::{Process, Solid};
+
+    #[test]
+    fn unanswered_questions_are_grouped_by_material() {
+        let questions = MaterialQuestions::default();
+        let cube = || Solid::cuboid(1.0, 1.0, 1.0);
+        let part =
+            |name: &str| Body::made(name, "", Process::Fdm, cube()).with_material("unobtainium");
+        for name in ["shell", "base"] {
+            assert_eq!(questions.shore(Rule::Softness, &part(name)), None);
+        }
+        assert_eq!(questions.inhibits(Rule::Chemistry, &part("shell"), CureMechanism::Tin), Some(false));
+        let open = questions.unanswered();
+        assert_eq!(open.len(), 1, "{open:#?}");
+        assert_eq!(open[0].subject(), "hardness of unobtainium");
+        assert_eq!((open[0].bodies.len(), &*open[0].rules), (2, &[Rule::Softness][..]));
+    }
+
+    #[test]
+    fn no_rule_reads_properties_without_asking() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        let mut folders = vec![folder];
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    folders.push(path);
+                } else if !path.ends_with("material_questions.rs") {
+                    let text = std::fs::read_to_string(&path).unwrap();
+                    let code = text.split("#[cfg(test)]").next().unwrap();
+                    assert!(!code.contains(".substance"), "{} reads a property", path.display());
+                    // Words of a trade name say nothing that its entry does not.
+                    assert!(!code.contains("material.to_lowercase"), "{}", path.display());
+                }
+            }
+        }
+    }
+}

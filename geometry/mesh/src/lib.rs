@@ -5,7 +5,6 @@
 //! rounded to `f32`, welded, and proven closed and oriented *after* that.
 //!
 //! Only this crate depends on the boolean kernel.
-//! This crate is the only one that knows the boolean kernel.
 //!
 //! ```
 //! use fabkit_geometry::Solid;

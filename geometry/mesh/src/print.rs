@@ -16,8 +16,8 @@ use halfedges::Halfedges;
 ///
 /// No two vertices are equal; every edge has exactly two triangles, in opposite directions; the triangles around a
 /// vertex form one fan; none has area 0; the volume is positive; the genus is that of the original mesh; and no vertex
-/// is farther from its original position than [`PrintMesh::MAX_DISPLACEMENT_ULPS`] spacings of `f32` values at the mesh's largest
-/// coordinate.
+/// is farther from its original position than [`PrintMesh::MAX_DISPLACEMENT_ULPS`] spacings of `f32` values at the
+/// mesh's largest coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrintMesh {
     vertices: Vec<[f32; 3]>,

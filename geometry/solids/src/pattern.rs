@@ -14,7 +14,8 @@ pub const MAX_FEATURES: usize = 20_000;
 /// Pattern of repeated features.
 ///
 /// Each place is a [`Pose`] whose z axis is the feature's axis and whose x axis points away from the pattern's centre
-/// line. Places are listed from the centre outwards, in a fixed order.
+/// line; in a grid, all x axes are parallel to the pattern's. Places are listed from the centre outwards, in a fixed
+/// order.
 ///
 /// ```
 /// use fabkit_geometry::{Pattern, Point3};

@@ -1,6 +1,13 @@
 //! Safe printing of foreign text on a terminal.
 
 /// Returns text from a file as it may be printed on a terminal: one line, no control characters, at most 60 characters.
+///
+/// ```
+/// use fabkit_text::to_printable;
+///
+/// assert_eq!(to_printable("7 mm\n\u{1b}[31m"), "7 mm\\n\\u{1b}[31m");
+/// assert_eq!(to_printable(&"x".repeat(1000)).chars().count(), 61);
+/// ```
 pub fn to_printable(text: &str) -> String {
     /// Maximum length of the result, characters.
     const LONGEST: usize = 60;

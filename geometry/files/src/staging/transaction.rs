@@ -131,6 +131,22 @@ impl Transaction {
     ///
     /// # Errors
     /// [`StagingError`].
+    ///
+    /// ```
+    /// use fabkit_files::scratch_folder::ScratchFolder;
+    /// use fabkit_files::staging::Transaction;
+    ///
+    /// let folder = ScratchFolder::new()?;
+    /// folder.write("old.stl", b"1")?;
+    /// let [old, new] = ["old.stl", "new.stl"].map(|name| folder.path_of_file(name));
+    /// let mut set = Transaction::open([old.as_path(), new.as_path()], &|| false)?;
+    /// set.remove(&old)?;
+    /// set.write(&new, b"2")?;
+    /// assert!(old.exists() && !new.exists());
+    /// set.commit()?;
+    /// assert!(!old.exists() && new.exists());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn remove(&mut self, place: &Path) -> Result<(), StagingError> {
         check_replaceable(place)?;
         let folder = self.index_of(place)?;

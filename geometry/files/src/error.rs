@@ -51,19 +51,12 @@ impl ErrorKind {
 /// Error with a kind, a subject and a hint.
 ///
 /// ```
-/// use std::fmt;
-///
 /// use fabkit_files::{Error, ErrorKind, Explained};
 ///
-/// #[derive(Debug)]
+/// #[derive(Debug, thiserror::Error)]
+/// #[error("the wall is {0} mm; it must be at least 0.4 mm")]
 /// struct TooThin(f64);
 ///
-/// impl fmt::Display for TooThin {
-///     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-///         write!(f, "the wall is {} mm; it must be at least 0.4 mm", self.0)
-///     }
-/// }
-/// impl std::error::Error for TooThin {}
 /// impl Explained for TooThin {
 ///     fn kind(&self) -> ErrorKind {
 ///         ErrorKind::BadInput

@@ -20,7 +20,8 @@ use crate::ErrorKind;
 ///     ..ErrorSubject::new("out_of_range")
 /// };
 /// let json = subject.to_json("the radius is too large", None);
-/// assert_eq!((&json["value"], &json["unit"]), (&900.0.into(), &"mm".into()));
+/// assert_eq!(json["value"], 900.0);
+/// assert_eq!(json["unit"], "mm");
 /// assert_eq!(json["suggestion"]["value"], "60 mm");
 /// assert!(json["file"].is_null());
 /// ```
@@ -112,7 +113,8 @@ impl ErrorSubject {
 ///
 /// let problem = YamlFault::new(None, "lens.k1", "k1 is missing").in_file("camera.yaml");
 /// let json = problem_json(&problem);
-/// assert_eq!((&json["code"], &json["path"]), (&"bad_yaml".into(), &"lens.k1".into()));
+/// assert_eq!(json["code"], "bad_yaml");
+/// assert_eq!(json["path"], "lens.k1");
 /// assert!(json["line"].is_null() && json["value"].is_null() && json["limit"].is_null());
 /// ```
 pub fn problem_json(problem: &Problem) -> Value {
@@ -161,7 +163,8 @@ pub fn split_amount(text: &str) -> (Value, Option<String>) {
 /// use fabkit_files::limit_json;
 ///
 /// let limit = limit_json([Some("4 mm"), Some("60 mm")], &[]);
-/// assert_eq!((&limit["min"], &limit["max"]), (&4.0.into(), &60.0.into()));
+/// assert_eq!(limit["min"], 4.0);
+/// assert_eq!(limit["max"], 60.0);
 /// assert_eq!(limit["unit"], "mm");
 /// assert_eq!(limit_json([None, None], &["round".into()])["choices"][0], "round");
 /// assert!(limit_json([None, None], &[]).is_null());

@@ -66,26 +66,20 @@ impl ParameterTable {
     /// ```
     /// use fabkit_geometry::Length;
     /// use fabkit_text::{
-    ///     Dialect, ParameterTable, Section, TextLayer, TextPlace, parameters, read_mapping,
+    ///     Dialect, FieldDeclaration, Parameter, ParameterTable, TextLayer, TextPlace, apply_overrides,
     /// };
     ///
-    /// parameters! {
-    ///     /// A washer.
-    ///     pub struct Washer {
-    ///         /// Outer radius.
-    ///         radius: Length = 1.0..=20.0,
-    ///         /// Thickness.
-    ///         thickness: Length = 0.1..=5.0,
-    ///     }
-    /// }
     /// const WASHER: &Dialect = &Dialect::new("washer", 1, "");
+    /// let shape = Length::shape(&(0.1..=20.0));
+    /// let length = |name| FieldDeclaration { name, summary: String::new(), shape: shape.clone() };
     /// let place = TextPlace::new(TextLayer::File, "washer.yaml", WASHER);
-    /// let written = "radius: 6 mm\nthickness: = radius / 4 + 0.5 mm\n";
-    /// let mut table = ParameterTable::new(Washer::fields(), place.clone());
-    /// table.merge(read_mapping(written, &place, &mut Vec::new()).unwrap_or_default(), &place);
+    /// let mut table = ParameterTable::new(vec![length("radius"), length("wall"), length("lip")], place);
+    /// let set = ["radius=6 mm", "wall== radius / 4 + 0.5 mm", "lip== radius + 1"].map(String::from);
+    /// apply_overrides(&mut table, &set);
     /// table.resolve();
     /// assert_eq!(table.numbers()[1].value, Some(2.0));
-    /// assert!(table.numbers()[1].is_expression);
+    /// // A length plus a plain number is nothing.
+    /// assert_eq!(table.found[0].problem.path, "lip");
     /// ```
     pub fn resolve(&mut self) {
         resolve(self);

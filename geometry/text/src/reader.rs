@@ -53,7 +53,7 @@ impl Reader {
         Self { document, settings: Vec::new(), missing: Vec::new(), found, known: None }
     }
 
-    /// Attaches data for look-ups by `Reader::known`.
+    /// Attaches data for look-ups by [`Reader::context`].
     #[must_use]
     pub fn with_context<K: Any + Send + Sync>(self, known: K) -> Self {
         Self { known: Some(Arc::new(known)), ..self }

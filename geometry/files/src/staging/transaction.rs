@@ -21,17 +21,17 @@ const POLL: Duration = Duration::from_millis(10);
 /// Set of files being written. Everything is undone unless it is committed.
 ///
 /// ```
+/// use fabkit_files::scratch_folder::ScratchFolder;
 /// use fabkit_files::staging::Transaction;
 ///
-/// let root = std::env::temp_dir().join("fabkit-doc-transaction");
-/// let [a, b] = [root.join("here/a.txt"), root.join("there/b.txt")];
+/// let root = ScratchFolder::new()?;
+/// let [a, b] = ["here/a.txt", "there/b.txt"].map(|name| root.path_of_file(name));
 /// let mut set = Transaction::open([a.as_path(), b.as_path()], &|| false)?;
 /// set.write(&a, b"1")?;
 /// set.write(&b, b"2")?;
 /// assert!(!a.exists());
 /// set.commit()?;
 /// assert_eq!(std::fs::read(&b)?, b"2");
-/// # std::fs::remove_dir_all(root)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]

@@ -216,7 +216,7 @@ struct PartialArray {
 
 impl NpzWriter {
     /// Reserves arrays with the names, types and shapes of `like`, whose values are ignored, but with the given numbers
-    /// of rows. Only the longest text of `like` counts: it is the room that each text gets.
+    /// of rows. Of texts, the longest is part of the type.
     ///
     /// # Errors
     /// An archive of more than 4 GiB.

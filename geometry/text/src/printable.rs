@@ -1,7 +1,7 @@
 //! Safe printing of foreign text on a terminal.
 
-/// Returns text from a file as it may be printed on a terminal: one line, no control characters, cut after 60 characters
-/// of the text.
+/// Returns text from a file as it may be printed on a terminal: one line, no control characters, cut after 60
+/// characters of the text.
 ///
 /// ```
 /// use fabkit_text::to_printable;

@@ -149,6 +149,11 @@ quantities! {
 
 impl Percent {
     /// Returns the value as a fraction of 1.
+    ///
+    /// ```
+    /// use fabkit_designs::materials::Percent;
+    /// assert_eq!(Percent(0.1).share(), 0.001);
+    /// ```
     pub fn share(self) -> f64 {
         self.0 / 100.0
     }
@@ -166,6 +171,17 @@ pub enum Scale {
 }
 
 /// Shore hardness.
+///
+/// ```
+/// use fabkit_designs::materials::{Hardness, Scale};
+/// use fabkit_designs::parameters::Scalar;
+/// for text in ["Shore A 43", "43A", "A-43"] {
+///     let hardness = Hardness::parse(text).map_err(|refusal| refusal.says)?;
+///     assert_eq!(hardness, Hardness { scale: Scale::ShoreA, value: 43.0 });
+/// }
+/// assert!(Hardness::parse("43").is_err());
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hardness {
     /// Durometer scale.

@@ -27,6 +27,11 @@ const ALIASES: [(&str, &str); 2] =
 const KINDS: [&str; 3] = ["board_size", "housing_size", "diameter"];
 
 /// Returns the names of the modules, sorted.
+///
+/// ```
+/// let names: Vec<&str> = fabkit_designs::camera_modules().collect();
+/// assert!(names.contains(&"raspberry-pi-hq-m12"));
+/// ```
 pub fn camera_modules() -> impl Iterator<Item = &'static str> {
     MODULES.iter().map(|(name, _)| *name)
 }

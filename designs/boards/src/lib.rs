@@ -3,12 +3,13 @@
 //! [`lay_out`] places the parts that the sensor does not place itself, and routes tracks over a grid that follows the
 //! board: rings and rays on an annular board, rows and columns elsewhere. [`check`] then examines the finished copper
 //! alone. It does not rely on the nets for which tracks were laid: it determines which copper is connected, and
-//! compares that with the circuit. `files` writes Gerber X2, Excellon, the job file and tables.
+//! compares that with the circuit. [`fabrication_files`] writes Gerber X2, Excellon, the job file and tables.
 //!
 //! ```
 //! use fabkit_boards::{BoardFlaw, BoardShape, STANDARD_RULES, check, fabrication_files, lay_out};
 //! use fabkit_geometry::{
-//!     BoardPlacement, BoardSide, Body, Circuit, CircuitKind, CircuitPart, Land, Net, Path, Process, Solid,
+//!     BoardPlacement, BoardSide, Body, Circuit, CircuitKind, CircuitPart, Land, Net, Path,
+//!     Process, Solid,
 //! };
 //! // Two pads for wires, 10 mm apart on a board of 20 x 10 mm, and the net that joins them.
 //! let land = Land { pin: "1".into(), at_mm: [0.0; 2], size_mm: [1.0; 2], is_round: false };

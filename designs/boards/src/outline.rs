@@ -57,7 +57,10 @@ impl BoardShape {
     /// use fabkit_boards::{BoardError, BoardShape};
     /// use fabkit_geometry::{Body, Process, Solid};
     /// let ball = Body::made("ball", "is round", Process::Pcb, Solid::sphere(5.0));
-    /// assert_eq!(BoardShape::from_body(&ball), Err(BoardError::NotAPlate { board: "ball".into() }));
+    /// assert_eq!(
+    ///     BoardShape::from_body(&ball),
+    ///     Err(BoardError::NotAPlate { board: "ball".into() })
+    /// );
     /// ```
     pub fn from_body(body: &Body) -> Result<Self, BoardError> {
         let mut solid = &body.solid;

@@ -6,7 +6,8 @@
 /// use fabkit_boards::{BoardRules, STANDARD_RULES, min_track_width_mm};
 /// // Thicker copper carries a current on a narrower track.
 /// let rules = BoardRules { copper_mm: 0.070, ..STANDARD_RULES };
-/// let [usual_mm, thick_mm] = [&STANDARD_RULES, &rules].map(|rules| min_track_width_mm(1.0, rules));
+/// let [usual_mm, thick_mm] =
+///     [&STANDARD_RULES, &rules].map(|rules| min_track_width_mm(1.0, rules));
 /// assert!((thick_mm - usual_mm / 2.0).abs() < 1e-12);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -261,7 +261,8 @@ pub fn check_motions(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
 /// use fabkit_geometry::Pose;
 /// let mut sensor = example::puck();
 /// sensor.bodies[1].placements[0].assembly_from_body = Pose::translation(0.0, 0.0, -0.5);
-/// let overlaps = |a, b| check_interference_between(&sensor, &|x, y| [x, y] == [a, b] || [x, y] == [b, a]);
+/// let overlaps =
+///     |a, b| check_interference_between(&sensor, &|x, y| [x, y] == [a, b] || [x, y] == [b, a]);
 /// // The lid cuts into dish and puck; puck and dish do not touch it.
 /// assert_eq!(overlaps("lid", "dish")?.len(), 1);
 /// assert_eq!(overlaps("puck", "dish")?.len(), 0);

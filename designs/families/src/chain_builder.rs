@@ -338,6 +338,20 @@ pub fn rigid(body: Name, direction: Vector3<f64>) -> Pull {
 
 /// Returns the removal of a body in a direction during which a soft material stretches: the body's own, or that of the
 /// casting. The stretch is limited by the material's breaking strain.
+///
+/// ```
+/// use fabkit_designs::chain_builder::{peel, rigid};
+/// use fabkit_geometry::Vector3;
+/// fabkit_designs::bodies! { MOLD "mold" "mold of the gel"; }
+/// let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// let design = fabkit_designs::load("rtac0.yaml", yaml, &[], &["fixtures"])?;
+/// let is_it = |name: &str| name == "Smooth-On Ecoflex 00-30";
+/// let ecoflex = design.materials.iter().find(|one| is_it(one)).ok_or("another material")?;
+/// // Ecoflex 00-30 stretches by 900 % before it tears; a printed part does not stretch at all.
+/// assert_eq!(peel(MOLD, Vector3::z(), ecoflex).strain_limit, Some(9.0));
+/// assert_eq!(rigid(MOLD, Vector3::z()).strain_limit, None);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn peel(body: Name, direction: Vector3<f64>, material: &Castable) -> Pull {
     Pull { strain_limit: material.breaking_strain(), ..rigid(body, direction) }
 }

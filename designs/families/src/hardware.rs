@@ -422,7 +422,10 @@ impl SocketScrew {
     /// ```
     /// use fabkit_designs::SocketScrew;
     /// assert_eq!(SocketScrew::length_near_mm(13.0), 12.0);
-    /// assert_eq!(SocketScrew::M4.order(12.0).article_and_size(), "socket head screw ISO 4762 M4x12");
+    /// assert_eq!(
+    ///     SocketScrew::M4.order(12.0).article_and_size(),
+    ///     "socket head screw ISO 4762 M4x12"
+    /// );
     /// ```
     pub fn length_near_mm(wanted_mm: f64) -> f64 {
         let off = |length: &f64| (length - wanted_mm).abs();

@@ -120,9 +120,9 @@ impl DesignDifference {
     /// Computes the difference from one design to another.
     ///
     /// ```
-    /// use fabkit_guide::{ChangeKind, ComparedDesign, DesignDifference};
     /// use fabkit_checks::example;
     /// use fabkit_geometry::Solid;
+    /// use fabkit_guide::{ChangeKind, ComparedDesign, DesignDifference};
     /// let old = example::puck();
     /// let mut new = example::puck();
     /// new.bodies[1].solid = Solid::cylinder(12.0, 6.0).at_z(2.0);

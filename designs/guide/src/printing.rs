@@ -76,7 +76,8 @@ impl Guide {
     /// # let (density, shop, calibration) = (&|_: &str| Some(1.24), &NoShop, None);
     /// # let request = Request { design_hash: "00", units: 1, density, shop, stages: &stages, calibration };
     /// let mut guide = Guide::new(&sensor, &request)?;
-    /// let sliced = SlicerEstimate { minutes: 12.0, filament_mm3: 1000.0, slicer: "a slicer".into() };
+    /// let sliced =
+    ///     SlicerEstimate { minutes: 12.0, filament_mm3: 1000.0, slicer: "a slicer".into() };
     /// guide.set_slicer_estimate("dish", sliced);
     /// let print = guide.made[0].print.as_ref().ok_or("not of filament")?;
     /// // 1 cm3 of filament of 1.24 g/cm3.

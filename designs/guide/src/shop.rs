@@ -28,7 +28,8 @@ use serde::Serialize;
 /// # let stages = fabkit_checks::stages(&sensor)?;
 /// # let (density, calibration) = (&|_: &str| None, None);
 /// let shop = &OnePrice;
-/// let request = Request { design_hash: "00", units: 1, density, shop, stages: &stages, calibration };
+/// let request =
+///     Request { design_hash: "00", units: 1, density, shop, stages: &stages, calibration };
 /// let guide = Guide::new(&sensor, &request)?;
 /// // The puck takes less than a gram of either component: one pack each.
 /// let packs: Vec<_> = guide.liquids.iter().map(|one| (&*one.name, one.order.packs)).collect();

@@ -69,27 +69,6 @@ impl Bayonet {
 }
 
 /// One bayonet joint, from the parameters that both joints of a sensor share and its bore.
-///
-/// ```
-/// use fabkit_designs::blocks::bayonet::{Bayonet, BayonetJoint};
-/// use fabkit_geometry::{Angle, Length};
-/// let mm = |mm| Length::from_mm(mm).ok_or("not finite");
-/// let shared = Bayonet {
-///     lugs: 3,
-///     lug_width: mm(6.0)?,
-///     key_width: mm(8.0)?,
-///     lug_height: mm(2.0)?,
-///     lug_reach: mm(1.5)?,
-///     hook_height: mm(3.0)?,
-///     wall: mm(2.0)?,
-///     turn: Angle::from_deg(40.0).ok_or("not finite")?,
-/// };
-/// // Around a bore of 15 mm: lugs of 1.5 mm, then 0.2 mm of play and a wall of 2 mm.
-/// let joint = BayonetJoint::in_bore(&shared, 0.2, 15.0);
-/// assert!((joint.outer_radius - 18.7).abs() < 1e-12);
-/// assert_eq!(joint.lugs().len(), 3);
-/// # Ok::<(), &str>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct BayonetJoint {
     /// Bore radius of the female part, mm.

@@ -113,7 +113,9 @@ impl Form {
 /// use fabkit_geometry::{CompiledSolid, Point3};
 /// // A cup that opens upwards: floor from -2 to 0, rim at 10.
 /// let cup = CompiledSolid::new(&bowl([8.0, 10.0], 10.0, [0.0, -2.0]))?;
-/// assert!(!cup.contains(&Point3::new(0.0, 0.0, 1.0)) && cup.contains(&Point3::new(0.0, 0.0, -1.0)));
+/// assert!(
+///     !cup.contains(&Point3::new(0.0, 0.0, 1.0)) && cup.contains(&Point3::new(0.0, 0.0, -1.0))
+/// );
 /// assert!(cup.contains(&Point3::new(9.0, 0.0, 9.0)));
 /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
 /// ```

@@ -226,6 +226,17 @@ pub fn sphere(radius_mm: f64) -> EllipsoidOffset {
 }
 
 /// Returns a camera on the axis that looks along +z; its image's right is the sensor's +x.
+///
+/// ```
+/// use fabkit_designs::blocks::camera_at;
+/// use fabkit_geometry::{Angle, NominalLens, Point3};
+/// let view = Angle::from_deg(90.0).ok_or("not finite")?;
+/// let camera = camera_at(-20.0, [640, 480], view, NominalLens::default());
+/// // 20 mm in front of the pupil: the origin of the sensor frame.
+/// let seen = camera.sensor_from_camera.point(Point3::new(0.0, 0.0, 20.0));
+/// assert_eq!(seen, Point3::origin());
+/// # Ok::<(), &str>(())
+/// ```
 pub fn camera_at(
     pupil_z: f64,
     [width_px, height_px]: [u32; 2],

@@ -149,11 +149,6 @@ quantities! {
 
 impl Percent {
     /// Returns the value as a fraction of 1.
-    ///
-    /// ```
-    /// use fabkit_designs::materials::Percent;
-    /// assert_eq!(Percent(0.1).share(), 0.001);
-    /// ```
     pub fn share(self) -> f64 {
         self.0 / 100.0
     }

@@ -48,6 +48,19 @@ pub enum Harm {
 }
 
 /// Returns all hazards in the order of the chain, including those that a step of the chain prevents.
+///
+/// ```
+/// use fabkit_checks::{Harm, example, hazards};
+/// use fabkit_geometry::CureMechanism;
+/// let mut sensor = example::puck();
+/// sensor.bodies[2].substance.cure_mechanism = Some(CureMechanism::Platinum);
+/// // The dish is printed of a resin whose residues keep platinum silicone from curing.
+/// sensor.bodies[0].substance.inhibited_cures = vec![CureMechanism::Platinum];
+/// let found = hazards(&sensor);
+/// assert_eq!((&*found[0].layer.name, &*found[0].wall.name), ("puck", "dish"));
+/// assert_eq!(found[0].harm, Harm::Inhibits(CureMechanism::Platinum));
+/// assert_eq!(found[0].prevented_in, None);
+/// ```
 pub fn hazards(sensor: &Sensor) -> Vec<Hazard<'_>> {
     contacts(sensor).filter_map(Contact::hazard).collect()
 }

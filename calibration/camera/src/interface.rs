@@ -162,7 +162,7 @@ impl Refraction {
         }
     }
 
-    /// Computes [`Refraction::towards`] with derivatives by the point and by the interface's parameters.
+    /// Computes [`Refraction::direction_towards`] with derivatives by the point and by the interface's parameters.
     pub(crate) fn differentiate(
         &self,
         point: &Point3<f64>,

@@ -127,7 +127,7 @@ impl FlatInterface {
     }
 }
 
-/// [`Flat`] with its normal precomputed, and indices relative to the lens's side.
+/// [`FlatInterface`] with its normal precomputed, and indices relative to the lens's side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FlatRefraction {
     normal_in_camera: Vector3<f64>,
@@ -175,7 +175,7 @@ struct LightPath {
 impl FlatRefraction {
     /// Precomputes normal, derivatives and relative indices.
     pub(super) fn new(flat: &FlatInterface) -> Self {
-        // Derivatives of `Flat::normal` by both tilts.
+        // Derivatives of `FlatInterface::normal` by both tilts.
         let (sx, cx) = flat.tilt_x_rad.sin_cos();
         let (sy, cy) = flat.tilt_y_rad.sin_cos();
         Self {
@@ -252,7 +252,7 @@ impl FlatRefraction {
         })
     }
 
-    /// Computes [`FlatRefraction::towards`] with derivatives by the point and by the parameters.
+    /// Computes [`FlatRefraction::direction_towards`] with derivatives by the point and by the parameters.
     pub(super) fn differentiate(
         &self,
         point: &Point3<f64>,

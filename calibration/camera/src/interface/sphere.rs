@@ -79,7 +79,7 @@ impl SphericalInterface {
     }
 }
 
-/// [`Sphere`] with the quantities precomputed that refraction needs.
+/// [`SphericalInterface`] with the quantities precomputed that refraction needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SphereRefraction {
     centre: Vector3<f64>,
@@ -182,7 +182,7 @@ impl SphereRefraction {
         let mu = behind * (before - after * n).dot(&normal) / radius;
         let tangents = tangent_plane(&normal);
         let curved = tangents.transpose() * hessian * tangents - Matrix2::identity() * mu;
-        // Not singular, because `phi` in `towards` is a simple root.
+        // Not singular, because `phi` in `direction_towards` is a simple root.
         let solve = tangents
             * curved.try_inverse().ok_or(OutsideDomain::NoDirection)?
             * tangents.transpose();

@@ -86,9 +86,6 @@ pub struct PlanInputs<'a> {
 /// // Four times as many captures halve the error; two pins do not determine a pose.
 /// assert!((surface_mm(4) / surface_mm(16) - 2.0).abs() < 1e-6);
 /// assert!(plan.predict(&[vec![0, 1]]).is_none());
-/// // The best four pins to begin with, no hole twice.
-/// let (next, _) = plan.choose_next_capture(&[], 4, |pin, chosen| !chosen.contains(&pin));
-/// assert_eq!(next.len(), 4);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]

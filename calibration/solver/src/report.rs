@@ -53,7 +53,6 @@ pub struct PinCrop {
 /// use fabkit_calibration::synthetic::SyntheticSensor;
 /// use fabkit_camera::Camera;
 /// use fabkit_geometry::Pose;
-///
 /// let map = r#"{"1": [0, 0, 15], "2": [9, 0, 12], "3": [0, 9, 12], "4": [-9, 0, 12],
 ///     "5": [0, -12, 9], "6": [12, 0, 9], "7": [-12, 0, 9]}"#;
 /// let landmarks = PinLandmarks::from_json(map)?;

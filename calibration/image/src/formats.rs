@@ -17,7 +17,7 @@ const DECODER_OVERHEAD_BYTES: usize = 32 << 20;
 /// Size of the widest pixels that are decoded, bytes: four values of 16 bits.
 const MAX_PIXEL_BYTES: usize = 8;
 
-/// Encodes an image as JPEG; see [`crate::jpeg`].
+/// Encodes an image as JPEG; see [`crate::encode_jpeg`].
 pub(crate) fn encode_jpeg(
     size_px: [u32; 2],
     values: &[u8],

@@ -52,6 +52,16 @@ impl LayerBlur {
     }
 
     /// Blurs values in place, row by row. If most are zero, only the rows and columns around the others are visited.
+    ///
+    /// ```
+    /// use fabkit_light::LayerBlur;
+    ///
+    /// // A uniform layer stays as it is, up to its edge: pixels beside it take no light.
+    /// let blur = LayerBlur::new(vec![true, true, true, false], 4, 1.0);
+    /// let mut values = [7.0, 7.0, 7.0, 0.0];
+    /// blur.apply(&mut values);
+    /// assert!(values[..3].iter().all(|value| (value - 7.0).abs() < 1e-12) && values[3] == 0.0);
+    /// ```
     pub fn apply(&self, values: &mut [f64]) {
         let Some((rows, columns)) = self.nonzero_range(values) else { return };
         // Pixels outside the layer give no light.

@@ -129,6 +129,22 @@ impl DisplacementField {
     }
 
     /// Returns the displacements along the touched surface, away from the pole and around the axis, mm.
+    ///
+    /// ```
+    /// use fabkit_elastic::{BallIndenter, DisplacementField, ElasticLayer, ElasticMaterial, ElasticStack};
+    /// use fabkit_elastic::{LayeredBody, MeshDensity, Press};
+    /// use fabkit_geometry::{Point3, Vector3};
+    ///
+    /// // A ball on the axis: beside it the gel moves away from the axis, and nowhere around it.
+    /// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+    /// let pad = LayeredBody::pad(10.0, vec![(gel, 2.0)]);
+    /// let stack = ElasticStack::new(&pad, &MeshDensity::around_pole(0.1, 3.0, 0), 1)?;
+    /// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 9.0), 3.0)?;
+    /// let outcome = stack.press(&ball, &Press::along(-Vector3::z(), 0.3)?)?;
+    /// let [along_mm, around_mm] = DisplacementField::new(&stack, &outcome, 0).sideways_mm(0.2, 1.0);
+    /// assert!(along_mm > 0.0 && around_mm.abs() < 1e-12);
+    /// # Ok::<(), fabkit_elastic::ElasticError>(())
+    /// ```
     pub fn sideways_mm(&self, s: f64, azimuth: f64) -> [f64; 2] {
         [self.at(1, s, azimuth), self.at(2, s, azimuth)]
     }

@@ -42,6 +42,20 @@ pub enum ViewProjection {
 }
 
 /// A half-space removed from every actor. A body that it cuts shows a hatched face.
+///
+/// ```
+/// use fabkit_depth::{Actor, View, render};
+/// use fabkit_geometry::{CompiledSolid, Point3, Solid, Vector3};
+///
+/// // A box with a red ball in it: only where the front half is cut away does the ball show.
+/// let shell = CompiledSolid::new(&Solid::cuboid(8.0, 8.0, 8.0).at_z(-4.0).minus(Solid::sphere(3.0)))?;
+/// let actors = [Actor::new(shell, [90; 3]), Actor::new(CompiledSolid::new(&Solid::sphere(2.0))?, [220, 0, 0])];
+/// let whole = View::front(64, 64);
+/// let half = whole.clone().cut(Point3::new(0.0, -2.5, 0.0), -Vector3::y());
+/// let is_red = |view| render(&actors, view).map(|image| image.pixel(32, 32)).map(|[r, g, _]| r / 2 > g);
+/// assert_eq!((is_red(&whole)?, is_red(&half)?), (false, true));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionCut {
     /// Point on the cutting plane, scene frame, mm.
@@ -111,6 +125,17 @@ impl View {
     }
 
     /// Sets a perspective projection.
+    ///
+    /// ```
+    /// use fabkit_depth::{Actor, RenderError, View, render};
+    /// use fabkit_geometry::{Angle, CompiledSolid, Solid};
+    ///
+    /// let ball = [Actor::new(CompiledSolid::new(&Solid::sphere(5.0))?, [200; 3])];
+    /// let view = |deg| View::front(64, 48).perspective(Angle::from_deg(deg).unwrap());
+    /// assert!(render(&ball, &view(25.0)).is_ok());
+    /// assert_eq!(render(&ball, &view(150.0)), Err(RenderError::FieldOfView { field_of_view_deg: 150.0 }));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     #[must_use]
     pub fn perspective(mut self, field_of_view: Angle) -> Self {
         self.projection = ViewProjection::Perspective { field_of_view };

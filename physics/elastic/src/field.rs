@@ -150,6 +150,23 @@ impl DisplacementField {
     }
 
     /// Returns the contact pressure at the nearest node of the touched surface, MPa; 0 beyond the rim.
+    ///
+    /// ```
+    /// use fabkit_elastic::{BallIndenter, DisplacementField, ElasticLayer, ElasticMaterial, ElasticStack};
+    /// use fabkit_elastic::{LayeredBody, MeshDensity, Press};
+    /// use fabkit_geometry::{Point3, Vector3};
+    ///
+    /// // Largest below the ball, none beside it; s = 1 is the pad's rim at 10 mm.
+    /// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+    /// let pad = LayeredBody::pad(10.0, vec![(gel, 2.0)]);
+    /// let stack = ElasticStack::new(&pad, &MeshDensity::around_pole(0.1, 3.0, 0), 1)?;
+    /// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 9.0), 3.0)?;
+    /// let outcome = stack.press(&ball, &Press::along(-Vector3::z(), 0.3)?)?;
+    /// let field = DisplacementField::new(&stack, &outcome, 0);
+    /// assert!(field.pressure_mpa(0.0, 0.0) > field.pressure_mpa(0.08, 0.0));
+    /// assert!(field.pressure_mpa(0.08, 0.0) > 0.0 && field.pressure_mpa(0.5, 0.0) == 0.0);
+    /// # Ok::<(), fabkit_elastic::ElasticError>(())
+    /// ```
     pub fn pressure_mpa(&self, s: f64, azimuth: f64) -> f64 {
         let after = self.rings.partition_point(|ring| ring.s < s);
         let near = after.saturating_sub(1)..(after + 1).min(self.rings.len());

@@ -288,6 +288,30 @@ impl PressOutcome {
     }
 
     /// Returns the unit normal out of the undeformed touched surface.
+    ///
+    /// ```
+    /// # use fabkit_elastic::{BallIndenter, BoundaryCondition, ElasticLayer, ElasticMaterial, ElasticStack};
+    /// # use fabkit_elastic::{LayeredBody, MeridianCurve, MeshDensity, Press};
+    /// # use fabkit_geometry::{Point3, Vector3};
+    /// // A half ball of radius 10 mm on a core of radius 8 mm: s runs from the tip to the rim, in quarters of a turn.
+    /// let round = |radius_mm: f64| {
+    ///     MeridianCurve::new(move |s| {
+    ///         let (sin, cos) = (s * std::f64::consts::FRAC_PI_2).sin_cos();
+    ///         [radius_mm * sin, radius_mm * cos]
+    ///     })
+    /// };
+    /// # let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+    /// # let (interfaces, inner) = (vec![round(10.0), round(8.0)], BoundaryCondition::Bonded);
+    /// # let body = LayeredBody { interfaces, layers: vec![gel], inner, is_rim_bonded: true, kinks: vec![] };
+    /// let stack = ElasticStack::new(&body, &MeshDensity::uniform(0.25, 0), 1)?;
+    /// # let ball = BallIndenter::new(Point3::new(0.0, 0.0, 20.0), 3.0)?;
+    /// let outcome = stack.press(&ball, &Press::along(-Vector3::z(), 0.2)?)?;
+    /// // Half way down, at azimuth 0: 45 degrees between up and +x. Places are those before the press.
+    /// let way = Vector3::new(1.0, 0.0, 1.0).normalize();
+    /// assert!((outcome.outward(0.0, 0.5) - way).norm() < 1e-3);
+    /// assert!((outcome.place_mm(0, 0.0, 0.5).coords - 10.0 * way).norm() < 1e-2);
+    /// # Ok::<(), fabkit_elastic::ElasticError>(())
+    /// ```
     pub fn outward(&self, azimuth: f64, s: f64) -> Vector3<f64> {
         let (column, values) = self.mesh.interpolation(s);
         let part = |k: usize| {

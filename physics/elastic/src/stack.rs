@@ -84,6 +84,24 @@ impl ElasticStack {
     ///
     /// # Errors
     /// Matrices that exceed the memory limit.
+    ///
+    /// ```
+    /// use fabkit_elastic::{BallIndenter, ElasticLayer, ElasticMaterial, ElasticStack, LayeredBody};
+    /// use fabkit_elastic::{MeshDensity, Press};
+    /// use fabkit_geometry::{Point3, Vector3};
+    ///
+    /// // It costs time once, and changes no result.
+    /// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+    /// let pad = LayeredBody::pad(10.0, vec![(gel, 2.0)]);
+    /// let density = MeshDensity::around_pole(0.2, 2.0, 0);
+    /// let stack = ElasticStack::new(&pad, &density, 1)?;
+    /// let solved = ElasticStack::new(&pad, &density, 1)?.solve_everywhere(false)?;
+    /// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 9.0), 3.0)?;
+    /// let press = Press::along(-Vector3::z(), 0.3)?;
+    /// let [first, second] = [stack.press(&ball, &press)?, solved.press(&ball, &press)?];
+    /// assert!((first.force_n.z - second.force_n.z).abs() < 1e-12);
+    /// # Ok::<(), fabkit_elastic::ElasticError>(())
+    /// ```
     pub fn solve_everywhere(self, is_dragged: bool) -> Result<Self, ElasticError> {
         self.compliances(&(0..self.rings.rings.len()), is_dragged)?;
         Ok(self)

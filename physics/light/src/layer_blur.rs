@@ -31,6 +31,18 @@ pub struct LayerBlur {
 
 impl LayerBlur {
     /// Creates the blur for an image with `width` columns and a standard deviation in px.
+    ///
+    /// ```
+    /// use fabkit_light::LayerBlur;
+    ///
+    /// // A standard deviation of zero leaves values alone.
+    /// let mut values = [0.0, 9.0, 0.0];
+    /// LayerBlur::new(vec![true; 3], 3, 0.0).apply(&mut values);
+    /// assert_eq!(values, [0.0, 9.0, 0.0]);
+    /// // With one of 1 px, neighbours of one row get the same share.
+    /// LayerBlur::new(vec![true; 3], 3, 1.0).apply(&mut values);
+    /// assert!(values[1] > values[0] && (values[0] - values[2]).abs() < 1e-12);
+    /// ```
     pub fn new(is_layer: Vec<bool>, width: usize, sigma_px: f64) -> Self {
         let reach = (REACH * sigma_px).ceil();
         // The negated comparison catches NaN too.

@@ -234,7 +234,7 @@ impl Emitters {
     /// let disc = Body::bought("disc", "steel", Solid::cylinder(1.0, 0.1).at_z(5.0));
     /// let bodies = [led, disc].map(|body| body.placed([Placement::in_place(Assembly::sensor())]));
     /// let sensor = Sensor::new("lit", "A lit one", "", camera, bodies);
-    /// let effect = VisibleEffect::Markers { marks: "dots".to_owned() };
+    /// # let effect = VisibleEffect::Markers { marks: "dots".to_owned() };
     /// let emitters = Emitters::new(&sensor, &Lighting::from_body("white", "led", effect))?;
     /// let is_lit = |x_mm| {
     ///     let place = Point3::new(x_mm, 0.0, 10.0);

@@ -156,6 +156,24 @@ impl<'a> Tracer<'a> {
     }
 
     /// Returns the start of the last traced ray and its points of refraction, in order, sensor frame, mm.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, NominalCamera, Pose, Sensor};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// use fabkit_geometry::{Point3, Ray, Vector3};
+    /// use fabkit_optics::{OpticalStack, RayEnd, Tracer};
+    ///
+    /// // Where nothing is, a ray has no corner but its start, and no end.
+    /// let stack = OpticalStack::from_sensor(&Sensor::new("air", "Air", "", camera, []))?;
+    /// let mut tracer = Tracer::new(&stack);
+    /// let path = tracer.follow(&Ray { origin: Point3::origin(), direction: Vector3::x() });
+    /// assert_eq!((path.end, path.end_mm), (RayEnd::Nothing, f64::INFINITY));
+    /// assert_eq!(tracer.corners(), [Point3::origin()]);
+    /// # Ok::<(), fabkit_optics::InvalidStack>(())
+    /// ```
     pub fn corners(&self) -> &[Point3<f64>] {
         &self.corners
     }

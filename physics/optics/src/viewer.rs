@@ -146,6 +146,30 @@ impl<'a> CameraView<'a> {
     /// Finds all pixels at which a point is seen, or would be if nothing opaque hid it, by increasing path length. See
     /// [`SightLineSolver::find_all_sight_lines`]. Rays that the lens does not map are omitted; the result is empty if no light leads from the
     /// point to the pupil.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, MaterialProperties, NominalCamera, OpticalClarity};
+    /// # use fabkit_geometry::{Placement, Point3, Pose, Sensor, Solid};
+    /// # let nominal = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// # let mut ball = Body::bought("ball", "glass", Solid::sphere(2.0).at(0.0, 0.0, 6.0))
+    /// #     .with_clarity(OpticalClarity::Clear)
+    /// #     .placed([Placement::in_place(Assembly::sensor())]);
+    /// # ball.substance = MaterialProperties { refractive_index: Some(1.5), ..MaterialProperties::default() };
+    /// use fabkit_camera::Camera;
+    /// use fabkit_optics::{CameraView, OpticalStack, ViewStacks};
+    ///
+    /// // A point behind a ball of glass appears twice: past the ball on its own side, and through it on the other.
+    /// let sights = ViewStacks::new(OpticalStack::from_sensor(&Sensor::new("ball", "A ball", "", nominal, [ball]))?);
+    /// let camera = Camera::equidistant(640, 480, 90_f64.to_radians())?;
+    /// let mut view = CameraView::new(&camera, &Pose::identity(), &sights);
+    /// let looks = view.project_all(&Point3::new(14.0, 0.0, 30.0));
+    /// let is_right = |look: &fabkit_optics::PointProjection| look.pixel.x > 319.5;
+    /// assert!(looks.iter().any(is_right) && !looks.iter().all(is_right));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn project_all(&mut self, place_in_sensor: &Point3<f64>) -> Vec<PointProjection> {
         let sights = self.seeker.find_all_sight_lines(&self.pupil(), place_in_sensor);
         let looks = sights.into_iter().filter_map(|sight| {

@@ -210,6 +210,19 @@ pub enum RenderError {
 ///
 /// # Errors
 /// See [`RenderError`].
+///
+/// ```
+/// use fabkit_depth::{Actor, View, render};
+/// use fabkit_geometry::{CompiledSolid, Pose, Solid};
+///
+/// // A blue ball stands before a red one: to the front is -y.
+/// let ball = CompiledSolid::new(&Solid::sphere(5.0))?;
+/// let near = Actor::new(ball.clone(), [0, 0, 220]).placed(Pose::translation(0.0, -20.0, 0.0));
+/// let far = Actor::new(ball, [220, 0, 0]);
+/// let [red, _, blue] = render(&[near, far], &View::front(64, 64))?.pixel(32, 32);
+/// assert!(blue > red);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn render(actors: &[Actor], view: &View) -> Result<RenderedImage, RenderError> {
     render_with_progress(actors, view, &|_, _| {})
 }

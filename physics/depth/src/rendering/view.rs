@@ -99,6 +99,18 @@ impl View {
     }
 
     /// Creates a view from above: x to the right, y up.
+    ///
+    /// ```
+    /// use fabkit_depth::{Actor, View, render_with_framing};
+    /// use fabkit_geometry::{CompiledSolid, Point3, Solid};
+    ///
+    /// // Seen from above, +x is on the right, and +y above the middle. Rows of pixels count downwards.
+    /// let plate = Actor::new(CompiledSolid::new(&Solid::cuboid(20.0, 10.0, 1.0))?, [200; 3]);
+    /// let (_, framing) = render_with_framing(&[plate], &View::top(200, 100), &|_, _| {})?;
+    /// let [x_axis, y_axis] = [[9.0, 0.0, 0.5], [0.0, 4.0, 0.5]].map(|at| framing.project(&Point3::from(at)));
+    /// assert!(x_axis[0] > 150.0 && y_axis[1] < 25.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn top(width_px: u32, height_px: u32) -> Self {
         Self::along(-Vector3::z(), width_px, height_px)
     }

@@ -64,6 +64,15 @@ pub struct BallModulus {
 }
 
 /// Errors of fitting a modulus.
+///
+/// ```
+/// use fabkit_elastic::{BallIndentationError, BallIndentationTest, IndentationReading};
+///
+/// // One weight read three times does not tell a modulus.
+/// let readings = vec![IndentationReading { force_n: 0.5, gap_mm: 19.8 }; 3];
+/// let test = BallIndentationTest { ball_radius_mm: 3.0, thickness_mm: 10.0, radius_mm: 20.0, readings };
+/// assert_eq!(test.fit().unwrap_err(), BallIndentationError::TooFewLoads { different: 1 });
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BallIndentationError {
     /// Fewer than three different loads, or all of similar size.

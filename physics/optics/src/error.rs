@@ -3,6 +3,23 @@
 use fabkit_geometry::{InvalidSolid, Point3};
 
 /// Reason why light cannot be traced through the bodies of a sensor.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, Assembly, Body, NominalCamera, OpticalClarity, Placement, Pose, Sensor, Solid};
+/// # let camera = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+/// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+/// # };
+/// use fabkit_optics::OpticalStack;
+///
+/// // Nobody says what the pane is made from.
+/// let pane = Body::bought("pane", "clear", Solid::cylinder(20.0, 2.0).at(0.0, 0.0, 5.0))
+///     .with_clarity(OpticalClarity::Clear)
+///     .placed([Placement::in_place(Assembly::sensor())]);
+/// let error = OpticalStack::from_sensor(&Sensor::new("window", "A window", "", camera, [pane])).unwrap_err();
+/// assert!(error.to_string().starts_with("pane: light passes it, but nobody says"));
+/// assert!(error.hint().contains("refractive_index"));
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidStack {
     /// Clear body with an unknown refractive index.

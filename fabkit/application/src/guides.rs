@@ -39,7 +39,7 @@ pub fn find_stages(design: &Design) -> Result<Vec<Stage<'_>>, InvalidBody> {
     fabkit_checks::stages(&design.sensor)
 }
 
-/// Collects what building a design needs. `find_stages` are the [`find_stages`] of the same design.
+/// Collects what building a design needs. `stages` are those that [`find_stages`] returns for the same design.
 ///
 /// # Errors
 /// A part that cannot be made.

@@ -19,7 +19,7 @@ pub struct ImageView {
     pub size_px: [u32; 2],
     /// Remove the half nearer to the viewer: the half in front of the x-z plane if no viewer is given.
     pub is_section: bool,
-    /// ViewDirection's position; by default front, right and above.
+    /// Direction from which the body is viewed; by default from the front, the right and above.
     pub from: Option<ViewDirection>,
 }
 

@@ -1,7 +1,7 @@
 //! Reconstruction of depth by a trained network.
 //!
 //! The input is that of R-Tac0's authors: both images are blurred, the loss of intensity against rest is reduced by a
-//! small offset, clipped and scaled to 1. It is 0 without contact, where depth is 0 too. A [`Card`] states the
+//! small offset, clipped and scaled to 1. It is 0 without contact, where depth is 0 too. A [`NetworkCard`] states the
 //! parameters for a network; a network without a card is treated as the published one.
 
 use std::path::{Path, PathBuf};

@@ -20,6 +20,36 @@
 //!
 //! Every file appears complete or not at all, under its final name; `dataset.json` lists them with their hashes. A run
 //! that was killed and resumed ends with the same bytes as an undisturbed one ([`resumable`](fabkit_files::resumable)).
+//!
+//! ```
+//! use fabkit_dataset::{DatasetRequest, prepare_job};
+//! use fabkit_files::Error;
+//! use fabkit_scene::press_simulation::ContactModel;
+//!
+//! # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+//! # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+//! # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+//! # let viewpoint = viewpoint.resized([40, 30])?;
+//! # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+//! let request = DatasetRequest {
+//!     presses: None,
+//!     contact: ContactModel::Rigid,
+//!     seam_margin_mm: 0.5,
+//!     seed: 1,
+//! #     captures: None,
+//! #     images: None,
+//! #     allow_no_contact: false,
+//! #     materialise: false,
+//! #     resume: false,
+//! };
+//! // Without a list of presses, the sensor's own semi-domes are the patterns.
+//! let (patterns, lines) = prepare_job(&scene, &|error| Error::bug(error), &request, |job, _| {
+//!     Ok::<_, Error>((job.patterns.len(), job.plan.samples_csv().lines().count()))
+//! })?;
+//! // Each left half with each right half, and the table's header.
+//! assert_eq!(lines, 1 + patterns * patterns);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod captures;
 mod card;
@@ -77,6 +107,42 @@ pub struct PressPattern {
 }
 
 /// Inputs of a data set.
+///
+/// ```
+/// use fabkit_dataset::{DatasetJob, DatasetPlan, PressPattern, compute_shard};
+/// use fabkit_depth::ground_truth::{ReferenceSurface, Seam};
+/// use fabkit_scene::{ground_truth::compile_indenters, press_simulation::ContactModel};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([40, 30])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// let rays = scene.rays_of_rows(1, 0..u32::MAX);
+/// let surface = &ReferenceSurface::cast(scene.touch()?, &rays)?;
+/// let press = scene.project.press("hemisphere@30deg,180deg,1mm")?;
+/// let [left, right] = [compile_indenters(&[press.clone()])?, compile_indenters(&[press.flipped()])?];
+/// let patterns = &[PressPattern { name: "one".into(), left, right, response: None }];
+/// let seam = &Seam::new(surface, fabkit_fixtures::SEAM_NORMAL, 0.5);
+/// let plan = &DatasetPlan::new(patterns, 1, serde_json::json!({}));
+/// let job = DatasetJob {
+///     surface,
+///     seam,
+///     patterns,
+///     plan,
+///     contact: ContactModel::Rigid,
+/// #     elastic_solver: None,
+/// #     uncertainty: None,
+/// #     captures: None,
+/// #     materialise: false,
+/// #     resume: false,
+/// };
+/// // Both halves of the pattern make one shard of each array.
+/// let (_, files) = compute_shard(&job, 0)?;
+/// let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+/// assert_eq!(names, ["halves/indentation_mm/c/0/0/0", "halves/label/c/0/0/0"]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct DatasetJob<'a> {
     /// Surface as the camera sees it.

@@ -19,6 +19,35 @@
 //! Where the lighting shows **slopes** (ShadowTac, DIGIT, GelSight), the normal of each place of the coat is the one
 //! for which the design's light sources give the observed colours (photometric stereo, Woodham 1980), relative to the
 //! image at rest. The surface is integrated from these normals along the camera's own rays.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use fabkit_capture::{CaptureRequest, LightConstants, find_lighting};
+//! use fabkit_reconstruct::{CapturedImage, Reconstructor};
+//! use fabkit_scene::{Cast, press_simulation::ContactModel};
+//!
+//! # let yaml = fabkit_designs::builtin_yaml("digit-like").ok_or("no such sensor")?;
+//! # let project = fabkit_fixtures::load("digit-like.yaml", yaml, &[])?;
+//! # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+//! # let viewpoint = viewpoint.resized([80, 60])?;
+//! # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+//! let sensor = &scene.project.design.sensor;
+//! let (lighting, constants) = (find_lighting(sensor, None)?, LightConstants::for_sensor(sensor));
+//! let presses = [scene.project.press("ball@0mm,0mm,0.5mm")?];
+//! let image = |presses| {
+//!     let cast = Cast { presses, ..Cast::at_rest(ContactModel::Rigid) };
+//!     let request = CaptureRequest { cast, lighting, constants: &constants, seed: None };
+//!     let image = request.render(&scene, |_| Ok(()))?;
+//!     let values = image.grey.iter().map(|grey| (grey / 255.0) as f32).collect();
+//!     Ok::<_, fabkit_files::Error>(CapturedImage { size_px: [80, 60], channels: image.channels, values })
+//! };
+//! let reconstructor = Reconstructor::new(&scene, lighting, &constants, (Path::new("rest.png"), &image(&[])?))?;
+//! let pressed = reconstructor.reconstruct(Path::new("pressed.png"), image(&presses)?)?;
+//! let deepest_mm = pressed.deepest_mm().ok_or("no contact")?;
+//! assert!((deepest_mm - 0.5).abs() < 0.25, "{deepest_mm}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod drift;
 mod error;
@@ -50,11 +79,35 @@ pub use marker_tracking::{MarkerTracker, TrackedMarkers, why_markers_hidden};
 pub use network_depth::{DepthNetwork, InputNormalisation, MaskCircle, NetworkCard};
 
 /// Returns whether depth can be reconstructed in this lighting without a network.
+///
+/// ```
+/// use fabkit_reconstruct::shows_depth;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("uvdtact").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("uvdtact.yaml", yaml, &[])?;
+/// // White light shows how thick its layers are, ultraviolet light shows its markers.
+/// let shows: Vec<_> = project.design.sensor.lightings.iter().map(|one| (one.name, shows_depth(one))).collect();
+/// assert_eq!(shows, [("white", true), ("uv", false)]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn shows_depth(lighting: &Lighting) -> bool {
     matches!(lighting.effect, VisibleEffect::Thickness { .. } | VisibleEffect::Slopes { .. })
 }
 
 /// Depth reconstructed from an image.
+///
+/// ```
+/// use fabkit_reconstruct::DepthResult;
+/// let result = DepthResult {
+///     depth_mm: vec![-0.1, f32::NAN, 0.4, 0.9],
+///     contact: vec![false, false, true, true],
+///     relative_brightness: 1.0,
+/// };
+/// // Below a thousand pixels of contact, none is dropped.
+/// assert_eq!(result.deepest_mm(), Some(0.9));
+/// let apart = DepthResult { contact: vec![false; 4], ..result };
+/// assert_eq!(apart.deepest_mm(), None);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthResult {
     /// Indentation along each pixel's ray, mm, as `indentation_mm` of ground truth: negative where the gel bulges, NaN
@@ -207,6 +260,16 @@ fn check_has_colours(file: &Path, image: &CapturedImage) -> Result<(), Reconstru
 ///
 /// # Errors
 /// Returns an error for arrays that are larger than their file can be.
+///
+/// ```
+/// use fabkit_reconstruct::{DepthResult, encode_npz};
+/// let (depth_mm, contact) = (vec![0.0, 0.1], vec![false, true]);
+/// let shown = DepthResult { depth_mm, contact, relative_brightness: 1.0 };
+/// let npz = encode_npz([2, 1], Some(&shown), Vec::new())?;
+/// // An NPZ file is a ZIP archive.
+/// assert_eq!(npz[..2], *b"PK");
+/// # Ok::<(), fabkit_files::Error>(())
+/// ```
 pub fn encode_npz(
     size_px: [usize; 2],
     shown: Option<&DepthResult>,

@@ -48,6 +48,34 @@ const EVEN_PITCHES: f64 = 1.0;
 const LEAST_SLOPE: f64 = 0.05;
 
 /// Tracker of a sensor's markers, calibrated with the image at rest.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use fabkit_capture::{CaptureRequest, LightConstants, find_lighting};
+/// use fabkit_reconstruct::{CapturedImage, MarkerTracker};
+/// # use fabkit_scene::{Cast, press_simulation::ContactModel};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("gelsight-like.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([320, 240])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// let sensor = &scene.project.design.sensor;
+/// let (lighting, constants) = (find_lighting(sensor, None)?, LightConstants::for_sensor(sensor));
+/// # let cast = Cast::at_rest(ContactModel::Rigid);
+/// # let request = CaptureRequest { cast, lighting, constants: &constants, seed: None };
+/// # let image = request.render(&scene, |_| Ok(()))?;
+/// # let values = image.grey.iter().map(|grey| (grey / 255.0) as f32).collect();
+/// let rest = CapturedImage { size_px: [320, 240], channels: 3, values };
+/// let tracker = MarkerTracker::new(sensor, &scene.viewpoint, lighting, (Path::new("rest.png"), &rest))?;
+/// // 9 x 7 dots, none of which has moved in the same image.
+/// let followed = tracker.follow(Path::new("rest.png"), &rest)?;
+/// assert_eq!((tracker.names().len(), followed.found()), (63, 63));
+/// let moved_px = tracker.displacements_px(&followed);
+/// assert!(moved_px.iter().flatten().all(|[x, y]| x.hypot(*y) < 1e-3));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct MarkerTracker {
     size_px: [usize; 2],
@@ -81,6 +109,19 @@ impl TrackedMarkers {
 }
 
 /// Returns the reason why a lighting shows no markers; `None` if it shows some.
+///
+/// ```
+/// use fabkit_reconstruct::why_markers_hidden;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("uvdtact").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("uvdtact.yaml", yaml, &[])?;
+/// let sensor = &project.design.sensor;
+/// let [white, uv] = &sensor.lightings[..] else { return Err("two lightings".into()) };
+/// assert_eq!(why_markers_hidden(sensor, uv), None);
+/// let why = why_markers_hidden(sensor, white).ok_or("shown")?;
+/// assert_eq!(why, "marks of `uvdtact` do not show in `white` light, but in `uv`");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn why_markers_hidden(sensor: &Sensor, lighting: &Lighting) -> Option<String> {
     let shows = |lighting: &Lighting| match &lighting.effect {
         VisibleEffect::LiquidColumns { columns, .. } => !columns.is_empty(),

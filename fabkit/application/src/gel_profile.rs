@@ -14,6 +14,24 @@ const GRAVITY: f64 = 9.806_65;
 ///
 /// # Errors
 /// Loads that differ too little, or readings that no modulus, or almost any, explains.
+///
+/// ```
+/// use fabkit_application::designs::profile::{GelCoupon, GelReading};
+/// use fabkit_application::gel_profile::{fit_modulus, to_yaml};
+///
+/// // A ball of 10 mm on 12 mm of gel, under four masses.
+/// let readings = [(20.0, 9.47), (50.0, 9.01), (100.0, 8.43), (200.0, 7.51)];
+/// let coupon = GelCoupon {
+///     material: "Smooth-On Ecoflex 00-30".into(),
+///     ball_mm: 10.0,
+///     thickness_mm: 12.0,
+///     diameter_mm: 50.0,
+///     readings: readings.map(|(load_g, gap_mm)| GelReading { load_g, gap_mm }).to_vec(),
+/// };
+/// let modulus = fit_modulus(&coupon)?;
+/// assert!(to_yaml(&coupon, &modulus).contains("youngs_modulus: {value: "));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn fit_modulus(coupon: &GelCoupon) -> Result<BallModulus, GelError> {
     let reading = |reading: &GelReading| IndentationReading {
         force_n: 1e-3 * reading.load_g * GRAVITY,

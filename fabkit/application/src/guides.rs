@@ -43,6 +43,18 @@ pub fn find_stages(design: &Design) -> Result<Vec<Stage<'_>>, InvalidBody> {
 ///
 /// # Errors
 /// A part that cannot be made.
+///
+/// ```
+/// use fabkit_application::guides::{collect_facts, find_stages};
+/// use fabkit_application::source::Target;
+///
+/// let design = Target::new("9dtact").design(&[])?;
+/// let guide = collect_facts(&design, &find_stages(&design)?, None, 2)?;
+/// // One entry for each part that is made, and a list of what to buy.
+/// assert_eq!(guide.made.len(), design.sensor.parts().count());
+/// assert!(guide.bom_csv().lines().count() > 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn collect_facts(
     design: &Design,
     stages: &[Stage],

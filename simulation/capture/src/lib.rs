@@ -5,29 +5,23 @@
 //! [`fabkit_scene::press_simulation`] computes how a press moves them.
 //!
 //! ```
-//! use std::sync::Arc;
+//! use fabkit_capture::{CaptureRequest, LightConstants, find_lighting};
+//! use fabkit_scene::{Cast, press_simulation::ContactModel};
 //!
-//! use fabkit_capture::{CaptureRequest, select_lighting};
-//! use fabkit_scene::ground_truth::Viewpoint;
-//! use fabkit_scene::press_simulation::ContactModel;
-//! use fabkit_scene::{Cast, SensorView};
-//!
-//! let yaml = fabkit_designs::builtin_yaml("9dtact").ok_or("no such sensor")?;
-//! let project = fabkit_fixtures::load("9dtact.yaml", yaml, &[])?;
-//! let viewpoint = Viewpoint::new(&project.design.sensor.camera, None, None)?.resized([41, 31])?;
-//! let (lighting, constants) = select_lighting(&project, None, None)?;
-//! let view = SensorView::new(Arc::new(project.clone()), viewpoint)?;
-//! let request = CaptureRequest {
-//!     cast: Cast::at_rest(ContactModel::Rigid),
-//!     lighting,
-//!     constants: &constants,
-//!     seed: None,
-//! };
-//! let image = request.render(&view, |_| Ok(()))?;
+//! # let yaml = fabkit_designs::builtin_yaml("9dtact").ok_or("no such sensor")?;
+//! # let project = fabkit_fixtures::load("9dtact.yaml", yaml, &[])?;
+//! # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+//! # let viewpoint = viewpoint.resized([41, 31])?;
+//! # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+//! // `scene` is the view of a 9DTact by its camera with 41 x 31 pixels.
+//! let sensor = &scene.project.design.sensor;
+//! let (lighting, constants) = (find_lighting(sensor, None)?, &LightConstants::for_sensor(sensor));
+//! let cast = Cast::at_rest(ContactModel::Rigid);
+//! let request = CaptureRequest { cast, lighting, constants, seed: None };
+//! let image = request.render(&scene, |_| Ok(()))?;
 //! assert_eq!((image.size_px, image.channels), ([41, 31], 1));
 //! // The exposure puts the middle of the surface at an intensity of 151.
-//! let middle_grey = image.grey[15 * 41 + 20];
-//! assert!((middle_grey - 151.0).abs() < 5.0, "{middle_grey}");
+//! assert!((image.grey[15 * 41 + 20] - 151.0).abs() < 5.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -196,10 +190,10 @@ impl Explained for CaptureError {
 /// ```
 /// # use fabkit_capture::{CaptureRequest, find_lighting, LightConstants};
 /// # use fabkit_scene::{Cast, press_simulation::ContactModel};
-/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
-/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// # let yaml = fabkit_designs::builtin_yaml("9dtact").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("9dtact.yaml", yaml, &[])?;
 /// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
-/// # let viewpoint = viewpoint.resized([40, 30])?;
+/// # let viewpoint = viewpoint.resized([20, 15])?;
 /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
 /// let sensor = &scene.project.design.sensor;
 /// let constants = &LightConstants::for_sensor(sensor);

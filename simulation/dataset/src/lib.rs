@@ -23,8 +23,8 @@
 //!
 //! ```
 //! use fabkit_dataset::{DatasetRequest, prepare_job};
-//! use fabkit_files::Error;
-//! use fabkit_scene::press_simulation::ContactModel;
+//! # use fabkit_files::Error;
+//! # use fabkit_scene::press_simulation::ContactModel;
 //!
 //! # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
 //! # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
@@ -32,7 +32,7 @@
 //! # let viewpoint = viewpoint.resized([40, 30])?;
 //! # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
 //! let request = DatasetRequest {
-//!     presses: None,
+//!     presses: None, // the sensor's own semi-domes
 //!     contact: ContactModel::Rigid,
 //!     seam_margin_mm: 0.5,
 //!     seed: 1,
@@ -42,7 +42,6 @@
 //! #     materialise: false,
 //! #     resume: false,
 //! };
-//! // Without a list of presses, the sensor's own semi-domes are the patterns.
 //! let (patterns, lines) = prepare_job(&scene, &|error| Error::bug(error), &request, |job, _| {
 //!     Ok::<_, Error>((job.patterns.len(), job.plan.samples_csv().lines().count()))
 //! })?;
@@ -110,37 +109,35 @@ pub struct PressPattern {
 ///
 /// ```
 /// use fabkit_dataset::{DatasetJob, DatasetPlan, PressPattern, compute_shard};
-/// use fabkit_depth::ground_truth::{ReferenceSurface, Seam};
-/// use fabkit_scene::{ground_truth::compile_indenters, press_simulation::ContactModel};
+/// # use fabkit_depth::ground_truth::{ReferenceSurface, Seam};
+/// # use fabkit_scene::{ground_truth::compile_indenters, press_simulation::ContactModel};
 ///
 /// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
 /// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
 /// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
 /// # let viewpoint = viewpoint.resized([40, 30])?;
 /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
-/// let rays = scene.rays_of_rows(1, 0..u32::MAX);
-/// let surface = &ReferenceSurface::cast(scene.touch()?, &rays)?;
+/// # let rays = scene.rays_of_rows(1, 0..u32::MAX);
+/// # let surface = &ReferenceSurface::cast(scene.touch()?, &rays)?;
+/// # let seam = &Seam::new(surface, fabkit_fixtures::SEAM_NORMAL, 0.5);
 /// let press = scene.project.press("hemisphere@30deg,180deg,1mm")?;
 /// let [left, right] = [compile_indenters(&[press.clone()])?, compile_indenters(&[press.flipped()])?];
 /// let patterns = &[PressPattern { name: "one".into(), left, right, response: None }];
-/// let seam = &Seam::new(surface, fabkit_fixtures::SEAM_NORMAL, 0.5);
-/// let plan = &DatasetPlan::new(patterns, 1, serde_json::json!({}));
 /// let job = DatasetJob {
-///     surface,
-///     seam,
 ///     patterns,
-///     plan,
+///     plan: &DatasetPlan::new(patterns, 1, serde_json::json!({})),
 ///     contact: ContactModel::Rigid,
+/// #     surface,
+/// #     seam,
 /// #     elastic_solver: None,
 /// #     uncertainty: None,
 /// #     captures: None,
 /// #     materialise: false,
 /// #     resume: false,
 /// };
-/// // Both halves of the pattern make one shard of each array.
+/// // The first shard of each array: indentations and labels.
 /// let (_, files) = compute_shard(&job, 0)?;
-/// let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
-/// assert_eq!(names, ["halves/indentation_mm/c/0/0/0", "halves/label/c/0/0/0"]);
+/// assert_eq!([&*files[0].0, &*files[1].0], ["halves/indentation_mm/c/0/0/0", "halves/label/c/0/0/0"]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug)]

@@ -18,27 +18,29 @@ use super::{
 /// ```
 /// use std::path::Path;
 ///
-/// use fabkit_capture::{CaptureRequest, LightConstants, find_lighting};
-/// use fabkit_reconstruct::{CapturedImage, ImageReader};
+/// use fabkit_reconstruct::ImageReader;
+/// # use fabkit_capture::{CaptureRequest, LightConstants, find_lighting};
+/// # use fabkit_reconstruct::CapturedImage;
 /// # use fabkit_scene::{Cast, press_simulation::ContactModel};
 ///
 /// # let yaml = fabkit_designs::builtin_yaml("tactip").ok_or("no such sensor")?;
 /// # let project = fabkit_fixtures::load("tactip.yaml", yaml, &[])?;
 /// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
-/// # let viewpoint = viewpoint.resized([320, 240])?;
+/// # let viewpoint = viewpoint.resized([240, 180])?;
 /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
-/// let sensor = &scene.project.design.sensor;
-/// let (lighting, constants) = (find_lighting(sensor, None)?, LightConstants::for_sensor(sensor));
+/// # let sensor = &scene.project.design.sensor;
+/// # let (lighting, constants) = (find_lighting(sensor, None)?, LightConstants::for_sensor(sensor));
 /// # let cast = Cast::at_rest(ContactModel::Rigid);
 /// # let request = CaptureRequest { cast, lighting, constants: &constants, seed: None };
 /// # let image = request.render(&scene, |_| Ok(()))?;
 /// # let values = image.grey.iter().map(|grey| (grey / 255.0) as f32).collect();
-/// let rest = CapturedImage { size_px: [320, 240], channels: image.channels, values };
-/// let lit = (lighting, &constants);
-/// let rest_file = Path::new("rest.png");
-/// let reader = ImageReader::new((sensor, &scene.viewpoint), || Ok(scene.clone()), lit, None, (rest_file, &rest))?;
+/// # let rest = CapturedImage { size_px: [240, 180], channels: image.channels, values };
+/// // `rest` is the image of a TacTip at rest.
+/// let (light, at_rest) = ((lighting, &constants), (Path::new("rest.png"), &rest));
+/// let camera = (sensor, &scene.viewpoint);
+/// let reader = ImageReader::new(camera, || Ok(scene.clone()), light, None, at_rest)?;
 /// // Its light shows the dots on its pins, and no depth.
-/// let read = reader.read(rest_file, rest.clone())?;
+/// let read = reader.read(Path::new("again.png"), rest.clone())?;
 /// assert!(read.depth.is_none() && read.contact_px().is_none());
 /// assert!(read.markers.as_ref().is_some_and(|markers| markers.found() > 50));
 /// assert!(reader.max_displacement_px(&read).is_some_and(|px| px < 1e-3));

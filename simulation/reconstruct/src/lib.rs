@@ -23,29 +23,32 @@
 //! ```
 //! use std::path::Path;
 //!
-//! use fabkit_capture::{CaptureRequest, LightConstants, find_lighting};
-//! use fabkit_reconstruct::{CapturedImage, Reconstructor};
-//! use fabkit_scene::{Cast, press_simulation::ContactModel};
+//! use fabkit_reconstruct::Reconstructor;
+//! # use fabkit_capture::{CaptureRequest, LightConstants, find_lighting};
+//! # use fabkit_reconstruct::CapturedImage;
+//! # use fabkit_scene::{Cast, press_simulation::ContactModel};
 //!
 //! # let yaml = fabkit_designs::builtin_yaml("digit-like").ok_or("no such sensor")?;
 //! # let project = fabkit_fixtures::load("digit-like.yaml", yaml, &[])?;
 //! # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
 //! # let viewpoint = viewpoint.resized([80, 60])?;
 //! # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
-//! let sensor = &scene.project.design.sensor;
-//! let (lighting, constants) = (find_lighting(sensor, None)?, LightConstants::for_sensor(sensor));
+//! # let sensor = &scene.project.design.sensor;
+//! # let (lighting, constants) = (find_lighting(sensor, None)?, LightConstants::for_sensor(sensor));
+//! # let image = |presses| {
+//! #     let cast = Cast { presses, ..Cast::at_rest(ContactModel::Rigid) };
+//! #     let request = CaptureRequest { cast, lighting, constants: &constants, seed: None };
+//! #     let image = request.render(&scene, |_| Ok(()))?;
+//! #     let values = image.grey.iter().map(|grey| (grey / 255.0) as f32).collect();
+//! #     Ok::<_, fabkit_files::Error>(CapturedImage { size_px: [80, 60], channels: image.channels, values })
+//! # };
+//! // `image` simulates what the camera of a DIGIT takes of some presses.
+//! let rest = (Path::new("rest.png"), &image(&[])?);
+//! let reconstructor = Reconstructor::new(&scene, lighting, &constants, rest)?;
 //! let presses = [scene.project.press("ball@0mm,0mm,0.5mm")?];
-//! let image = |presses| {
-//!     let cast = Cast { presses, ..Cast::at_rest(ContactModel::Rigid) };
-//!     let request = CaptureRequest { cast, lighting, constants: &constants, seed: None };
-//!     let image = request.render(&scene, |_| Ok(()))?;
-//!     let values = image.grey.iter().map(|grey| (grey / 255.0) as f32).collect();
-//!     Ok::<_, fabkit_files::Error>(CapturedImage { size_px: [80, 60], channels: image.channels, values })
-//! };
-//! let reconstructor = Reconstructor::new(&scene, lighting, &constants, (Path::new("rest.png"), &image(&[])?))?;
 //! let pressed = reconstructor.reconstruct(Path::new("pressed.png"), image(&presses)?)?;
 //! let deepest_mm = pressed.deepest_mm().ok_or("no contact")?;
-//! assert!((deepest_mm - 0.5).abs() < 0.25, "{deepest_mm}");
+//! assert!((deepest_mm - 0.5).abs() < 0.25);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

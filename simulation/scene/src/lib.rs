@@ -2,11 +2,9 @@
 //! commands `depth` and `dataset`.
 //!
 //! ```
-//! use std::sync::Arc;
-//!
+//! # use std::sync::Arc;
 //! use fabkit_scene::ground_truth::Viewpoint;
-//! use fabkit_scene::press_simulation::ContactModel;
-//! use fabkit_scene::{Cast, SensorView};
+//! use fabkit_scene::{Cast, SensorView, press_simulation::ContactModel};
 //!
 //! let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
 //! let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
@@ -15,10 +13,9 @@
 //! let viewpoint = Viewpoint::new(&project.design.sensor.camera, None, None)?.resized([80, 60])?;
 //! let view = SensorView::new(Arc::new(project), viewpoint)?;
 //! let cast = Cast { presses: &presses, ..Cast::at_rest(ContactModel::Rigid) };
-//! let depth_mm = view.cast(&cast, |seen| Ok::<_, fabkit_files::Error>(seen.deepest.map(|deepest| deepest.depth_mm)))?;
-//! // The pixels do not meet the deepest point exactly.
-//! let depth_mm = depth_mm.ok_or("no contact")?;
-//! assert!(depth_mm > 0.9 && depth_mm <= 1.0);
+//! let deepest = view.cast(&cast, |seen| Ok::<_, fabkit_files::Error>(seen.deepest))?;
+//! // A pixel near the deepest point, which is 1 mm deep, and not exactly at it.
+//! assert!(deepest.is_some_and(|deepest| deepest.depth_mm > 0.9 && deepest.depth_mm <= 1.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

@@ -235,12 +235,10 @@ pub type ComputeCustomMetrics<'a, E> =
 /// let text = "
 /// format: 1
 /// sensor: rtac0
-/// axes:
-///   camera.depth: [6 mm, 7 mm]
-///   camera.field_of_view: {from: 100 deg, to: 120 deg, steps: 3}
+/// axes: {camera.depth: [6 mm, 7 mm], camera.field_of_view: {from: 100 deg, to: 120 deg, steps: 3}}
 /// metrics: [coverage]
 /// ";
-/// let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
 /// let plan = Plan::new(PlanSource::new("sweep.yaml", text, "rtac0.yaml", yaml))?;
 /// // All combinations; the last axis changes fastest.
 /// assert_eq!(plan.len(), 2 * 3);

@@ -188,7 +188,7 @@ impl Explained for CaptureError {
 /// Options of a capture.
 ///
 /// ```
-/// # use fabkit_capture::{CaptureRequest, find_lighting, LightConstants};
+/// # use fabkit_capture::{CaptureRequest, LightConstants, find_lighting};
 /// # use fabkit_scene::{Cast, press_simulation::ContactModel};
 /// # let yaml = fabkit_designs::builtin_yaml("9dtact").ok_or("no such sensor")?;
 /// # let project = fabkit_fixtures::load("9dtact.yaml", yaml, &[])?;

@@ -96,14 +96,6 @@ impl Explained for SampleError {
 }
 
 /// Array whose first axis counts samples.
-///
-/// ```
-/// use fabkit_dataset::SampleArray;
-///
-/// let folder = std::env::temp_dir().join("no-such-dataset/halves/label");
-/// let missing = SampleArray::open(&folder).unwrap_err();
-/// assert!(missing.to_string().contains("zarr.json"));
-/// ```
 #[derive(Clone, Debug)]
 pub struct SampleArray {
     folder: PathBuf,

@@ -26,7 +26,7 @@ use super::{
 /// # let yaml = fabkit_designs::builtin_yaml("tactip").ok_or("no such sensor")?;
 /// # let project = fabkit_fixtures::load("tactip.yaml", yaml, &[])?;
 /// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
-/// # let viewpoint = viewpoint.resized([240, 180])?;
+/// # let viewpoint = viewpoint.resized([320, 240])?;
 /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
 /// # let sensor = &scene.project.design.sensor;
 /// # let (lighting, constants) = (find_lighting(sensor, None)?, LightConstants::for_sensor(sensor));
@@ -34,7 +34,7 @@ use super::{
 /// # let request = CaptureRequest { cast, lighting, constants: &constants, seed: None };
 /// # let image = request.render(&scene, |_| Ok(()))?;
 /// # let values = image.grey.iter().map(|grey| (grey / 255.0) as f32).collect();
-/// # let rest = CapturedImage { size_px: [240, 180], channels: image.channels, values };
+/// # let rest = CapturedImage { size_px: [320, 240], channels: image.channels, values };
 /// // `rest` is the image of a TacTip at rest.
 /// let (light, at_rest) = ((lighting, &constants), (Path::new("rest.png"), &rest));
 /// let camera = (sensor, &scene.viewpoint);

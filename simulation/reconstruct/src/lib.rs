@@ -21,35 +21,21 @@
 //! image at rest. The surface is integrated from these normals along the camera's own rays.
 //!
 //! ```
-//! use std::path::Path;
+//! use fabkit_capture::{LightConstants, find_lighting};
+//! use fabkit_reconstruct::{CapturedImage, Reconstructor};
+//! use fabkit_scene::SensorView;
 //!
-//! use fabkit_reconstruct::Reconstructor;
-//! # use fabkit_capture::{CaptureRequest, LightConstants, find_lighting};
-//! # use fabkit_reconstruct::CapturedImage;
-//! # use fabkit_scene::{Cast, press_simulation::ContactModel};
-//!
-//! # let yaml = fabkit_designs::builtin_yaml("digit-like").ok_or("no such sensor")?;
-//! # let project = fabkit_fixtures::load("digit-like.yaml", yaml, &[])?;
-//! # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
-//! # let viewpoint = viewpoint.resized([80, 60])?;
-//! # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
-//! # let sensor = &scene.project.design.sensor;
-//! # let (lighting, constants) = (find_lighting(sensor, None)?, LightConstants::for_sensor(sensor));
-//! # let image = |presses| {
-//! #     let cast = Cast { presses, ..Cast::at_rest(ContactModel::Rigid) };
-//! #     let request = CaptureRequest { cast, lighting, constants: &constants, seed: None };
-//! #     let image = request.render(&scene, |_| Ok(()))?;
-//! #     let values = image.grey.iter().map(|grey| (grey / 255.0) as f32).collect();
-//! #     Ok::<_, fabkit_files::Error>(CapturedImage { size_px: [80, 60], channels: image.channels, values })
-//! # };
-//! // `image` simulates what the camera of a DIGIT takes of some presses.
-//! let rest = (Path::new("rest.png"), &image(&[])?);
-//! let reconstructor = Reconstructor::new(&scene, lighting, &constants, rest)?;
-//! let presses = [scene.project.press("ball@0mm,0mm,0.5mm")?];
-//! let pressed = reconstructor.reconstruct(Path::new("pressed.png"), image(&presses)?)?;
-//! let deepest_mm = pressed.deepest_mm().ok_or("no contact")?;
-//! assert!((deepest_mm - 0.5).abs() < 0.25);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! /// Largest depth in an image, given the one at rest.
+//! fn deepest_mm(
+//!     view: &SensorView,
+//!     rest: &CapturedImage,
+//!     pressed: CapturedImage,
+//! ) -> Result<Option<f32>, fabkit_files::Error> {
+//!     let sensor = &view.project.design.sensor;
+//!     let (lighting, constants) = (find_lighting(sensor, None)?, LightConstants::for_sensor(sensor));
+//!     let reconstructor = Reconstructor::new(view, lighting, &constants, ("rest.png".as_ref(), rest))?;
+//!     Ok(reconstructor.reconstruct("pressed.png".as_ref(), pressed)?.deepest_mm())
+//! }
 //! ```
 
 mod drift;
@@ -87,9 +73,9 @@ pub use network_depth::{DepthNetwork, InputNormalisation, MaskCircle, NetworkCar
 /// use fabkit_reconstruct::shows_depth;
 ///
 /// # let yaml = fabkit_designs::builtin_yaml("uvdtact").ok_or("no such sensor")?;
-/// # let project = fabkit_fixtures::load("uvdtact.yaml", yaml, &[])?;
+/// # let design = fabkit_designs::load("uvdtact.yaml", yaml, &[], &["fixtures"])?;
 /// // White light shows how thick its layers are, ultraviolet light shows its markers.
-/// let shows: Vec<_> = project.design.sensor.lightings.iter().map(|one| (one.name, shows_depth(one))).collect();
+/// let shows: Vec<_> = design.sensor.lightings.iter().map(|one| (one.name, shows_depth(one))).collect();
 /// assert_eq!(shows, [("white", true), ("uv", false)]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -30,14 +30,6 @@ pub fn user_file() -> Result<Option<UserFile>, Error> {
 ///
 /// # Errors
 /// A file that cannot be read, and all problems of the profile.
-///
-/// ```
-/// use std::path::Path;
-///
-/// use fabkit_application::source::read_profile;
-/// let missing = read_profile(Path::new("no-such-profile.yaml")).unwrap_err();
-/// assert!(missing.to_string().contains("no-such-profile.yaml"));
-/// ```
 pub fn read_profile(path: &Path) -> Result<ProcessProfile, Error> {
     let hint = "is it the right file? `fabkit profile` writes one";
     let expected = ExpectedFile { what: "a printer's profile", max_bytes: MAX_YAML_BYTES, hint };

@@ -457,11 +457,11 @@ impl SensorView {
     /// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
     /// # let viewpoint = viewpoint.resized([40, 30])?;
     /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
-    /// let high = scene.project.press("hemisphere@0deg,0deg,1mm")?;
-    /// let low = fabkit_fixtures::Press { bodies: vec![], ..high.clone() };
-    /// assert!(scene.check_contacts([("one", &high)].into_iter(), false).is_ok());
+    /// let pressed = scene.project.press("hemisphere@0deg,0deg,1mm")?;
+    /// let empty = fabkit_fixtures::Press { bodies: vec![], ..pressed.clone() };
+    /// assert!(scene.check_contacts([("one", &pressed)].into_iter(), false).is_ok());
     /// // A press without bodies touches nothing.
-    /// let presses = || [("one", &high), ("none", &low)].into_iter();
+    /// let presses = || [("one", &pressed), ("none", &empty)].into_iter();
     /// assert!(scene.check_contacts(presses(), true).is_ok());
     /// assert!(scene.check_contacts(presses(), false).is_err());
     /// # Ok::<(), Box<dyn std::error::Error>>(())

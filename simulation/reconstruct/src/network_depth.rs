@@ -1,7 +1,7 @@
 //! Reconstruction of depth by a trained network.
 //!
 //! The input is that of R-Tac0's authors: both images are blurred, the loss of intensity against rest is reduced by a
-//! small offset, clipped and scaled to 1. It is 0 without contact, where depth is 0 too. A [`Card`] states the
+//! small offset, clipped and scaled to 1. It is 0 without contact, where depth is 0 too. A [`NetworkCard`] states the
 //! parameters for a network; a network without a card is treated as the published one.
 
 use std::path::{Path, PathBuf};
@@ -42,6 +42,20 @@ const CARD: ExpectedFile = ExpectedFile {
 };
 
 /// Card of a network: its required input and the meaning of its output.
+///
+/// ```
+/// use fabkit_reconstruct::{InputNormalisation, NetworkCard};
+///
+/// let text = r#"{
+///     "sensor": "rtac0", "design_hash": null, "training": "4,000 simulated presses", "output_mm": 2.0,
+///     "input": {"blur_px": 5, "blur_sigma_px": 5.0, "offset_grey": 3.0, "maximum_grey": 47.0},
+///     "mask": {"center_px": null, "radius_px": 207.0}
+/// }"#;
+/// let card: NetworkCard = serde_json::from_str(text)?;
+/// assert_eq!(card.input, InputNormalisation::PUBLISHED);
+/// assert!(card.held_out.is_null());
+/// # Ok::<(), serde_json::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct NetworkCard {
     /// Name of the sensor whose images it was trained on.
@@ -98,6 +112,16 @@ impl InputNormalisation {
 }
 
 /// A network with its card.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use fabkit_reconstruct::DepthNetwork;
+/// // A network's card lies beside it.
+/// assert_eq!(DepthNetwork::card_path(Path::new("nets/depth.onnx")), Path::new("nets/depth.json"));
+/// let missing = DepthNetwork::read(Path::new("no-such-network.onnx")).unwrap_err();
+/// assert!(missing.to_string().contains("no-such-network.onnx"));
+/// ```
 #[derive(Clone, Debug)]
 pub struct DepthNetwork {
     file: PathBuf,

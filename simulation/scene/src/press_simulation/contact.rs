@@ -12,6 +12,16 @@ use super::{ElasticSolver, MarkerDisplacement, PressStep, PressingError, SHEAR_S
 use crate::ground_truth::{Penetration, find_deepest_point};
 
 /// Contact model: how the surface reacts to indenters.
+///
+/// ```
+/// use fabkit_scene::press_simulation::{ContactModel, LinearOptions};
+/// let named = |name, membrane_mm| ContactModel::from_name(name, membrane_mm, LinearOptions::default());
+/// assert_eq!(named(None, 0.0)?, ContactModel::Rigid);
+/// // A radius alone says that a membrane is meant.
+/// assert_eq!(named(None, 1.5)?, ContactModel::Membrane(1.5));
+/// assert!(named(Some("linear"), 1.5).is_err());
+/// # Ok::<(), fabkit_scene::press_simulation::PressingError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ContactModel {
     /// The surface follows the indenter inside the contact and stays at rest elsewhere.

@@ -37,7 +37,7 @@ fn text(name: &str, report: &CheckReport) -> String {
             1 => "1 finding".to_owned(),
             n => format!("{n} findings"),
         };
-        let count = format!("{} {}", examined.count, examined.what);
+        let count = format_examined(examined.count, examined.what);
         rows.push(cells([examined.rule.word(), &count, &result]));
     }
     let mut text = table(&[Left, Left, Left], &rows);
@@ -53,6 +53,21 @@ fn text(name: &str, report: &CheckReport) -> String {
         n => format!("\n{n} errors\n"),
     };
     text
+}
+
+/// Formats a count with its noun, which is given in the plural: `1 pair of touching bodies`.
+fn format_examined(count: usize, what: &str) -> String {
+    if count != 1 {
+        return format!("{count} {what}");
+    }
+    let words = [" of ", " in ", " with ", " for ", " against ", " between "];
+    let end = words.iter().filter_map(|word| what.find(word)).min().unwrap_or(what.len());
+    let (nouns, rest) = what.split_at(end);
+    let noun = match nouns.strip_suffix("bodies") {
+        Some(before) => format!("{before}body"),
+        None => nouns.strip_suffix('s').unwrap_or(nouns).to_owned(),
+    };
+    format!("1 {noun}{rest}")
 }
 
 fn finding_text(finding: &Finding) -> String {

@@ -15,7 +15,7 @@ pub(super) fn run(args: &cli::Design, global: &cli::Global) -> Result<Outcome, F
     if let Some(name) = target.part {
         let project = target.project(&args.set)?;
         let unknown = UnknownName::new("fixture", name, project.fixture_names());
-        let hint = format!("{}; a single part has nothing to be checked against", unknown.hint());
+        let hint = format!("{}; a single part cannot be checked", unknown.hint());
         let about = unknown.subject();
         return Err(Failure::new(ErrorKind::BadInput, unknown, hint).with_subject(about));
     }

@@ -384,7 +384,7 @@ fn format_remaining_files(exported: &Exported, written: &WrittenExport) -> Strin
     let kept = written.manifest.files.len().saturating_sub(exported.manifest.files.len());
     let mut text = String::new();
     if kept > 0 {
-        text += &format!("{kept} files of an earlier export of the same design stay\n");
+        text += &format!("files kept from an earlier export of the same design: {kept}\n");
     }
     let mut line = |what: &str, names: Vec<&str>, hint: &str| {
         if !names.is_empty() {
@@ -400,12 +400,12 @@ fn format_remaining_files(exported: &Exported, written: &WrittenExport) -> Strin
     };
     let hint = "; --clean removes them";
     line(
-        "warning: of another version of the design or of the options",
+        "warning: files of another version of the design or of other options",
         of(UnlistedReason::Stale),
         hint,
     );
-    line("warning: changed since an earlier export", of(UnlistedReason::Changed), "");
-    line("not fabkit's", of(UnlistedReason::Foreign), "");
+    line("warning: files changed since an earlier export", of(UnlistedReason::Changed), "");
+    line("files that fabkit did not write", of(UnlistedReason::Foreign), "");
     line("removed", written.removed.iter().map(String::as_str).collect(), "");
     text
 }

@@ -144,7 +144,8 @@ fn lamps(circuit: &Circuit, one: &SeriesResistor) -> Vec<Finding> {
     }
     for name in &one.designators {
         if circuit.part(name).is_none_or(|part| part.kind != CircuitKind::Resistor) {
-            let what = format!("{name} is calculated, but the circuit has no resistor of this name");
+            let what =
+                format!("{name} is calculated, but the circuit has no resistor of this name");
             found.push(error(circuit, &what, "name a resistor of the circuit"));
         }
     }
@@ -159,7 +160,8 @@ fn counted(circuit: &Circuit) -> Option<Finding> {
     let calculated: usize = shared.sum();
     (there != calculated).then(|| {
         let what = format!("the circuit has {there} LEDs, but resistors for {calculated} of them");
-        let fix = "calculate a resistor for every LED, and none for LEDs that the circuit does not have";
+        let fix =
+            "calculate a resistor for every LED, and none for LEDs that the circuit does not have";
         error(circuit, &what, fix).with_measurement(calculated as f64, there as f64, "LEDs")
     })
 }

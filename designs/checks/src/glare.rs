@@ -112,8 +112,7 @@ fn finding(mirror: &str, images: &[&MirrorImage], share: f64, lamps: usize) -> F
         "{mirror} mirrors {} of {lamps} light sources into the image, about {middle_deg:.0} degrees off the axis",
         seen.len()
     );
-    let fix =
-        "move the light sources further out, keep air from the face, shade them, or make the face matt";
+    let fix = "move the light sources further out, keep air from the face, shade them, or make the face matt";
     Finding::error(Rule::Glare, message, fix)
         .in_assembly(&Assembly::sensor().0)
         .about_bodies([mirror])

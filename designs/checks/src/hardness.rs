@@ -120,7 +120,8 @@ pub(crate) fn contrasts(sensor: &Sensor) -> Vec<Finding> {
         }
         let shade = if is_dark { "dark" } else { "light" };
         let message = format!("{} of {} is as {shade} as {} behind it", a.name, a.material, b.name);
-        let fix = format!("take a {} colour for one of them", if is_dark { "light" } else { "dark" });
+        let fix =
+            format!("take a {} colour for one of them", if is_dark { "light" } else { "dark" });
         Some(
             Finding::error(Rule::Sight, message, fix)
                 .about_bodies([a.name.as_str(), b.name.as_str()]),

@@ -34,7 +34,8 @@ fn overlap(
 ) -> Option<Finding> {
     let wrong = |message: String, fix: &str| Some(Finding::error(Rule::Chain, message, fix));
     let Some(before) = sensor.chain[..at].iter().position(|other| other.name == waiting) else {
-        let message = format!("the step is done during `{waiting}`, but no earlier step has this name");
+        let message =
+            format!("the step is done during `{waiting}`, but no earlier step has this name");
         return wrong(message, "name an earlier step that cures");
     };
     let Some(cure) = sensor.chain[before].cure().filter(|cure| cure.hours > 0.0) else {

@@ -115,8 +115,14 @@ fn every_mistake_is_found_and_told_with_its_numbers() {
         (|s| one(s).ohms = 20.0, "R1 turns 0.200 W to heat, but withstands only 0.1 W"),
         (|s| one(s).supply_v = 12.0, "is calculated for 12 V, but the circuit's supply has 5 V"),
         (|s| one(s).leds = 2, "the circuit has 3 LEDs, but resistors for 2 of them"),
-        (|s| one(s).designators = vec!["D1".into()], "D1 is calculated, but the circuit has no resistor"),
-        (|s| s.circuits[0].current_a = 0.1, "stated to take 100.0 mA, but its resistors let 20.0 mA"),
+        (
+            |s| one(s).designators = vec!["D1".into()],
+            "D1 is calculated, but the circuit has no resistor",
+        ),
+        (
+            |s| s.circuits[0].current_a = 0.1,
+            "stated to take 100.0 mA, but its resistors let 20.0 mA",
+        ),
         (|s| s.circuits[0].supply_a = Some(0.015), "take 20 mA, but the supply delivers 15 mA"),
         (turn_d2, "D2 meets net LED with its cathode, and other LEDs do not"),
         (|s| drop(s.circuits[0].nets[0].pins.pop()), "net V+ has 1 of the 2 ends"),

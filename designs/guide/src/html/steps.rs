@@ -14,7 +14,7 @@ impl Guide {
         if self.steps.is_empty() {
             return;
         }
-        *body += "<h2>Which piece in which step</h2>\n";
+        *body += "<h2>Pieces by step</h2>\n";
         let rows = self.made.iter().map(|part| (&part.name, &part.steps));
         let rows = rows.chain(self.bought.iter().map(|piece| (&piece.name, &piece.steps)));
         let row = |(piece, needed): (&String, &Vec<usize>)| {

@@ -101,7 +101,7 @@ pub enum CalibrationRunError {
         fixture: String,
     },
     /// Too many marks that lie at none of the holes named by the labels.
-    #[error("{doubtful} of {marks} marks are at no labelled hole:\n  {}", .discrepancies.join("\n  "))]
+    #[error("{doubtful} of {marks} marks lie at no labelled hole:\n  {}", .discrepancies.join("\n  "))]
     Doubtful {
         /// Number of such marks.
         doubtful: usize,
@@ -185,8 +185,7 @@ impl Explained for CalibrationRunError {
                 }
                 LensCalibrationError::TooManyViews { .. } => "choose those that differ most",
                 LensCalibrationError::NoInitialPose { .. } => {
-                    "is this the board, and are the sensor's camera.field_of_view and the size of \
-                     the images right?"
+                    "is this the right board, and are the sensor's camera.field_of_view and the image size right?"
                 }
                 LensCalibrationError::NoModel { .. } => "try all lens models",
                 LensCalibrationError::NotObservable { .. } => {

@@ -31,7 +31,7 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
     args.truth.as_ref().map_or(Ok(()), |path| ends(path, "npz"))?;
     let is_told = options.friction.is_some() || options.spacing.is_some();
     if options.contact == "rigid" && is_told {
-        let message = "friction and the distance of nodes belong to `linear` contact";
+        let message = "friction and spacing are only for `linear` contact";
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
     let unit = options.unit.map(Unit);

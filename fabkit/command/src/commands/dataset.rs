@@ -112,10 +112,7 @@ fn report(
     );
     if !damaged.is_empty() {
         let count = damaged.len();
-        text += &format!(
-            "warning: damaged files, made again ({count}): {}\n",
-            damaged.join(", ")
-        );
+        text += &format!("warning: damaged files, made again ({count}): {}\n", damaged.join(", "));
     }
     text += &view::coverage_text(&scene.coverage);
     if !untouched.is_empty() {

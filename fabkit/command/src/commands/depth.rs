@@ -94,12 +94,15 @@ fn write(
     text += &elastic.as_ref().map(|elastic| elastic_text(level, elastic)).unwrap_or_default();
     let sigma_of = scene.viewpoint.sigma_contributions();
     let sigma_parameters = scene.viewpoint.sigma_parameters();
-    let alone = if sigma_parameters.is_empty() { " only, because no covariance was given" } else { "" };
+    let alone =
+        if sigma_parameters.is_empty() { " only, because no covariance was given" } else { "" };
     text += &format!(
         "median sigma of points on the surface: {of_points:.4} mm, of ranges: {median:.4} mm; from {sigma_of}{alone}\n"
     );
     if args.grey.is_some() {
-        text += &format!("greyscale image: {GREY_STEP_MM} mm per step; 0 marks pixels without a value\n");
+        text += &format!(
+            "greyscale image: {GREY_STEP_MM} mm per step; 0 marks pixels without a value\n"
+        );
     }
     let json = json!({
         "format": "fabkit-depth",

@@ -28,7 +28,8 @@ pub(super) fn fit_gel(
 }
 
 fn text_of(coupon: &GelCoupon, fitted: &BallModulus, output: &str) -> String {
-    let mut rows = vec![["load g", "gap mm", "depth mm", "residual mm"].map(str::to_owned).to_vec()];
+    let mut rows =
+        vec![["load g", "gap mm", "depth mm", "residual mm"].map(str::to_owned).to_vec()];
     for ((reading, depth_mm), off_mm) in
         coupon.readings.iter().zip(&fitted.depths_mm).zip(&fitted.residuals_mm)
     {

@@ -76,7 +76,8 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     }
     files.write()?;
     let rate = rates.map_or(f64::NAN, |rates| rates.images_per_s);
-    text += &format!("{rate:.0} images per second on one core, without reading and writing files\n");
+    text +=
+        &format!("{rate:.0} images per second on one core, without reading and writing files\n");
     // A network does not use light constants, and marker tracking alone needs none.
     let constants = if reader.scene.is_some() && network.is_none() {
         json!(constants.document(&lighting.effect))
@@ -120,7 +121,9 @@ fn heading(sensor: &Sensor, reader: &ImageReader, network: Option<&DepthNetwork>
     if let Some(marks) = &reader.marks {
         let [at_rest, drawn] = [marks.rest_px(), marks.drawn_px()].map(count_known);
         let all = marks.names().len();
-        text += &format!("{at_rest} markers found at rest; the design has {all}, {drawn} of them in view\n");
+        text += &format!(
+            "{at_rest} markers found at rest; the design has {all}, {drawn} of them in view\n"
+        );
     }
     text
 }

@@ -18,9 +18,17 @@ use crate::failure::{ErrorKind, Failure};
 
 pub(super) fn run(args: &FitLight, design: &Design, reference: &Path) -> Result<Outcome, Failure> {
     let of_pads = [
-        ("--pose", args.pose.is_some(), "leave it out: the pins of a dome determine the camera's pose"),
+        (
+            "--pose",
+            args.pose.is_some(),
+            "leave it out: the pins of a dome determine the camera's pose",
+        ),
         ("--scale", args.scale.is_some(), "write --camera FILE.yaml"),
-        ("--ball-diameter", args.ball_diameter.is_some(), "leave it out: captures of a dome show pins"),
+        (
+            "--ball-diameter",
+            args.ball_diameter.is_some(),
+            "leave it out: captures of a dome show pins",
+        ),
     ];
     refuse_options(&of_pads, &format!("is for pads; {} has none", design.sensor.name))?;
     let Some(camera) = &args.camera else {

@@ -13,7 +13,11 @@ use crate::failure::{ErrorKind, Failure};
 
 pub(super) fn run(args: &FitLight, reference: &Path) -> Result<Outcome, Failure> {
     let of_domes = [
-        ("--landmarks", args.landmarks.is_some(), "leave it out: the image shows where the ball is"),
+        (
+            "--landmarks",
+            args.landmarks.is_some(),
+            "leave it out: the image shows where the ball is",
+        ),
         ("--pin", args.pin.is_some(), "press one ball in each capture"),
         ("--pin-radius", args.pin_radius.is_some(), "write --ball-diameter LENGTH"),
     ];

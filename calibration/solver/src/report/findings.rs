@@ -196,9 +196,7 @@ impl ExtrinsicsReport<'_> {
         text.extend(self.about_light());
         if let Some(lean) = self.value_and_sigma(FitParameter::Lean) {
             text.push(format!(
-                "All pins lean the same way round the sensor's axis, by {:.2} ± {:.2} mm at the \
-                 tip. No lens does that. It is what happens when the dome is turned a little while \
-                 its pins stick to the surface, and pins have play in their holes.",
+                "All pins lean the same way round the sensor's axis, by {:.2} ± {:.2} mm at the tip. No lens does that; a dome turned a little while its pins stick to the surface does.",
                 lean.0, lean.1
             ));
         }
@@ -224,9 +222,7 @@ impl ExtrinsicsReport<'_> {
                 "do not need"
             };
             text.push(format!(
-                "The data {verdict} refraction: a flat surface of gel {distance} before the \
-                 lens, as the only change to the optics, takes the held-out error from {:.2} px to \
-                 {:.2} px and puts the camera {} from the design.",
+                "The data {verdict} refraction: a flat surface of gel {distance} before the lens takes the held-out error from {:.2} px to {:.2} px and puts the camera {} from the design.",
                 given.held_out_rms_px,
                 gel.held_out_rms_px,
                 distance_from_design(gel)
@@ -280,9 +276,7 @@ impl ExtrinsicsReport<'_> {
         let index = self.value_and_sigma(FitParameter::Camera("interface_index_outside"));
         if let (Some((shift_mm, sigma_mm)), Some((index, of_index))) = (shift, index) {
             text.push(format!(
-                "The first face lies {shift_mm:+.3} ± {sigma_mm:.3} mm farther from the lens than drawn \
-                 (beforehand ± {PLACE_SIGMA_MM}); the index behind it is {index:.4} ± {of_index:.4} (beforehand \
-                 ± {INDEX_SIGMA})."
+                "The first face lies {shift_mm:+.3} ± {sigma_mm:.3} mm farther from the lens than drawn (prior ± {PLACE_SIGMA_MM}); the index behind it is {index:.4} ± {of_index:.4} (prior ± {INDEX_SIGMA})."
             ));
         }
         text
@@ -295,9 +289,7 @@ impl ExtrinsicsReport<'_> {
         let (wider_mm, of_spread) = self.value_and_sigma(spread)?;
         let known = [scatter, spread].map(FitParameter::prior_sigma);
         let mut text = format!(
-            "Marks look as if the layer scattered {:.2} times as much as is assumed (within a factor of {:.2}, \
-             beforehand {:.2}), and light went {wider_mm:+.3} ± {of_spread:.3} mm farther sideways in it (beforehand \
-             ± {}).",
+            "Marks look as if the layer scattered {:.2} times as much as assumed (within a factor of {:.2}, prior {:.2}) and spread light {wider_mm:+.3} ± {of_spread:.3} mm farther (prior ± {}).",
             scatter_log.exp(),
             of_scatter.exp(),
             known[0].exp(),

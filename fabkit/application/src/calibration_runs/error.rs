@@ -165,7 +165,7 @@ impl Explained for CalibrationRunError {
                 "take all images with the sensor's camera at its own size, or change the sensor's \
                  camera.width_px and camera.height_px"
             }
-            Self::SameImage { .. } => "give each image once; the same one again is no new evidence",
+            Self::SameImage { .. } => "give each image only once: a copy is no new evidence",
             Self::NoForecast { .. } => "correct the sensor's `camera`",
             Self::Charuco => "use fabkit's own detector, or give what OpenCV found",
             Self::NoOpencv => "build fabkit with its feature `opencv`, or give what OpenCV found",

@@ -126,3 +126,16 @@ pub(super) fn components(batch: &Batch) -> String {
     let weighed = batch.components_g.iter().map(|(name, grams)| format!("{grams:.2} g {name}"));
     weighed.collect::<Vec<_>>().join(", ")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::format_examined;
+
+    #[test]
+    fn one_is_counted_in_the_singular() {
+        assert_eq!(format_examined(1, "pairs of touching bodies"), "1 pair of touching bodies");
+        assert_eq!(format_examined(1, "bodies in view"), "1 body in view");
+        assert_eq!(format_examined(1, "surface-shaping steps"), "1 surface-shaping step");
+        assert_eq!(format_examined(2, "pours"), "2 pours");
+    }
+}

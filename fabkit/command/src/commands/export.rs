@@ -24,7 +24,7 @@ use crate::defaults::{self, Defaults};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::roles::FileRoles;
-use crate::table::{Align::Left, Align::Right, format_size, group_digits, table};
+use crate::table::{Align::Left, Align::Right, format_count, format_size, group_digits, table};
 
 /// Default chord tolerance, mm.
 const DEFAULT_TOLERANCE_MM: f64 = 0.01;
@@ -60,8 +60,8 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     }
     text += &parts_table(&made.own.manifest);
     text += &format!(
-        "{} files, {} in {} ({:.2} s)\n",
-        written.files,
+        "{}, {} in {} ({:.2} s)\n",
+        format_count(written.files, "file"),
         format_size(written.bytes),
         folder.display(),
         start.elapsed().as_secs_f64(),

@@ -77,7 +77,7 @@ fn summary(fitted: &LightFit) -> String {
     let [layer, ground, scatter, spread] = fitted.values;
     let [of_layer, of_ground, of_scatter, of_spread] = fitted.sigmas;
     let mut text = format!(
-        "intensity: {layer:.0} +- {of_layer:.0} from an endless layer, {ground:.0} +- {of_ground:.0} from elsewhere; scattering {scatter:.2} +- {of_scatter:.2} /mm, spread of light {spread:.2} +- {of_spread:.2} mm\n\
+        "intensity: {layer:.0} +- {of_layer:.0} from an endless layer, {ground:.0} +- {of_ground:.0} from elsewhere\nscattering {scatter:.2} +- {of_scatter:.2} /mm, spread of light {spread:.2} +- {of_spread:.2} mm\n\
          pins press {:.2} mm deep (landmarks: {:.2} mm)\n\
          intensity rms: held-out profiles {:.2}, at rest {:.2}\n\
          ring deg  pins  intensity  predicted  profile rms\n",

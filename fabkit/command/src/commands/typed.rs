@@ -28,7 +28,7 @@ pub(super) fn calibration_commands(
         lines.push(line(
             "calibrate the lens",
             format!(
-                "fabkit calibrate intrinsics {sensor}{set} --board boards/charuco.board.json pictures/*.png \
+                "fabkit calibrate intrinsics {sensor}{set} --board boards/charuco.board.json images/*.png \
                  -o camera.yaml --report lens.html"
             ),
         ));

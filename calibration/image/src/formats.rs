@@ -152,7 +152,7 @@ impl Format {
             RGB(8 | 16) => 3,
             RGBA(8 | 16) => 4,
             other => {
-                let reason = format!("{other:?}; write grey or RGB of 8 or 16 bits");
+                let reason = format!("{other:?}; write greyscale or RGB of 8 or 16 bits");
                 return Err(self.unreadable(reason));
             }
         };

@@ -11,7 +11,7 @@ use crate::rule_input::{RuleInput, RuleResult};
 rule! {
     /// Liquids cure against the walls that they touch, and do not bond to their molds.
     Chemistry = "chemistry",
-    examines: "faces of liquids",
+    examines: "pairs of liquid and wall",
     finds: "silicone that does not cure against a body that it touches, or bonds to its mold",
     limit: "curing mechanisms and inhibitors of the materials; a step that seals or releases the \
              wall",

@@ -15,7 +15,7 @@ use crate::scene::InvalidBody;
 rule! {
     /// The printer can make the part.
     Printability = "printability",
-    examines: "parts on own machines",
+    examines: "parts with a stated machine",
     finds: "walls and holes that a machine cannot make, and parts that do not fit its bed",
     limit: "the machine's data in the sensor's file",
     for_variants: true,

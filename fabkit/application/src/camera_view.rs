@@ -106,7 +106,7 @@ pub(crate) fn trace_plane_rays(
     let across = normal.cross(&pose.vector(Vector3::z()));
     let in_image = pose.inverse().vector(across).xy();
     let Some(along) = in_image.try_normalize(1e-6) else {
-        let message = "the section is seen along the camera's axis: no plane of its rays is";
+        let message = "the section lies across the camera's axis, so its plane contains no rays";
         return Err(DrawingError::Viewer(message.into()));
     };
     let size = [camera.width_px(), camera.height_px()].map(f64::from);

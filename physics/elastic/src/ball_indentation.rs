@@ -85,9 +85,7 @@ pub enum BallIndentationError {
     },
     /// Readings that no modulus explains.
     #[error(
-        "no modulus explains these readings: the ball would have to be less than {least_mm:.2} mm or more than \
-         {most_mm:.2} mm deep at the heaviest load; the deepest that the law holds for is 0.3 of the gel's \
-         thickness, and 0.6 of the ball's radius"
+        "no modulus explains these readings: at the heaviest load the ball must be {least_mm:.2} to {most_mm:.2} mm deep; the law holds up to 0.3 of the gel's thickness and 0.6 of the ball's radius"
     )]
     OutsideLaw {
         /// Depth of the shallowest press that is tried, mm.

@@ -47,7 +47,7 @@ const MIN_COSINE: f64 = 0.05;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LightingError {
     /// Sensor without light sources.
-    #[error("`{sensor}` has no lamps that shine at its surface")]
+    #[error("`{sensor}` has no light sources that shine at its surface")]
     NoLamps {
         /// Name of the sensor.
         sensor: String,
@@ -186,7 +186,7 @@ impl Emitters {
         if spread.is_empty() {
             return Ok(own);
         }
-        let what = format!("{}, as bright as the lamps make it from behind", diffuser.name);
+        let what = format!("{}, as bright as the light sources make it from behind", diffuser.name);
         Ok(Self { emitters: spread, description: what, ..own })
     }
 

@@ -23,7 +23,7 @@ use fabkit_geometry::{InvalidSolid, Point3};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidStack {
     /// Clear body with an unknown refractive index.
-    #[error("{body}: light passes it, but nobody says how {} bends light", material_or_unknown(.material))]
+    #[error("{body}: light passes it, but the refractive index of {} is not known", material_or_unknown(.material))]
     UnknownIndex {
         /// Name of the body.
         body: String,
@@ -40,7 +40,7 @@ pub enum InvalidStack {
     },
     /// Overlap of two media.
     #[error(
-        "{} and {} overlap by {depth_mm:.3} mm at ({:.3}, {:.3}, {:.3}) mm: light has two media there",
+        "{} and {} overlap by {depth_mm:.3} mm at ({:.3}, {:.3}, {:.3}) mm: a place can have only one medium",
         .bodies[0], .bodies[1], .place_in_sensor.x, .place_in_sensor.y, .place_in_sensor.z
     )]
     Overlap {
@@ -102,5 +102,5 @@ impl InvalidStack {
 
 /// Returns the name of the material, or words that stand for an unknown one.
 fn material_or_unknown(material: &str) -> &str {
-    if material.is_empty() { "what it is made from" } else { material }
+    if material.is_empty() { "its material" } else { material }
 }

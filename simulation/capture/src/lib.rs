@@ -86,7 +86,7 @@ use fabkit_scene::{Cast, CastResult, SensorView};
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
     /// A sensor without a known lighting, or without what that lighting shows.
-    #[error("nobody says how `{sensor}` is lit, or what of it that shows")]
+    #[error("`{sensor}` has no known light, or its light shows nothing known")]
     UnknownLighting {
         /// Name of the sensor.
         sensor: String,
@@ -118,7 +118,7 @@ pub enum CaptureError {
         light: &'static str,
     },
     /// A press with a contact model that does not move markers, in a lighting that shows markers.
-    #[error("`rigid` contact does not say where marks go, which `{light}` light shows")]
+    #[error("`rigid` contact does not move markers, which `{light}` light shows")]
     RigidMarks {
         /// Name of the lighting.
         light: &'static str,
@@ -146,7 +146,7 @@ pub enum CaptureError {
     NoLight(#[from] LightingError),
     /// Light sources whose light does not reach the surface.
     #[error(
-        "no light of `{sensor}`'s lamps reaches what its camera looks at: opaque bodies are in the way"
+        "no light of `{sensor}`'s light sources reaches the bodies in view: opaque bodies are in the way"
     )]
     Dark {
         /// Name of the sensor.
@@ -173,7 +173,7 @@ impl Explained for CaptureError {
             }
             Self::NotFlat { .. } => "render its images with `fabkit capture` or `fabkit dataset`",
             Self::RigidMarks { .. } => "take `linear` contact",
-            Self::NoLight(LightingError::NoLamps { .. }) => "draw its lamps",
+            Self::NoLight(LightingError::NoLamps { .. }) => "draw its light sources",
             Self::Dark { .. } => "`fabkit check` says what is in the way",
             Self::NoLight(_) => return None,
         };

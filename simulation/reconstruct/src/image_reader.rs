@@ -120,7 +120,7 @@ impl ImageReader {
             // Depth does not need markers, so an image without them is still read.
             Err(error) if depth.is_some() => match error.downcast_ref() {
                 Some(few @ ReconstructError::TooFewMarkers { .. }) => {
-                    left_out.push(format!("{few}: they are not followed"));
+                    left_out.push(format!("{few}: they are not tracked"));
                     None
                 }
                 Some(none @ ReconstructError::NoMarkersShown { .. }) => {

@@ -38,7 +38,7 @@ const NETWORK: ExpectedFile = ExpectedFile {
 const CARD: ExpectedFile = ExpectedFile {
     what: "a network's card",
     max_bytes: 1 << 20,
-    hint: "a card says in a few lines what a network takes and gives",
+    hint: "a card states in a few lines the input and output of a network",
 };
 
 /// Card of a network: its required input and the meaning of its output.
@@ -158,12 +158,11 @@ impl DepthNetwork {
         let file = self.file.display();
         let Some(card) = &self.card else {
             return format!(
-                "{file} has no card; it is given what R-Tac0's published network takes: images blurred by 5 x 5 px, 3 to \
-                 50 grey darker than at rest, within {PUBLISHED_MASK_PX:.0} px of the tip; what it gives is times 2 mm"
+                "{file} has no card and is used like R-Tac0's published network: input blurred by 5 x 5 px, intensities 3 to 50 below rest, within {PUBLISHED_MASK_PX:.0} px of the tip; output times 2 mm"
             );
         };
-        let sensor = card.sensor.as_deref().unwrap_or("a sensor that its card does not name");
-        let training = card.training.as_deref().unwrap_or("what its card does not say");
+        let sensor = card.sensor.as_deref().unwrap_or("an unnamed sensor");
+        let training = card.training.as_deref().unwrap_or("unnamed data");
         format!("{file} was trained for {sensor} on {training}")
     }
 
@@ -173,7 +172,7 @@ impl DepthNetwork {
         let design = &scene.project.design;
         (*hash != design_hash(design)).then(|| {
             format!(
-                "{} was trained for another design than this {}: what it says is only as good as they are alike",
+                "{} was trained for another design than this {}; its depth is only as good as the designs are alike",
                 self.file.display(),
                 design.sensor.name
             )

@@ -112,7 +112,7 @@ pub fn plan_captures(
     let rendered = PinMarkRenderer::new(sensor, lens.camera(), &constants, Some(shapes));
     let not_marked = match &rendered {
         Ok(Some(_)) => None,
-        Ok(None) => Some("nobody says how layers show these pins".to_owned()),
+        Ok(None) => Some("the light constants of these pins' layers are not known".to_owned()),
         Err(error) => Some(error.to_string()),
     };
     let mut is_seen = forecast.is_seen.clone();

@@ -22,7 +22,7 @@ use crate::exports::ExportRunError;
 const MANIFEST: ExpectedFile = ExpectedFile {
     what: "a manifest",
     max_bytes: MAX_DOCUMENT_BYTES,
-    hint: "it is none of fabkit's",
+    hint: "fabkit did not write it",
 };
 
 /// Permissions for existing files.

@@ -149,7 +149,7 @@ impl Explained for ResumableFolderError {
                 "what the folder holds is unknown without it: begin anew in another one"
             }
             Self::Changed { .. } => {
-                "if nobody edited them, the disk did: delete them, and going on makes them again"
+                "delete them, and going on makes them again; if nobody edited them, check the disk"
             }
             Self::Link { .. } => "replace the link by a folder",
             Self::Outside { .. } => SAME_VERSION_HINT,

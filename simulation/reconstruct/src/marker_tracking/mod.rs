@@ -151,9 +151,9 @@ pub fn why_markers_hidden(sensor: &Sensor, lighting: &Lighting) -> Option<String
         .collect();
     let name = &sensor.name;
     Some(match &others[..] {
-        [] => format!("`{name}` has no marks to follow"),
+        [] => format!("`{name}` has no markers to track"),
         _ => format!(
-            "marks of `{name}` do not show in `{}` light, but in {}",
+            "markers of `{name}` do not show in `{}` light, but in {}",
             lighting.name,
             others.join(" and ")
         ),

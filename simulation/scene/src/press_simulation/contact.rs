@@ -59,13 +59,13 @@ impl ContactModel {
             "linear" if has_membrane => wrong("`linear` contact has no membrane"),
             "linear" => Ok(Self::Linear(linear)),
             "rigid" | "membrane" if is_told => {
-                wrong("friction and the distance of nodes belong to `linear` contact")
+                wrong("friction and spacing are only for `linear` contact")
             }
             "rigid" if has_membrane => wrong("`rigid` contact has no membrane"),
             "rigid" => Ok(Self::Rigid),
-            "membrane" if !has_membrane => wrong(
-                "`membrane` contact needs to know within which distance the gel comes back to rest",
-            ),
+            "membrane" if !has_membrane => {
+                wrong("`membrane` contact needs the distance within which the gel returns to rest")
+            }
             "membrane" => Ok(Self::Membrane(membrane_mm)),
             other => wrong(&format!("there is no contact `{other}`: rigid, membrane or linear")),
         }

@@ -17,7 +17,7 @@ pub enum PressingError {
     #[error(transparent)]
     Elastic(ElasticError),
     /// A displacement along a surface of unknown friction.
-    #[error("nobody says how much friction {material} has")]
+    #[error("the friction of {material} is not known")]
     NoFriction {
         /// Name of the material.
         material: String,
@@ -35,7 +35,7 @@ pub enum PressingError {
         problem: String,
     },
     /// A displacement along the surface with a contact model that is not elastic.
-    #[error("a way along the surface needs contact that gives way, not `{contact}`")]
+    #[error("shear needs elastic contact, not `{contact}`")]
     RigidShear {
         /// Requested contact model.
         contact: &'static str,

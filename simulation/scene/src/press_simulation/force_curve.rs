@@ -121,7 +121,7 @@ impl PressResult {
         // Large strain has no such limit.
         (self.level == StrainTheory::Linear && depth_mm > limit_mm).then(|| {
             format!(
-                "{depth_mm} mm is more than {:.0} % of what gives way, {limit_mm:.2} mm: at large strain forces may be \
+                "{depth_mm} mm is more than {:.0} % of the soft thickness, {limit_mm:.2} mm: at large strain forces may be \
                  more than 10 % lower",
                 100.0 * strain
             )

@@ -176,7 +176,7 @@ impl SkinPressResult {
         let closed = self.max_closing();
         if closed > MOST_CLOSED {
             warnings.push(format!(
-                "a channel closes by {:.0} % of its height: above {:.0} %, small strain only tells about how much",
+                "a channel closes by {:.0} % of its height: above {:.0} %, small strain gives only an estimate",
                 100.0 * closed,
                 100.0 * MOST_CLOSED
             ));

@@ -38,6 +38,18 @@ pub struct Camera {
 }
 
 /// Projected point with its derivatives.
+///
+/// ```
+/// use fabkit_camera::{Camera, Point3};
+/// let camera = Camera::equidistant(640, 480, 160f64.to_radians())?;
+/// let projection = camera.project_with_jacobians(&Point3::new(0.0, 0.0, 20.0))?;
+/// // On the axis, 1 mm aside at a distance of 20 mm is a twentieth of the focal length.
+/// let fx_px = camera.lens().intrinsics().fx_px;
+/// assert!((projection.by_point[(0, 0)] - fx_px / 20.0).abs() < 1e-12);
+/// // Farther away is still on the axis.
+/// assert_eq!(projection.by_point[(0, 2)], 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Projection {
     /// Column and row, px.
@@ -49,6 +61,16 @@ pub struct Projection {
 }
 
 /// Columns of a 2 x N Jacobian, one for each of [`Camera::parameters`], stored without heap allocation.
+///
+/// ```
+/// use fabkit_camera::{Camera, Point3, Vector2};
+/// let camera = Camera::equidistant(640, 480, 2.5)?;
+/// let by = camera.project_with_jacobians(&Point3::new(3.0, 1.0, 10.0))?.by_parameters;
+/// assert_eq!(by.len(), camera.parameter_count());
+/// // The third parameter, `cx_px`, moves every pixel by as many columns.
+/// assert_eq!(by[2], Vector2::new(1.0, 0.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct ParameterDerivatives {
     columns: [Vector2<f64>; MAX_PARAMETERS],
@@ -69,6 +91,18 @@ impl Camera {
     /// # Errors
     /// Reports all of these together: an empty image or one above [`MAX_PIXELS`]; an optical axis more than one image
     /// size outside the image; an interface with impossible values.
+    ///
+    /// ```
+    /// use fabkit_camera::{Camera, FlatInterface, Interface, Intrinsics, KannalaBrandt, Lens};
+    /// let intrinsics = Intrinsics { fx_px: 286.0, fy_px: 286.0, cx_px: 3195.0, cy_px: 239.5 };
+    /// let lens = Lens::KannalaBrandt(KannalaBrandt::new(intrinsics, [0.0; 4])?);
+    /// // A lost decimal point, and a surface behind the lens.
+    /// let behind = Interface::Flat(FlatInterface::bare_in_air(-2.0, 1.41));
+    /// let wrong = Camera::new(640, 480, lens, behind).unwrap_err();
+    /// let fields: Vec<&str> = wrong.violations.iter().map(|violation| violation.field).collect();
+    /// assert_eq!(fields, ["interface_distance_mm", "cx_px"]);
+    /// # Ok::<(), fabkit_camera::InvalidCamera>(())
+    /// ```
     pub fn new(
         width_px: u32,
         height_px: u32,
@@ -94,6 +128,15 @@ impl Camera {
     ///
     /// # Errors
     /// Fails for an image size as in [`Camera::new`], or a field of view outside 0.1 to 2 pi radians.
+    ///
+    /// ```
+    /// use fabkit_camera::{Camera, Point2};
+    /// let camera = Camera::equidistant(640, 480, 160f64.to_radians())?;
+    /// // From corner to corner, so that a corner of the image is half the angle off the axis.
+    /// let corner = camera.unproject(&Point2::new(-0.5, -0.5))?;
+    /// assert!((corner.direction.z.acos().to_degrees() - 80.0).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn equidistant(
         width_px: u32,
         height_px: u32,
@@ -107,6 +150,14 @@ impl Camera {
     ///
     /// # Errors
     /// Fails as [`Camera::equidistant`], or for terms that [`KannalaBrandt::new`] refuses.
+    ///
+    /// ```
+    /// use fabkit_camera::Camera;
+    /// // Half the diagonal is 400 px and half the angle 1 rad: 400 = f x 1 x (1 + 0.25).
+    /// let camera = Camera::from_data_sheet(640, 480, 2.0, [0.25, 0.0, 0.0, 0.0])?;
+    /// assert_eq!(camera.lens().intrinsics().fx_px, 320.0);
+    /// # Ok::<(), fabkit_camera::InvalidCamera>(())
+    /// ```
     pub fn from_data_sheet(
         width_px: u32,
         height_px: u32,
@@ -161,6 +212,17 @@ impl Camera {
     }
 
     /// Returns whether a pixel lies in the image, including the outer half of the outermost pixels.
+    ///
+    /// ```
+    /// use fabkit_camera::{Camera, Point2, Point3};
+    /// let camera = Camera::equidistant(640, 480, 80f64.to_radians())?;
+    /// assert!(camera.is_in_image(&Point2::new(-0.5, 479.4)));
+    /// assert!(!camera.is_in_image(&Point2::new(639.5, 0.0)));
+    /// // A pixel is computed beyond the image, too: 45 degrees to the right are 450 px.
+    /// let aside = camera.project(&Point3::new(1.0, 0.0, 1.0))?;
+    /// assert!((aside.x - 769.5).abs() < 1e-9 && !camera.is_in_image(&aside));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn is_in_image(&self, pixel: &Point2<f64>) -> bool {
         let within = |value: f64, count: u32| value >= -0.5 && value < f64::from(count) - 0.5;
         within(pixel.x, self.width_px) && within(pixel.y, self.height_px)
@@ -210,6 +272,16 @@ impl Camera {
     ///
     /// # Errors
     /// Fails if the pixel lies outside the lens's image, or its ray does not meet a flat interface.
+    ///
+    /// ```
+    /// use fabkit_camera::{Camera, OutsideDomain, Point2};
+    /// let camera = Camera::equidistant(640, 480, 160f64.to_radians())?;
+    /// // 286 px per radian, and no direction is more than pi radians off the axis.
+    /// assert!(camera.unproject(&Point2::new(319.5 + 890.0, 239.5)).is_ok());
+    /// let beyond = camera.unproject(&Point2::new(319.5 + 910.0, 239.5));
+    /// assert!(matches!(beyond, Err(OutsideDomain::Pixel { .. })));
+    /// # Ok::<(), fabkit_camera::InvalidCamera>(())
+    /// ```
     #[inline]
     pub fn unproject(&self, pixel: &Point2<f64>) -> Result<ViewRay, OutsideDomain> {
         self.refraction.refract_outward(self.lens.unproject(pixel)?)
@@ -291,6 +363,17 @@ impl Camera {
 
     /// Returns names with units, and values, of all parameters that can be calibrated: `fx_px`, `fy_px`, `cx_px`,
     /// `cy_px`, the lens's coefficients, the interface's parameters.
+    ///
+    /// ```
+    /// use fabkit_camera::{Camera, FlatInterface, Interface};
+    /// let lens = *Camera::equidistant(640, 480, 2.5)?.lens();
+    /// let gel = Interface::Flat(FlatInterface::bare_in_air(5.0, 1.41));
+    /// let parameters = Camera::new(640, 480, lens, gel)?.parameters();
+    /// let names: Vec<&str> = parameters.iter().map(|(name, _)| *name).collect();
+    /// assert_eq!(names[..8], ["fx_px", "fy_px", "cx_px", "cy_px", "k1", "k2", "k3", "k4"]);
+    /// assert_eq!(parameters[8], ("interface_distance_mm", 5.0));
+    /// # Ok::<(), fabkit_camera::InvalidCamera>(())
+    /// ```
     pub fn parameters(&self) -> Vec<(&'static str, f64)> {
         let (of_interface, count) = self.interface.parameters();
         self.lens.parameters().chain(of_interface.into_iter().take(count)).collect()
@@ -300,6 +383,17 @@ impl Camera {
     ///
     /// # Errors
     /// Fails for another number of values, or values that [`Camera::new`] or the lens refuses.
+    ///
+    /// ```
+    /// use fabkit_camera::Camera;
+    /// let camera = Camera::equidistant(640, 480, 2.5)?;
+    /// let mut values: Vec<f64> = camera.parameters().into_iter().map(|(_, value)| value).collect();
+    /// values[2] += 3.0;
+    /// assert_eq!(camera.with_parameters(&values)?.lens().intrinsics().cx_px, 322.5);
+    /// let too_few = camera.with_parameters(&values[..4]).unwrap_err();
+    /// assert_eq!(too_few.to_string(), "number of parameters = 4: this camera has 8");
+    /// # Ok::<(), fabkit_camera::InvalidCamera>(())
+    /// ```
     pub fn with_parameters(&self, parameters: &[f64]) -> Result<Self, InvalidCamera> {
         let count = self.parameter_count();
         let mut rules = ViolationCollector::default();

@@ -5,6 +5,20 @@ use std::fmt;
 use thiserror::Error;
 
 /// Reason why a point has no pixel or a pixel has no ray.
+///
+/// ```
+/// use fabkit_camera::{Camera, Interface, Intrinsics, Lens, OpenCv, OutsideDomain, Point3};
+///
+/// let intrinsics = Intrinsics { fx_px: 500.0, fy_px: 500.0, cx_px: 319.5, cy_px: 239.5 };
+/// let pinhole = Lens::OpenCv(OpenCv::new(intrinsics, &[])?);
+/// let camera = Camera::new(640, 480, pinhole, Interface::None)?;
+/// // A pinhole sees nothing 90 degrees off its axis.
+/// let aside = camera.project(&Point3::new(10.0, 0.0, 0.0)).unwrap_err();
+/// assert!(matches!(aside, OutsideDomain::Angle { .. }));
+/// assert!(aside.to_string().starts_with("90.000 degrees off the optical axis"));
+/// assert_eq!(camera.project(&Point3::origin()), Err(OutsideDomain::NoDirection));
+/// # Ok::<(), fabkit_camera::InvalidCamera>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum OutsideDomain {
     /// The direction lies beyond the angle up to which the lens's map can be inverted.
@@ -54,6 +68,13 @@ pub enum OutsideDomain {
 }
 
 /// Single value that a camera cannot have.
+///
+/// ```
+/// use fabkit_camera::Camera;
+/// let wrong = Camera::equidistant(0, 480, 2.5).unwrap_err();
+/// assert_eq!(wrong.violations[0].field, "width_px");
+/// assert_eq!(wrong.violations[0].to_string(), "width_px = 0: must be at least 1");
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterViolation {
     /// The parameter's name, with its unit: `fx_px`.
@@ -77,6 +98,14 @@ pub(crate) fn format_number(value: f64) -> String {
 }
 
 /// All invalid parameters of a camera.
+///
+/// ```
+/// use fabkit_camera::Camera;
+/// // Two mistakes: no columns, and a field of view in degrees where radians are meant.
+/// let wrong = Camera::equidistant(0, 480, 160.0).unwrap_err();
+/// let fields: Vec<&str> = wrong.violations.iter().map(|violation| violation.field).collect();
+/// assert_eq!(fields, ["width_px", "field_of_view_rad"]);
+/// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{}", violations.iter().map(ParameterViolation::to_string).collect::<Vec<_>>().join("; "))]
 pub struct InvalidCamera {

@@ -7,6 +7,19 @@ use crate::camera::Camera;
 use crate::interface::Interface;
 
 /// Calibrated camera with the covariance of its parameters.
+///
+/// ```
+/// use fabkit_camera::{Camera, CameraEstimate, DMatrix};
+/// let camera = Camera::equidistant(640, 480, 2.5)?;
+/// let mut covariance = DMatrix::zeros(8, 8);
+/// covariance[(0, 0)] = 4.0; // px2: the first focal length is known to 2 px, the rest was fixed
+/// let estimate = CameraEstimate::new(camera, Some(covariance))?;
+/// assert_eq!(estimate.names()[..2], ["fx_px", "fy_px"]);
+/// assert_eq!(estimate.sigmas().unwrap()[..2], [2.0, 0.0]);
+/// // Unknown is not the same as zero.
+/// assert_eq!(CameraEstimate::from(camera).sigmas(), None);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraEstimate {
     /// Most likely camera.
@@ -15,6 +28,19 @@ pub struct CameraEstimate {
 }
 
 /// Reason why a matrix is not the covariance of a camera's parameters.
+///
+/// ```
+/// use fabkit_camera::{Camera, CameraEstimate, DMatrix, InvalidCovariance};
+/// let camera = Camera::equidistant(640, 480, 2.5)?;
+/// let mut covariance = DMatrix::identity(8, 8);
+/// // A correlation of 2: the variance of fx - fy would be 1 + 1 - 2 x 2.
+/// (covariance[(0, 1)], covariance[(1, 0)]) = (2.0, 2.0);
+/// let refused = CameraEstimate::new(camera, Some(covariance)).unwrap_err();
+/// assert!(matches!(refused, InvalidCovariance::NotPositive { .. }));
+/// let too_small = CameraEstimate::new(camera, Some(DMatrix::identity(4, 4))).unwrap_err();
+/// assert_eq!(too_small.to_string(), "the covariance is 4 x 4, but there are 8 parameters");
+/// # Ok::<(), fabkit_camera::InvalidCamera>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum InvalidCovariance {
     /// The matrix is not N x N.
@@ -74,6 +100,15 @@ impl CameraEstimate {
 
     /// Marks a camera without interface as calibrated without what stands in front of it; see
     /// [`Interface::FromDrawing`](crate::Interface::FromDrawing). A camera with an interface is returned unchanged.
+    ///
+    /// ```
+    /// use fabkit_camera::{Camera, CameraEstimate, Interface};
+    /// let in_air = CameraEstimate::from(Camera::equidistant(640, 480, 2.5)?);
+    /// let lens_alone = in_air.clone().with_drawn_interface();
+    /// assert_eq!(*lens_alone.camera().interface(), Interface::FromDrawing);
+    /// assert_eq!(lens_alone.without_drawn_interface(), in_air);
+    /// # Ok::<(), fabkit_camera::InvalidCamera>(())
+    /// ```
     #[must_use]
     pub fn with_drawn_interface(self) -> Self {
         let camera = match self.camera.interface() {

@@ -43,6 +43,13 @@ use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 
 /// Format of a camera file.
+///
+/// ```
+/// use fabkit_camera::files::CameraFormat;
+/// let named = |name: &str| CameraFormat::ALL.into_iter().find(|format| format.name() == name);
+/// assert_eq!(named("kalibr"), Some(CameraFormat::Kalibr));
+/// assert_eq!(named("matlab"), None);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CameraFormat {
     /// fabkit's own YAML: lossless, with interface and covariance.
@@ -71,6 +78,18 @@ impl CameraFormat {
 }
 
 /// All faults of a camera file.
+///
+/// ```
+/// use fabkit_camera::files;
+/// let text = "cam0:\n  camera_model: eucm\n  intrinsics: [0.6, 1.1, -300, three, 319.5, 239.5]\n  \
+///             distortion_model: none\n  distortion_coeffs: []\n  resolution: [640, 0]\n";
+/// // All at once, each with its line.
+/// let wrong = files::read(text).unwrap_err();
+/// let lines: Vec<_> = wrong.faults.iter().map(|fault| fault.position.unwrap().line).collect();
+/// assert_eq!(lines, [3, 3, 6]);
+/// assert!(wrong.to_string().contains("line 3: intrinsics: `three` is not a finite number"));
+/// assert!(wrong.to_string().contains("line 6: height_px: is 0, but must be at least 1"));
+/// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{}", faults.iter().map(YamlFault::to_string).collect::<Vec<_>>().join("\n"))]
 pub struct InvalidCameraFile {
@@ -85,6 +104,19 @@ impl From<YamlFault> for InvalidCameraFile {
 }
 
 /// Error of a format that cannot hold a camera without loss.
+///
+/// ```
+/// use fabkit_camera::files::{self, CameraFormat};
+/// use fabkit_camera::{Camera, FlatInterface, Interface};
+/// let lens = *Camera::equidistant(640, 480, 2.5)?.lens();
+/// let gel = Interface::Flat(FlatInterface::bare_in_air(5.0, 1.41));
+/// let estimate = Camera::new(640, 480, lens, gel)?.into();
+/// let refused = files::write(&estimate, CameraFormat::OpenCv).unwrap_err();
+/// assert_eq!(refused.lost, ["the refractive interface (flat)"]);
+/// // fabkit's own format holds everything.
+/// assert_eq!(files::read(&files::write(&estimate, CameraFormat::Fabkit)?)?, estimate);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("a camera file of format `{}` would lose {}", format.name(), lost.join(" and "))]
 pub struct LossyConversion {
@@ -99,6 +131,17 @@ pub struct LossyConversion {
 /// # Errors
 /// Reports text above 1 MiB or that is not YAML; a format that is not recognised; missing, misspelt or impossible
 /// values. All faults that can be found together are reported together.
+///
+/// ```
+/// use fabkit_camera::files;
+/// let kalibr = "cam0:\n  camera_model: eucm\n  intrinsics: [0.6, 1.1, 300, 301, 319.5, 239.5]\n  \
+///               distortion_model: none\n  distortion_coeffs: []\n  resolution: [640, 480]\n";
+/// let estimate = files::read(kalibr)?;
+/// assert_eq!(estimate.camera().lens().model_name(), "eucm");
+/// assert_eq!(estimate.camera().lens().intrinsics().fy_px, 301.0);
+/// assert_eq!(estimate.covariance(), None);
+/// # Ok::<(), files::InvalidCameraFile>(())
+/// ```
 pub fn read(text: &str) -> Result<CameraEstimate, InvalidCameraFile> {
     parse(text, read_root)
 }
@@ -160,6 +203,16 @@ fn fault_line(fault: &YamlFault) -> Option<usize> {
 /// # Errors
 /// Fails for any format but fabkit's own if the camera has an interface, a covariance, or a lens that the format cannot
 /// hold. To give those up deliberately, create a [`CameraEstimate`] without them.
+///
+/// ```
+/// use fabkit_camera::Camera;
+/// use fabkit_camera::files::{self, CameraFormat};
+/// let estimate = Camera::equidistant(640, 480, 2.5)?.into();
+/// let text = files::write(&estimate, CameraFormat::Fabkit)?;
+/// assert!(text.contains("width_px: 640\nheight_px: 480\nlens:\n  model: kannala-brandt\n"));
+/// assert_eq!(files::read(&text)?, estimate);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write(estimate: &CameraEstimate, format: CameraFormat) -> Result<String, LossyConversion> {
     if format == CameraFormat::Fabkit {
         return Ok(fabkit::write(estimate));
@@ -191,6 +244,11 @@ pub fn write(estimate: &CameraEstimate, format: CameraFormat) -> Result<String, 
 
 /// Formats numbers as a YAML list, each in the shortest form that reads back as the same number, in fabkit and in
 /// Python.
+///
+/// ```
+/// use fabkit_camera::files::list;
+/// assert_eq!(list([640.0, 0.1, -1e-17]), "[640.0, 0.1, -1.0e-17]");
+/// ```
 pub fn list(values: impl IntoIterator<Item = f64>) -> String {
     let numbers: Vec<String> = values.into_iter().map(number).collect();
     format!("[{}]", numbers.join(", "))

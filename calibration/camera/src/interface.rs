@@ -21,6 +21,20 @@ pub(crate) const MAX_INTERFACE_PARAMETERS: usize = 5;
 const ON_INTERFACE_TOLERANCE_MM: f64 = 1e-9;
 
 /// Refracting surface between the lens and the scene.
+///
+/// ```
+/// use fabkit_camera::{Camera, FlatInterface, Interface, OutsideDomain, Point3};
+/// let in_air = Camera::equidistant(640, 480, 2.5)?;
+/// let gel = Interface::Flat(FlatInterface::bare_in_air(5.0, 1.41));
+/// let camera = Camera::new(640, 480, *in_air.lens(), gel)?;
+/// // Gel lifts what is in it, as water does: a point is seen farther from the axis than in air.
+/// let in_gel = Point3::new(4.0, 0.0, 10.0);
+/// assert!(camera.project(&in_gel)?.x > in_air.project(&in_gel)?.x + 10.0);
+/// // Points are points behind the interface; there are none 4 mm ahead.
+/// let before = camera.project(&Point3::new(0.0, 0.0, 4.0)).unwrap_err();
+/// assert_eq!(before, OutsideDomain::BeforeInterface { depth_mm: 1.0 });
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Interface {
     /// No surface: lens and scene share one medium, or the lens was calibrated through all media in front of it.
@@ -148,7 +162,7 @@ impl Refraction {
         }
     }
 
-    /// Computes [`Refraction::towards`] with derivatives by the point and by the interface's parameters.
+    /// Computes [`Refraction::direction_towards`] with derivatives by the point and by the interface's parameters.
     pub(crate) fn differentiate(
         &self,
         point: &Point3<f64>,

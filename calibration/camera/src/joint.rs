@@ -30,6 +30,21 @@ pub const POSE_PARAMETERS: [&str; POSE_PARAMETER_COUNT] = [
 /// This type alone defines the names and the order of the parameters: those of the pose, [`POSE_PARAMETERS`], then
 /// those of the camera, [`Camera::parameters`]. A parameter that is unknown, or was fixed in the calibration, has a row
 /// and a column of zeros.
+///
+/// ```
+/// use fabkit_camera::{Camera, DMatrix, JointEstimate};
+/// let camera = Camera::equidistant(640, 480, 2.8)?;
+/// let names = JointEstimate::parameter_names(&camera);
+/// assert_eq!((names[3], names[6], names.len()), ("translation_x_mm", "fx_px", 6 + 8));
+/// let mut covariance = DMatrix::zeros(14, 14);
+/// (covariance[(5, 5)], covariance[(6, 6)]) = (0.01, 4.0);
+/// // Focal length and distance grow together: a correlation of 0.9.
+/// (covariance[(5, 6)], covariance[(6, 5)]) = (0.18, 0.18);
+/// let joint = JointEstimate::new(camera, covariance)?;
+/// assert_eq!(joint.pose_covariance()[5][5], 0.01);
+/// assert_eq!(joint.camera_estimate().sigmas().unwrap()[0], 2.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointEstimate {
     camera: Camera,
@@ -38,6 +53,19 @@ pub struct JointEstimate {
 }
 
 /// Groups of parameters of a [`JointEstimate`] that have a variance.
+///
+/// ```
+/// use fabkit_camera::{Camera, CameraEstimate, DMatrix, JointEstimate};
+/// let camera = Camera::equidistant(640, 480, 2.8)?;
+/// let together = JointEstimate::new(camera, DMatrix::identity(14, 14))?;
+/// assert_eq!(together.coverage().to_string(), "pose, lens, shape");
+/// // The same variances from two files: nothing is known about their correlation.
+/// let lens = CameraEstimate::new(camera, Some(DMatrix::identity(8, 8)))?;
+/// let apart = JointEstimate::independent(&lens, Some(&together.pose_covariance()))?;
+/// let expected = "pose, lens, shape; pose and camera as if independent";
+/// assert_eq!(apart.coverage().to_string(), expected);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CovarianceCoverage {
     /// The pose has a variance.
@@ -65,6 +93,18 @@ impl JointEstimate {
     ///
     /// # Errors
     /// Fails if the pose's matrix is no covariance.
+    ///
+    /// ```
+    /// use fabkit_camera::{Camera, JointEstimate};
+    /// let camera = Camera::equidistant(640, 480, 2.8)?;
+    /// let mut pose = [[0.0; 6]; 6];
+    /// pose[5][5] = 0.01; // mm2: the distance is known to 0.1 mm
+    /// let joint = JointEstimate::independent(&camera.into(), Some(&pose))?;
+    /// assert_eq!(joint.free_parameters().collect::<Vec<_>>(), [5]);
+    /// assert_eq!(joint.names()[5], "translation_z_mm");
+    /// assert_eq!(joint.camera_estimate().covariance(), None);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn independent(
         estimate: &CameraEstimate,
         pose: Option<&[[f64; POSE_PARAMETER_COUNT]; POSE_PARAMETER_COUNT]>,

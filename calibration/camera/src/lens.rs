@@ -30,6 +30,17 @@ pub(crate) const INTRINSICS: [&str; 4] = ["fx_px", "fy_px", "cx_px", "cy_px"];
 const LEAST_ANGLE_LIMIT_RAD: f64 = 0.01;
 
 /// Focal lengths and principal point: `column = fx_px * x + cx_px`, `row = fy_px * y + cy_px`.
+///
+/// ```
+/// use fabkit_camera::{Camera, Interface, Intrinsics, Lens, OpenCv, Point2, Point3};
+/// let intrinsics = Intrinsics { fx_px: 500.0, fy_px: 400.0, cx_px: 319.5, cy_px: 239.5 };
+/// let pinhole = Lens::OpenCv(OpenCv::new(intrinsics, &[])?);
+/// let camera = Camera::new(640, 480, pinhole, Interface::None)?;
+/// // x/z = 0.1 and y/z = 0.2; +y is down, towards larger rows.
+/// let pixel = camera.project(&Point3::new(1.0, 2.0, 10.0))?;
+/// assert!((pixel - Point2::new(319.5 + 50.0, 239.5 + 80.0)).norm() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Intrinsics {
     /// Columns per unit of the normalised plane.
@@ -130,6 +141,16 @@ impl LensModel {
 macro_rules! declare_lens {
     ([$($(#[$doc:meta])+ $model:ident)+]) => {
         /// Lens: map from directions to pixels.
+        ///
+        /// ```
+        /// use fabkit_camera::{Eucm, Intrinsics, Lens};
+        /// let intrinsics = Intrinsics { fx_px: 286.0, fy_px: 286.0, cx_px: 319.5, cy_px: 239.5 };
+        /// let lens = Lens::Eucm(Eucm::new(intrinsics, 0.6, 1.1)?);
+        /// assert_eq!(lens.model_name(), "eucm");
+        /// assert_eq!(lens.coefficient_names(), ["alpha", "beta"]);
+        /// assert_eq!(lens.coefficients(), [0.6, 1.1]);
+        /// # Ok::<(), fabkit_camera::InvalidCamera>(())
+        /// ```
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Lens {
             $($(#[$doc])+ $model($model),)+
@@ -198,6 +219,16 @@ impl Lens {
 
     /// Largest incidence angle, radians, up to which directions and pixels determine each other. Computed when the lens
     /// is created.
+    ///
+    /// ```
+    /// use fabkit_camera::{Intrinsics, Lens, OpenCv};
+    /// let intrinsics = Intrinsics { fx_px: 286.0, fy_px: 286.0, cx_px: 319.5, cy_px: 239.5 };
+    /// let k1 = -1.0 / 3.0;
+    /// let lens = Lens::OpenCv(OpenCv::new(intrinsics, &[k1, 0.0, 0.0, 0.0])?);
+    /// // r + k1 r^3 ceases to grow at r = tan(theta) = 1: farther out the image folds back.
+    /// assert!((lens.angle_limit_rad().to_degrees() - 45.0).abs() < 1e-6);
+    /// # Ok::<(), fabkit_camera::InvalidCamera>(())
+    /// ```
     pub fn angle_limit_rad(&self) -> f64 {
         with_model!(self, model => model.limit_rad())
     }

@@ -17,7 +17,7 @@ const DECODER_OVERHEAD_BYTES: usize = 32 << 20;
 /// Size of the widest pixels that are decoded, bytes: four values of 16 bits.
 const MAX_PIXEL_BYTES: usize = 8;
 
-/// Encodes an image as JPEG; see [`crate::jpeg`].
+/// Encodes an image as JPEG; see [`crate::encode_jpeg`].
 pub(crate) fn encode_jpeg(
     size_px: [u32; 2],
     values: &[u8],
@@ -152,7 +152,7 @@ impl Format {
             RGB(8 | 16) => 3,
             RGBA(8 | 16) => 4,
             other => {
-                let reason = format!("{other:?}; write grey or RGB of 8 or 16 bits");
+                let reason = format!("{other:?}; write greyscale or RGB of 8 or 16 bits");
                 return Err(self.unreadable(reason));
             }
         };

@@ -22,6 +22,18 @@ use formats::Format;
 pub const EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "bmp"];
 
 /// Decoded image.
+///
+/// ```
+/// use fabkit_image::PixelValues;
+/// // Red rises by 15 to the right and green by 20 downwards; blue falls by 9 along both.
+/// let file = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/colour.png"));
+/// let image = fabkit_image::read(file, 1000)?;
+/// let PixelValues::U8(values) = &image.values else { panic!("8 bits") };
+/// let (x, y) = (3, 2);
+/// let first = (image.channels * (y * image.width_px + x)) as usize;
+/// assert_eq!(values[first..first + 3], [45, 40, 255 - 45]);
+/// # Ok::<(), fabkit_image::ImageFileError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DecodedImage {
     /// Number of columns.
@@ -45,6 +57,14 @@ pub enum PixelValues {
 
 impl PixelValues {
     /// Returns value `i` scaled to 0 to 1, where 1 is the largest value that its depth can hold. `None` beyond the end.
+    ///
+    /// ```
+    /// use fabkit_image::PixelValues;
+    /// // White is 1 in every depth.
+    /// assert_eq!(PixelValues::U8(vec![0, 51, 255]).get(1), Some(0.2));
+    /// assert_eq!(PixelValues::U16(vec![0, 65_535]).get(1), Some(1.0));
+    /// assert_eq!(PixelValues::U16(vec![0, 65_535]).get(2), None);
+    /// ```
     pub fn get(&self, i: usize) -> Option<f32> {
         match self {
             Self::U8(values) => values.get(i).map(|v| f32::from(*v) / 255.0),
@@ -67,6 +87,17 @@ impl PixelValues {
 }
 
 /// Reason why an image cannot be read or written.
+///
+/// ```
+/// use fabkit_image::{ImageFileError, encode_jpeg, read};
+/// assert_eq!(read(b"GIF89a", 1000), Err(ImageFileError::UnknownFormat));
+/// let file = encode_jpeg([16, 8], &[90; 16 * 8], 70)?;
+/// let refused = read(&file, 100).unwrap_err();
+/// assert_eq!(refused.to_string(), "16 x 8 px are more than 100 pixels");
+/// let half = read(&file[..file.len() / 2], 1000).unwrap_err();
+/// assert!(matches!(half, ImageFileError::Unreadable { format: "JPEG", .. }));
+/// # Ok::<(), ImageFileError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ImageFileError {
     /// The first bytes belong to none of the four formats.
@@ -105,6 +136,14 @@ pub fn has_image_extension(name: &str) -> bool {
 ///
 /// # Errors
 /// Returns any [`ImageFileError`] except [`ImageFileError::TooLarge`].
+///
+/// ```
+/// // The first kilobytes of a large file are enough; here 40 bytes of a PNG.
+/// let file = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/deep.png"));
+/// assert_eq!(fabkit_image::read_size_px(&file[..40])?, [16, 12]);
+/// assert!(fabkit_image::read(&file[..40], 1000).is_err());
+/// # Ok::<(), fabkit_image::ImageFileError>(())
+/// ```
 pub fn read_size_px(bytes: &[u8]) -> Result<[u32; 2], ImageFileError> {
     Format::from_first_bytes(bytes).ok_or(ImageFileError::UnknownFormat)?.size_px(bytes)
 }
@@ -115,6 +154,18 @@ pub fn read_size_px(bytes: &[u8]) -> Result<[u32; 2], ImageFileError> {
 ///
 /// # Errors
 /// Returns a [`ImageFileError`]. The size is checked before anything is decoded.
+///
+/// ```
+/// use fabkit_image::PixelValues;
+/// // 16 bits stay 16 bits: 4000 more with each column.
+/// let file = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/deep.png"));
+/// let PixelValues::U16(values) = fabkit_image::read(file, 16 * 12)?.values else { panic!() };
+/// assert_eq!(values[..3], [0, 4000, 8000]);
+/// // Transparency is dropped.
+/// let file = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/alpha.png"));
+/// assert_eq!(fabkit_image::read(file, 16 * 12)?.channels, 3);
+/// # Ok::<(), fabkit_image::ImageFileError>(())
+/// ```
 pub fn read(bytes: &[u8], most_pixels: u64) -> Result<DecodedImage, ImageFileError> {
     let format = Format::from_first_bytes(bytes).ok_or(ImageFileError::UnknownFormat)?;
     let [width_px, height_px] = format.size_px(bytes)?;

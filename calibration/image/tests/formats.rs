@@ -79,7 +79,10 @@ fn what_cannot_be_read_is_refused_by_name() {
         let error = read(bytes, PIXELS).unwrap_err().to_string();
         assert!(error.contains(word), "{name}: {error}");
     };
-    says(file!("float.tif"), "not a readable TIFF: Gray(32); write grey or RGB of 8 or 16 bits");
+    says(
+        file!("float.tif"),
+        "not a readable TIFF: Gray(32); write greyscale or RGB of 8 or 16 bits",
+    );
     says(file!("planar.tif"), "colours in separate planes");
     says(("text", b"no image"), "not a readable PNG, JPEG, TIFF or BMP image");
     let (_, bytes) = file!("colour.bmp");

@@ -64,6 +64,26 @@ pub struct Assignment {
 }
 
 /// Difference between a capture and its label.
+///
+/// ```
+/// use fabkit_calibration::assignment::{Discrepancy, Mark, MarkedCapture, assign};
+/// use fabkit_calibration::landmarks::PinLandmarks;
+/// use fabkit_camera::Camera;
+/// use fabkit_geometry::Pose;
+/// let map = r#"{"1": [0, 0, 15], "2": [9, 0, 12], "3": [0, 9, 12], "4": [-9, 0, 12],
+///     "5": [0, -12, 9], "6": [12, 0, 9], "7": [-12, 0, 9]}"#;
+/// let landmarks = PinLandmarks::from_json(map)?;
+/// let (camera, pose) = (Camera::equidistant(640, 480, 2.8)?, Pose::translation(0.0, 0.0, 7.0));
+/// // Seven pins on the label, but only six marks.
+/// let tips = landmarks.pins[..6].iter().map(|pin| pose.point(pin.contact_in_sensor_mm));
+/// let pixels = tips.map(|tip| camera.project(&tip)).collect::<Result<Vec<_>, _>>()?;
+/// let marks = pixels.into_iter().map(|pixel| Mark { pixel, sigma_px: 0.3 }).collect();
+/// let pins = landmarks.pins.iter().collect();
+/// let capture = MarkedCapture { marks, pins, is_labelled: true };
+/// let assignment = assign(&camera, &pose, &[capture], &landmarks.pins).unwrap();
+/// assert_eq!(assignment.discrepancies, [Discrepancy::Missing { capture: 0, hole: 7 }]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Discrepancy {
     /// A labelled pin has no mark.
@@ -98,6 +118,32 @@ pub enum Discrepancy {
 /// some turns.
 ///
 /// Returns `None` if from no turn three marks can be assigned to holes.
+///
+/// ```
+/// use fabkit_calibration::assignment::{Mark, MarkedCapture, assign};
+/// use fabkit_calibration::landmarks::PinLandmarks;
+/// use fabkit_camera::Camera;
+/// use fabkit_geometry::{Angle, Pose};
+///
+/// let map = r#"{"1": [0, 0, 15], "2": [9, 0, 12], "3": [0, 9, 12], "4": [-9, 0, 12],
+///     "5": [0, -12, 9]}"#;
+/// let landmarks = PinLandmarks::from_json(map)?;
+/// let (camera, designed) = (Camera::equidistant(640, 480, 2.8)?, Pose::translation(0.0, 0.0, 7.0));
+/// // The camera was mounted a quarter turn off its design, and the marks come in any order.
+/// let mounted = designed.then_in(Pose::rotation_z(Angle::from_deg(90.0).unwrap()));
+/// let seen = landmarks.pins.iter().rev().map(|pin| {
+///     let pixel = camera.project(&mounted.point(pin.contact_in_sensor_mm))?;
+///     Ok(Mark { pixel, sigma_px: 0.3 })
+/// });
+/// let marks = seen.collect::<Result<Vec<_>, fabkit_camera::OutsideDomain>>()?;
+/// let pins = landmarks.pins.iter().collect();
+/// let capture = MarkedCapture { marks, pins, is_labelled: true };
+/// let found = assign(&camera, &designed, &[capture], &landmarks.pins).unwrap();
+/// let holes: Vec<u32> = found.observations.iter().map(|o| o.contact.hole).collect();
+/// assert_eq!(holes, [1, 2, 3, 4, 5]);
+/// assert!((found.model.camera_from_sensor.rotation() - mounted.rotation()).norm() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn assign(
     camera: &Camera,
     nominal: &Pose,

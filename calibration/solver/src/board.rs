@@ -8,7 +8,7 @@
 //! # Detection
 //!
 //! Saddle points of the intensity are candidates (`saddle`). Candidates joined by edges form grids (`grid`), whatever
-//! the lens does to straight lines. A grid is located on the board by its outline or by its markers (`place`,
+//! the lens does to straight lines. A grid is located on the board by its outline or by its markers (`location`,
 //! `marker`), and corners that do not fit their row and column are dropped.
 
 mod corner_list;
@@ -59,6 +59,20 @@ pub struct DetectedCorner {
 }
 
 /// Reason why no board was found.
+///
+/// ```
+/// use fabkit_calibration::board::{Board, BoardNotFound, find_corners};
+/// use fabkit_calibration::image::GreyImage;
+/// let board = Board::checkerboard("test", [9, 6], 2.5)?;
+/// let find = |value: f32| {
+///     let image = GreyImage::new(128, 96, vec![value; 128 * 96]).unwrap();
+///     find_corners(&image, &board).unwrap_err()
+/// };
+/// // The exposure explains more than that there is no grid.
+/// assert_eq!(find(1.0), BoardNotFound::Saturated { percent: 100 });
+/// assert_eq!(find(0.5), BoardNotFound::NoContrast);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BoardNotFound {
     /// Too many pixels are white.
@@ -99,6 +113,25 @@ pub enum BoardNotFound {
 /// # Errors
 /// Returns [`BoardNotFound`] for an image without contrast, no grid, a checkerboard that is not entirely in the image, or a
 /// ChArUco board without legible markers.
+///
+/// ```
+/// use fabkit_calibration::board::{Board, find_corners};
+/// use fabkit_calibration::image::GreyImage;
+/// let board = Board::checkerboard("test", [7, 6], 2.5)?;
+/// // Squares of 20 px on a white sheet; the first pixel of the first square is (30, 20).
+/// let value = |i: usize| {
+///     let (x, y) = ((i % 200) as i32 - 30, (i / 200) as i32 - 20);
+///     let is_on_board = (0..140).contains(&x) && (0..120).contains(&y);
+///     if is_on_board && (x / 20 + y / 20) % 2 == 0 { 0.1 } else { 0.9 }
+/// };
+/// let image = GreyImage::new(200, 160, (0..200 * 160).map(value).collect())?;
+/// let corners = find_corners(&image, &board)?;
+/// assert_eq!(corners.len(), 6 * 5);
+/// // Pixel centres lie at integers: the edge between columns 49 and 50 is at 49.5.
+/// let first = corners[0].pixel;
+/// assert!((first.x - 49.5).abs() < 0.05 && (first.y - 39.5).abs() < 0.05);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn find_corners(
     image: &GreyImage,
     board: &Board,

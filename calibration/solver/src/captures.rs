@@ -10,6 +10,16 @@ pub const MAX_BYTES: usize = 1 << 20;
 pub const MAX_ROWS: usize = 20_000;
 
 /// Pin of a capture in a list.
+///
+/// ```
+/// use fabkit_calibration::captures::read_list;
+/// let list = read_list("file,hole,x_px,y_px,sigma_px\na.png,4,310.5,222,0.1\na.png,9,80,64,\n")?;
+/// let [first, second] = [&list["a.png"][0], &list["a.png"][1]];
+/// assert_eq!(first.pixel.unwrap().0.x, 310.5);
+/// // A position measured by hand counts as good to 0.3 px unless the list says otherwise.
+/// assert_eq!((first.pixel.unwrap().1, second.pixel.unwrap().1), (0.1, 0.3));
+/// # Ok::<(), fabkit_calibration::captures::InvalidList>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ListedPin {
     /// Number of the hole.
@@ -21,6 +31,13 @@ pub struct ListedPin {
 }
 
 /// Errors of a list of captures or of corners.
+///
+/// ```
+/// use fabkit_calibration::captures::read_list;
+/// let wrong = read_list("file,hole\na.png,1\na.png,one\na.png,1\n").unwrap_err();
+/// let expected = ["line 3: `one` is not the number of a hole", "line 4: hole 1 stands there twice"];
+/// assert_eq!(wrong.problems, expected);
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", .problems.join("\n"))]
 pub struct InvalidList {

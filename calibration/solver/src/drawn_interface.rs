@@ -22,6 +22,19 @@ pub(crate) const PARAMETERS: usize = 5;
 pub(crate) type InterfaceJacobian = SMatrix<f64, PARAMETERS, 7>;
 
 /// Interface at its place in the sensor.
+///
+/// ```
+/// use fabkit_calibration::drawn_interface::DrawnInterface;
+/// use fabkit_camera::{FlatInterface, Interface};
+/// use fabkit_geometry::Pose;
+/// let gel = Interface::Flat(FlatInterface::bare_in_air(5.0, 1.41));
+/// let drawn = DrawnInterface::new(&gel, &Pose::translation(0.0, 0.0, 7.0)).unwrap();
+/// // The gel stays where it is in the sensor: for a camera 0.5 mm farther back, 0.5 mm farther away.
+/// let farther_back = Pose::translation(0.0, 0.0, 7.5);
+/// let seen = drawn.interface_at(&farther_back, 0.0, drawn.index_outside());
+/// assert_eq!(seen, Interface::Flat(FlatInterface::bare_in_air(5.5, 1.41)));
+/// assert!(DrawnInterface::new(&Interface::None, &farther_back).is_none());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnInterface {
     /// Interface relative to the camera at its designed pose.
@@ -90,7 +103,7 @@ impl DrawnInterface {
             Shape::Flat { point, normal, as_seen } => {
                 let n = camera_from_sensor.vector(normal);
                 let distance_mm = n.dot(&camera_from_sensor.point(point).coords) + shift_mm;
-                // Inverts `Flat::normal`: (sin ty, -sin tx cos ty, cos tx cos ty).
+                // Inverts `FlatInterface::normal`: (sin ty, -sin tx cos ty, cos tx cos ty).
                 let (tilt_x_rad, tilt_y_rad) = ((-n.y).atan2(n.z), n.x.clamp(-1.0, 1.0).asin());
                 let placed = FlatInterface { distance_mm, tilt_x_rad, tilt_y_rad, ..as_seen };
                 Interface::Flat(FlatInterface { index_outside, ..placed })

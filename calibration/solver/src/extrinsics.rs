@@ -43,6 +43,13 @@ const MIN_SCATTER_FREEDOM: usize = 5;
 const MAX_PLANE_EXTENT: f64 = 0.02;
 
 /// Options of an extrinsic calibration.
+///
+/// ```
+/// use fabkit_calibration::extrinsics::{CalibrationOptions, Loss, SILICONE_INDEX};
+/// let options = CalibrationOptions { loss: Loss::Squares, ..CalibrationOptions::default() };
+/// assert_eq!((options.gel_index, SILICONE_INDEX), (1.41, 1.41));
+/// assert!(options.drawing.is_none() && options.mark_offsets.is_none());
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct CalibrationOptions<'a> {
     /// Refractive index of the gel behind an interface that is tried.
@@ -147,6 +154,26 @@ impl PoseCalibration {
 }
 
 /// Reason why a calibration failed.
+///
+/// ```
+/// use fabkit_calibration::extrinsics::{CalibrationError, CalibrationOptions, calibrate};
+/// use fabkit_calibration::model::{Contact, Observation};
+/// use fabkit_camera::Camera;
+/// use fabkit_geometry::{Point3, Pose};
+/// let (camera, pose) = (Camera::equidistant(640, 480, 2.8)?, Pose::translation(0.0, 0.0, 7.0));
+/// // Eight holes of one ring: a camera farther away would see a ring as well.
+/// let observe = |hole: u32| {
+///     let (sin, cos) = (f64::from(hole) * 45f64.to_radians()).sin_cos();
+///     let contact_in_sensor_mm = Point3::new(9.0 * cos, 9.0 * sin, 12.0);
+///     let contact = Contact { capture: 0, hole, contact_in_sensor_mm, axis_in_sensor: None };
+///     let pixel = camera.project(&pose.point(contact_in_sensor_mm)).unwrap();
+///     Observation { contact, pixel, sigma_px: 0.3 }
+/// };
+/// let ring: Vec<Observation> = (1..=8).map(observe).collect();
+/// let refused = calibrate(&camera.into(), &ring, &pose, None, &CalibrationOptions::default());
+/// assert_eq!(refused.unwrap_err(), CalibrationError::OnePlane { pins: 8 });
+/// # Ok::<(), fabkit_camera::InvalidCamera>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CalibrationError {
     /// All contacts lie in a plane, as those of one ring do.
@@ -189,6 +216,31 @@ fn reasons(failed: &[(ParameterSet, SolveError)]) -> String {
 ///
 /// # Errors
 /// Fails for pins in one plane, or if every explanation fails because there are too few pins or pins are not visible.
+///
+/// ```
+/// use fabkit_calibration::extrinsics::{CalibrationOptions, calibrate};
+/// use fabkit_calibration::landmarks::PinLandmarks;
+/// use fabkit_calibration::model::Model;
+/// use fabkit_calibration::synthetic::SyntheticSensor;
+/// use fabkit_camera::Camera;
+/// use fabkit_geometry::Pose;
+///
+/// let map = r#"{"1": [0, 0, 15], "2": [9, 0, 12], "3": [0, 9, 12], "4": [-9, 0, 12],
+///     "5": [0, -12, 9], "6": [12, 0, 9], "7": [-12, 0, 9]}"#;
+/// let landmarks = PinLandmarks::from_json(map)?;
+/// let (camera, designed) = (Camera::equidistant(640, 480, 2.8)?, Pose::translation(0.0, 0.0, 7.0));
+/// let truth = Model::new(camera, Pose::translation(0.4, -0.3, 7.6));
+/// let captures = vec![landmarks.pins.iter().collect(); 5];
+/// let seen = SyntheticSensor::new(truth, 1).observe(&captures, 0.3)?;
+/// let options = CalibrationOptions::default();
+/// let found = calibrate(&camera.into(), &seen, &designed, Some(&designed), &options)?;
+/// // Nothing but the pose differs from the design, and pins repeat to 0.3 px in both directions.
+/// assert_eq!(found.chosen_trial().candidate.to_string(), "plain");
+/// assert!((found.scatter.unwrap().rms_px / 0.3f64.hypot(0.3) - 1.0).abs() < 0.3);
+/// let z_mm = found.model().camera_from_sensor.translation_mm().z;
+/// assert!((z_mm - 7.6).abs() < 4.0 * found.covariance[(5, 5)].sqrt());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn calibrate(
     camera: &CameraEstimate,
     observations: &[Observation],
@@ -248,6 +300,26 @@ pub fn calibrate(
 
 /// Computes the pose from rays through the observed pixels, without a starting value; `None` for fewer than six pins,
 /// or contacts in a plane.
+///
+/// ```
+/// use fabkit_calibration::extrinsics::pose_without_start;
+/// use fabkit_calibration::landmarks::PinLandmarks;
+/// use fabkit_calibration::model::Model;
+/// use fabkit_calibration::synthetic::SyntheticSensor;
+/// use fabkit_camera::Camera;
+/// use fabkit_geometry::Pose;
+/// let map = r#"{"1": [0, 0, 15], "2": [9, 0, 12], "3": [0, 9, 12], "4": [-9, 0, 12],
+///     "5": [0, -12, 9], "6": [12, 0, 9]}"#;
+/// let landmarks = PinLandmarks::from_json(map)?;
+/// let truth = Model::new(Camera::equidistant(640, 480, 2.8)?, Pose::translation(3.0, -2.0, 9.0));
+/// let captures = [landmarks.pins.iter().collect()];
+/// let exact = SyntheticSensor::new(truth.clone(), 1).observe(&captures, 0.0)?;
+/// let found = pose_without_start(&truth.camera, &exact).unwrap();
+/// let off_mm = found.translation_mm() - truth.camera_from_sensor.translation_mm();
+/// assert!(off_mm.norm() < 1e-6);
+/// assert!(pose_without_start(&truth.camera, &exact[..5]).is_none());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn pose_without_start(camera: &Camera, observations: &[Observation]) -> Option<Pose> {
     let mut rays = Vec::with_capacity(observations.len());
     let mut points = Vec::with_capacity(observations.len());
@@ -287,6 +359,22 @@ pub fn solve_drawn(
 ///
 /// # Errors
 /// Fails as [`refine`], also if there is neither a linear solution nor a nominal pose.
+///
+/// ```
+/// use fabkit_calibration::extrinsics::{Loss, SolveError, solve_pose};
+/// use fabkit_calibration::model::{Contact, Observation};
+/// use fabkit_camera::{Camera, Point2};
+/// use fabkit_geometry::{Point3, Pose};
+/// let camera = Camera::equidistant(640, 480, 2.8)?;
+/// let contact_in_sensor_mm = Point3::new(0.0, 0.0, 15.0);
+/// let contact = Contact { capture: 0, hole: 1, contact_in_sensor_mm, axis_in_sensor: None };
+/// let one = Observation { contact, pixel: Point2::new(319.5, 239.5), sigma_px: 0.3 };
+/// // A pose has six unknowns, and a pin has two coordinates: three pins are the least.
+/// let designed = Pose::translation(0.0, 0.0, 7.0);
+/// let refused = solve_pose(&camera, &[one], Some(&designed), Loss::Squares).unwrap_err();
+/// assert_eq!(refused, SolveError::TooFewObservations { unknowns: 6, coordinates: 2 });
+/// # Ok::<(), fabkit_camera::InvalidCamera>(())
+/// ```
 pub fn solve_pose(
     camera: &Camera,
     observations: &[Observation],

@@ -10,6 +10,19 @@ pub const MAX_SIDE_PX: u32 = 16_384;
 pub const MIN_SIDE_PX: u32 = 64;
 
 /// Grey image of intensities from 0 for black to 1 for the largest value that its file can hold.
+///
+/// ```
+/// use fabkit_calibration::image::{GreyImage, ImageError};
+/// // Row by row: a ramp that gets brighter to the right.
+/// let values = (0..96 * 64).map(|i| (i % 96) as f32 / 255.0).collect();
+/// let image = GreyImage::new(96, 64, values)?;
+/// assert_eq!((image.at(51, 3), image.at(0, 3)), (0.2, 0.0));
+/// // As a file of 8 bits and back.
+/// assert_eq!(GreyImage::read(&image.to_png())?, image);
+/// let small = GreyImage::new(32, 32, vec![0.5; 32 * 32]).unwrap_err();
+/// assert_eq!(small, ImageError::Size { width_px: 32, height_px: 32 });
+/// # Ok::<(), ImageError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct GreyImage {
     width_px: usize,
@@ -119,6 +132,17 @@ impl GreyImage {
     }
 
     /// Returns the image blurred by a Gaussian of standard deviation `sigma_px`; the border is repeated outwards.
+    ///
+    /// ```
+    /// use fabkit_calibration::image::GreyImage;
+    /// let mut values = vec![0.0; 64 * 64];
+    /// values[64 * 30 + 20] = 1.0;
+    /// let blurred = GreyImage::new(64, 64, values)?.blurred(2.0);
+    /// // A point becomes a Gaussian: 1 / (2 pi sigma^2) in its middle, and as much light in all.
+    /// assert!((blurred.at(20, 30) - 1.0 / (8.0 * std::f32::consts::PI)).abs() < 1e-3);
+    /// assert!((blurred.values().iter().sum::<f32>() - 1.0).abs() < 1e-4);
+    /// # Ok::<(), fabkit_calibration::image::ImageError>(())
+    /// ```
     #[must_use]
     pub fn blurred(&self, sigma_px: f32) -> Self {
         let reach = (3.0 * sigma_px).ceil() as isize;

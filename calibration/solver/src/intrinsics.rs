@@ -49,6 +49,26 @@ pub struct CornerObservation {
 }
 
 /// Image of the board.
+///
+/// ```
+/// use fabkit_calibration::board::{Board, read_corners};
+/// use fabkit_calibration::intrinsics::{BoardView, CornerObservation};
+/// let board = Board::checkerboard("test", [5, 4], 3.0)?;
+/// let list = read_corners("view,corner,x_px,y_px\nleft,0,100.5,80.25\nleft,5,121,99\n", &board)?;
+/// // What a detector found, with the places on the board.
+/// let views = list.into_iter().map(|(name, corners)| {
+///     let corners = corners.iter().map(|corner| {
+///         let in_board_mm = board.corners[corner.id as usize].in_board_mm.into();
+///         let (id, pixel, sigma_px) = (corner.id, corner.pixel, corner.sigma_px);
+///         CornerObservation { id, in_board_mm, pixel, sigma_px }
+///     });
+///     BoardView { name, corners: corners.collect() }
+/// });
+/// let views: Vec<BoardView> = views.collect();
+/// // Four corners in a row: corner 5 is the second of the second row.
+/// assert_eq!(views[0].corners[1].in_board_mm, fabkit_camera::Point2::new(6.0, 6.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoardView {
     /// Name in messages, for example its file.
@@ -122,6 +142,17 @@ pub struct LensCalibration {
 }
 
 /// Reason why an intrinsic calibration failed.
+///
+/// ```
+/// use fabkit_calibration::intrinsics::{BoardView, LensCalibrationError, LensModel, calibrate};
+/// use fabkit_camera::Camera;
+/// let nominal = Camera::equidistant(640, 480, 2.5)?;
+/// let empty = BoardView { name: "01.png".into(), corners: Vec::new() };
+/// let refused = calibrate(&vec![empty; 12], &nominal, &[LensModel::KannalaBrandt]).unwrap_err();
+/// // Twelve images, and the board in none of them.
+/// assert_eq!(refused, LensCalibrationError::TooFewViews { usable: 0 });
+/// # Ok::<(), fabkit_camera::InvalidCamera>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LensCalibrationError {
     /// Too few images show the board.

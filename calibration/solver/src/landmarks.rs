@@ -145,6 +145,20 @@ impl PinLandmarks {
     /// # Errors
     /// Reports text that is neither, with line and column; other formats and versions; everything that
     /// [`PinLandmarks::new`] refuses.
+    ///
+    /// ```
+    /// use fabkit_calibration::landmarks::PinLandmarks;
+    /// use fabkit_geometry::Vector3;
+    /// // Places of a sphere about the origin: pins point to its centre.
+    /// let map = r#"{"1": [0, 0, 15], "2": [9, 0, 12], "3": [0, 9, 12], "4": [-9, 0, 12],
+    ///     "5": [0, -12, 9]}"#;
+    /// let tip = PinLandmarks::from_json(map)?.pins[0].axis_in_sensor.unwrap();
+    /// assert!((tip - Vector3::new(0.0, 0.0, -1.0)).norm() < 1e-9);
+    /// // One place off the sphere, and no axis is known.
+    /// let uneven = PinLandmarks::from_json(&map.replace("15", "14"))?;
+    /// assert!(uneven.pins.iter().all(|pin| pin.axis_in_sensor.is_none()));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn from_json(text: &str) -> Result<Self, InvalidDocument> {
         let value = DOCUMENT.parse(text)?;
         let Some(object) = value.as_object() else {
@@ -166,6 +180,25 @@ impl PinLandmarks {
     }
 
     /// Finds the pin in a hole. Without a kind, the hole must have a single pin.
+    ///
+    /// ```
+    /// use fabkit_calibration::landmarks::{PinLandmark, PinLandmarks};
+    /// use fabkit_geometry::{Point3, Vector3};
+    /// // Pins pushed down into the tip, with rounded ends of 1 mm: the contact is below the end's centre.
+    /// let pin = |kind: &str, z_mm| PinLandmark {
+    ///     hole: 1,
+    ///     kind: kind.into(),
+    ///     tip_centre_in_sensor_mm: Point3::new(0.0, 0.0, z_mm + 1.0),
+    ///     contact_in_sensor_mm: Point3::new(0.0, 0.0, z_mm),
+    ///     axis_in_sensor: Some(-Vector3::z()),
+    /// };
+    /// let pins = vec![pin("short", 20.0), pin("long", 18.0)];
+    /// let landmarks = PinLandmarks::new("rtac0", "pin-dome", 1.0, pins)?;
+    /// assert_eq!(landmarks.kinds(), ["long", "short"]);
+    /// assert_eq!(landmarks.find(1, Some("long")).unwrap().contact_in_sensor_mm.z, 18.0);
+    /// assert_eq!(landmarks.find(1, None), None);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn find(&self, hole: u32, kind: Option<&str>) -> Option<&PinLandmark> {
         let mut here = self.pins.iter().filter(|pin| pin.hole == hole);
         match kind {

@@ -209,6 +209,16 @@ pub struct Observation {
 }
 
 /// Measurement model: all parameters between contacts and pixels.
+///
+/// ```
+/// use fabkit_calibration::model::{Contact, Model};
+/// use fabkit_geometry::{Point3, Pose};
+/// let camera = fabkit_camera::Camera::equidistant(640, 480, 2.8).unwrap();
+/// let model = Model::new(camera, Pose::translation(0.0, 0.0, 7.0));
+/// let tip = Point3::new(0.0, 0.0, 15.0); // 22 mm in front of the lens
+/// let pin = Contact { capture: 0, hole: 1, contact_in_sensor_mm: tip, axis_in_sensor: None };
+/// assert_eq!(model.project(&pin), Ok(fabkit_camera::Point2::new(319.5, 239.5)));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
     /// Camera with its interface.

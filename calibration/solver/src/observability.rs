@@ -38,6 +38,28 @@ pub struct PressPlan {
 }
 
 /// Combination of parameters that the images do not determine.
+///
+/// ```
+/// use fabkit_calibration::landmarks::PinLandmarks;
+/// use fabkit_calibration::model::FitParameter;
+/// use fabkit_calibration::observability::{PressPlan, predict};
+/// use fabkit_camera::Camera;
+/// use fabkit_geometry::Pose;
+/// // All contacts on one sphere of 15 mm, its centre 15 mm in front of the camera: to pins that go in 1 mm deeper
+/// // belongs a camera that is 1 mm nearer, and the pixels are the same.
+/// let map = r#"{"1": [0, 0, 15], "2": [9, 0, 12], "3": [0, 9, 12], "4": [-9, 0, 12],
+///     "5": [0, -12, 9], "6": [12, 0, 9], "7": [-12, 0, 9]}"#;
+/// let landmarks = PinLandmarks::from_json(map)?;
+/// let (camera, pose) = (Camera::equidistant(640, 480, 2.8)?, Pose::translation(0.0, 0.0, 15.0));
+/// let effort = PressPlan { captures: 1000, pins_per_capture: 7, sigma_px: 0.3 };
+/// let parameters = [&FitParameter::POSE[..], &[FitParameter::SeatingOffset]].concat();
+/// let prediction = predict(&camera, &pose, &landmarks.pins, effort, &parameters);
+/// assert!(!prediction.is_observable(FitParameter::SeatingOffset));
+/// let terms = prediction.unobservable[0].terms.iter();
+/// let names: Vec<String> = terms.map(|(parameter, _)| parameter.to_string()).collect();
+/// assert_eq!(names, ["seating_offset_mm", "translation_z_mm"]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnobservableCombination {
     /// Parameters that can change together almost without effect, with their components in the combination: a unit
@@ -112,6 +134,24 @@ pub fn predict(
 
 /// Predicts as [`predict`] for a model, which may have a drawn interface. Pins that are hidden by parts of the sensor
 /// are false in `is_seen`.
+///
+/// ```
+/// use fabkit_calibration::landmarks::PinLandmarks;
+/// use fabkit_calibration::model::{FitParameter, Model};
+/// use fabkit_calibration::observability::{PressPlan, predict_from};
+/// use fabkit_camera::Camera;
+/// use fabkit_geometry::Pose;
+/// let map = r#"{"1": [0, 0, 15], "2": [9, 0, 12], "3": [0, 9, 12], "4": [-9, 0, 12],
+///     "5": [0, -12, 9]}"#;
+/// let landmarks = PinLandmarks::from_json(map)?;
+/// let model = Model::new(Camera::equidistant(640, 480, 2.8)?, Pose::translation(0.0, 0.0, 7.0));
+/// let effort = PressPlan { captures: 4, pins_per_capture: 5, sigma_px: 0.3 };
+/// // Something stands in front of hole 2.
+/// let is_seen = [true, false, true, true, true];
+/// let found = predict_from(&model, &landmarks.pins, &is_seen, effort, &FitParameter::POSE);
+/// assert_eq!(found.invisible_holes, [2]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn predict_from(
     model: &Model,
     pins: &[PinLandmark],

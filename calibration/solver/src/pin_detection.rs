@@ -71,6 +71,28 @@ pub struct PinMark {
 }
 
 /// Reason why a change is not a pin's mark.
+///
+/// ```
+/// use fabkit_calibration::image::GreyImage;
+/// use fabkit_calibration::pin_detection::{DetectionOptions, RejectionReason, detect};
+/// // A dark spot in the middle of 240 x 180 px that fades over these distances.
+/// let image = |depth: f64, [reach_x_px, reach_y_px]: [f64; 2]| {
+///     let value = |i: usize| {
+///         let (x, y) = ((i % 240) as f64, (i / 240) as f64);
+///         let texture = 0.002 * ((7 * i) % 13) as f64 / 13.0;
+///         let far = ((x - 120.0) / reach_x_px).powi(2) + ((y - 90.0) / reach_y_px).powi(2);
+///         ((0.6 + texture) * (1.0 - depth * (-far).exp())) as f32
+///     };
+///     GreyImage::new(240, 180, (0..240 * 180).map(value).collect()).unwrap()
+/// };
+/// let options = DetectionOptions::default();
+/// let find = |reach_px| detect(&image(0.0, [1.0; 2]), &image(0.4, reach_px), &options).unwrap();
+/// let round = find([5.0, 5.0]);
+/// assert_eq!((round.marks.len(), round.rejected.len()), (1, 0));
+/// // The rim of an edge that moved is no pin.
+/// let rim = find([30.0, 3.0]);
+/// assert_eq!((rim.marks.len(), rim.rejected[0].1), (0, RejectionReason::Elongated));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RejectionReason {
     /// Smaller than a pin's mark.

@@ -61,6 +61,33 @@ pub struct PlanInputs<'a> {
 }
 
 /// Pins that may be pressed, with their contributions to the information.
+///
+/// ```
+/// use fabkit_calibration::landmarks::PinLandmarks;
+/// use fabkit_calibration::model::{FitParameter, Model};
+/// use fabkit_calibration::planning::{CapturePlan, PinTolerances, PlanInputs};
+/// use fabkit_camera::Camera;
+/// use fabkit_geometry::{Point3, Pose, Vector3};
+/// let map = r#"{"1": [0, 0, 15], "2": [9, 0, 12], "3": [0, 9, 12], "4": [-9, 0, 12],
+///     "5": [0, -12, 9], "6": [12, 0, 9], "7": [-12, 0, 9]}"#;
+/// let landmarks = PinLandmarks::from_json(map)?;
+/// let camera = Camera::equidistant(640, 480, 2.8)?;
+/// let plan = CapturePlan::new(&PlanInputs {
+///     model: &Model::new(camera, Pose::translation(0.0, 0.0, 7.0)),
+///     parameters: &FitParameter::POSE,
+///     lens: &camera.into(),
+///     pins: &landmarks.pins,
+///     is_seen: &[true; 7],
+///     looseness: PinTolerances { across_mm: 0.1, ..PinTolerances::default() },
+///     noise_px: 0.3,
+///     places: &[(Point3::new(0.0, 0.0, 15.0), Vector3::z())],
+/// });
+/// let surface_mm = |captures| plan.predict(&vec![vec![0, 1, 2, 3, 4]; captures]).unwrap().surface_mm;
+/// // Four times as many captures halve the error; two pins do not determine a pose.
+/// assert!((surface_mm(4) / surface_mm(16) - 2.0).abs() < 1e-6);
+/// assert!(plan.predict(&[vec![0, 1]]).is_none());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct CapturePlan {
     /// All parameters: those solved for, the seating offset, and the lens.
@@ -204,7 +231,7 @@ impl CapturePlan {
         may: impl Fn(usize, &[usize]) -> bool,
     ) -> (Vec<usize>, f64) {
         // Without pins the information is singular; weak priors allow a start.
-        // Only for the choice of pins; `expect` works without it.
+        // Only for the choice of pins; `predict` works without it.
         let vague: Vec<f64> =
             self.solved().iter().map(|parameter| parameter.prior_sigma().powi(-2)).collect();
         let vague = DMatrix::from_diagonal(&DVector::from_vec(vague));

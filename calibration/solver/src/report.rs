@@ -44,6 +44,44 @@ pub struct PinCrop {
 }
 
 /// Extrinsic calibration with its sources.
+///
+/// ```
+/// use fabkit_calibration::extrinsics::{CalibrationOptions, calibrate};
+/// use fabkit_calibration::landmarks::PinLandmarks;
+/// use fabkit_calibration::model::Model;
+/// use fabkit_calibration::report::{CaptureRecord, ExtrinsicsReport};
+/// use fabkit_calibration::synthetic::SyntheticSensor;
+/// use fabkit_camera::Camera;
+/// use fabkit_geometry::Pose;
+/// let map = r#"{"1": [0, 0, 15], "2": [9, 0, 12], "3": [0, 9, 12], "4": [-9, 0, 12],
+///     "5": [0, -12, 9], "6": [12, 0, 9], "7": [-12, 0, 9]}"#;
+/// let landmarks = PinLandmarks::from_json(map)?;
+/// let (camera, pose) = (Camera::equidistant(640, 480, 2.8)?, Pose::translation(0.0, 0.0, 7.0));
+/// let captures = vec![landmarks.pins.iter().collect(); 3];
+/// let seen = SyntheticSensor::new(Model::new(camera, pose), 1).observe(&captures, 0.3)?;
+/// let options = CalibrationOptions::default();
+/// let calibration = calibrate(&camera.into(), &seen, &pose, Some(&pose), &options)?;
+/// let record = |file: &str| {
+///     let file = file.to_owned();
+///     CaptureRecord { file, pins_expected: Some(7), pins_found: 7 }
+/// };
+/// let report = ExtrinsicsReport {
+///     sensor: "rtac0",
+///     camera_file: "lens.yaml",
+///     landmarks: &landmarks,
+///     captures: &["a.png", "b.png", "c.png"].map(record),
+///     discrepancies: &[],
+///     calibration: &calibration,
+///     drawing_unused_reason: None,
+///     mark_offsets_unknown_reason: Some("the design does not say what the layer is"),
+///     saturated_fraction: 0.0,
+///     crops: &[],
+/// };
+/// assert_eq!(report.to_json()["pins"], 21);
+/// let warning = &report.warnings()[0];
+/// assert!(warning.starts_with("It is not known how far from their tips marks are found"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct ExtrinsicsReport<'a> {
     /// Name of the sensor.

@@ -12,6 +12,24 @@ use crate::landmarks::PinLandmark;
 use crate::model::{Contact, Model, Observation};
 
 /// Simulated sensor with a known camera, and the parameters of its images.
+///
+/// ```
+/// use fabkit_calibration::landmarks::PinLandmarks;
+/// use fabkit_calibration::model::Model;
+/// use fabkit_calibration::synthetic::SyntheticSensor;
+/// use fabkit_camera::Camera;
+/// use fabkit_geometry::Pose;
+/// let landmarks = PinLandmarks::from_json(r#"{"1": [0, 0, 15], "2": [9, 0, 12]}"#)?;
+/// let model = Model::new(Camera::equidistant(640, 480, 2.8)?, Pose::translation(0.0, 0.0, 7.0));
+/// let captures = [landmarks.pins.iter().collect()];
+/// // Without noise, the pin at the tip is in the middle of the image.
+/// let exact = SyntheticSensor::new(model.clone(), 1).observe(&captures, 0.0)?;
+/// assert_eq!((exact[0].pixel.x, exact[0].pixel.y), (319.5, 239.5));
+/// // The same seed gives the same noise.
+/// let noisy = || SyntheticSensor::new(model.clone(), 5).observe(&captures, 0.3);
+/// assert_eq!(noisy()?, noisy()?);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct SyntheticSensor {
     /// True model.
@@ -38,7 +56,7 @@ pub struct SyntheticCapture {
 }
 
 impl SyntheticSensor {
-    /// Creates a bench with noise as of 8-bit images, marks of 0.8 mm and no play.
+    /// Creates a sensor with noise as of 8-bit images, marks of 0.8 mm and no play.
     pub fn new(model: Model, seed: u64) -> Self {
         Self {
             model,
@@ -88,6 +106,26 @@ impl SyntheticSensor {
     ///
     /// # Errors
     /// Fails as [`SyntheticSensor::reference`]. Pins that cannot be seen leave no mark.
+    ///
+    /// ```
+    /// use fabkit_calibration::landmarks::PinLandmarks;
+    /// use fabkit_calibration::model::Model;
+    /// use fabkit_calibration::pin_detection::{DetectionOptions, detect};
+    /// use fabkit_calibration::synthetic::SyntheticSensor;
+    /// use fabkit_camera::Camera;
+    /// use fabkit_geometry::Pose;
+    /// let landmarks = PinLandmarks::from_json(r#"{"1": [0, 0, 15], "2": [9, 0, 12]}"#)?;
+    /// let model = Model::new(Camera::equidistant(320, 240, 2.8)?, Pose::translation(0.0, 0.0, 7.0));
+    /// let mut sensor = SyntheticSensor::new(model, 1);
+    /// let reference = sensor.reference(1.0)?;
+    /// // A tenth darker, as if the light had drifted.
+    /// let taken = sensor.capture(0, &[&landmarks.pins[1]], 0.9)?;
+    /// let found = detect(&reference, &taken.image, &DetectionOptions::default())?;
+    /// let (hole, truth) = taken.pins[0];
+    /// assert_eq!((hole, found.marks.len()), (2, 1));
+    /// assert!((found.marks[0].pixel - truth).norm() < 0.3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn capture(
         &mut self,
         capture: usize,

@@ -6,6 +6,24 @@ use nalgebra::{DMatrix, Matrix3, RowDVector};
 use crate::model::{Contact, FitParameter, Model};
 
 /// Standard deviations at one place of a surface, caused by the uncertainty of a calibration.
+///
+/// ```
+/// use fabkit_calibration::model::{FitParameter, Model};
+/// use fabkit_calibration::uncertainty::surface_sigma;
+/// use fabkit_camera::{Camera, DMatrix};
+/// use fabkit_geometry::{Point3, Pose, Vector3};
+/// let model = Model::new(Camera::equidistant(640, 480, 2.8)?, Pose::translation(0.0, 0.0, 7.0));
+/// // The distance is known to 0.1 mm, everything else exactly.
+/// let mut covariance = DMatrix::zeros(6, 6);
+/// covariance[(5, 5)] = 0.01;
+/// let (tip, up) = (Point3::new(0.0, 0.0, 15.0), Vector3::z());
+/// let sigma = surface_sigma(&model, &FitParameter::POSE, &covariance, tip, up).unwrap();
+/// // On the axis that is 0.1 mm of depth, and the pixel stays where it is.
+/// assert!((sigma.depth_z_mm - 0.1).abs() < 1e-12 && sigma.pixel_px < 1e-12);
+/// // The pixel shows the same point of the surface.
+/// assert!(sigma.point_mm < 1e-12);
+/// # Ok::<(), fabkit_camera::InvalidCamera>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceSigma {
     /// Standard deviation of the place's pixel, px, root of the sum of squares over both coordinates.
@@ -44,6 +62,21 @@ pub struct SurfaceDerivatives {
 ///
 /// The place and its unit normal are in the sensor frame. `None` if the place cannot be seen, or is seen edge on, so
 /// that its pixel has no depth of first order.
+///
+/// ```
+/// use fabkit_calibration::model::{Axis, FitParameter, Model};
+/// use fabkit_calibration::uncertainty::surface_derivatives;
+/// use fabkit_camera::Camera;
+/// use fabkit_geometry::{Point3, Pose, Vector3};
+/// let model = Model::new(Camera::equidistant(640, 480, 2.8)?, Pose::translation(0.0, 0.0, 7.0));
+/// let sideways = [FitParameter::Translation(Axis::X)];
+/// // A face on the axis that is 1 mm nearer for each millimetre to +x: if it moves by 1 mm to +x, the pixel
+/// // shows a part of it that is 1 mm farther away.
+/// let normal = Vector3::new(1.0, 0.0, 1.0).normalize();
+/// let by = surface_derivatives(&model, &sideways, Point3::new(0.0, 0.0, 15.0), normal).unwrap();
+/// assert!((by.depth_z[0] - 1.0).abs() < 1e-12);
+/// # Ok::<(), fabkit_camera::InvalidCamera>(())
+/// ```
 pub fn surface_derivatives(
     model: &Model,
     parameters: &[FitParameter],

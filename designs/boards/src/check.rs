@@ -48,6 +48,13 @@ pub enum BoardFlaw {
 }
 
 /// One violation of a rule.
+///
+/// ```
+/// use fabkit_boards::{BoardFinding, BoardFlaw};
+/// let message = "net V+ is open".to_owned();
+/// let finding = BoardFinding { flaw: BoardFlaw::Open, at_mm: [5.0, -1.5], message };
+/// assert_eq!(finding.to_string(), "at (5.00, -1.50) mm: net V+ is open");
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoardFinding {
     /// Kind of the rule.

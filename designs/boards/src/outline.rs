@@ -9,6 +9,18 @@ use crate::shapes::{Point, Shape};
 const CHORD_MM: f64 = 0.0005;
 
 /// Outline, holes and thickness of a board's body.
+///
+/// ```
+/// use fabkit_boards::{BoardShape, Shape};
+/// use fabkit_geometry::{Body, Path, Process, Profile, Solid};
+/// let ring = Profile::new(Path::circle([0.0; 2], 12.0)).with_hole(Path::circle([0.0; 2], 5.0));
+/// let ring = Body::made("led-board", "carries LEDs", Process::Pcb, Solid::extrusion(ring, 1.6));
+/// let board = BoardShape::from_body(&ring)?;
+/// assert_eq!((board.annulus_mm(), board.thickness_mm), (Some([5.0, 12.0]), 1.6));
+/// // A pad of 1 mm in the middle of the ring is 3 mm away from either edge.
+/// assert!((board.edge_distance_mm(&Shape::disc([8.5, 0.0], 1.0)) - 3.0).abs() < 1e-9);
+/// # Ok::<(), fabkit_boards::BoardError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoardShape {
     /// Name of the body.
@@ -40,6 +52,16 @@ impl BoardShape {
     ///
     /// # Errors
     /// [`BoardError::NotAPlate`] for any other body.
+    ///
+    /// ```
+    /// use fabkit_boards::{BoardError, BoardShape};
+    /// use fabkit_geometry::{Body, Process, Solid};
+    /// let ball = Body::made("ball", "is round", Process::Pcb, Solid::sphere(5.0));
+    /// assert_eq!(
+    ///     BoardShape::from_body(&ball),
+    ///     Err(BoardError::NotAPlate { board: "ball".into() })
+    /// );
+    /// ```
     pub fn from_body(body: &Body) -> Result<Self, BoardError> {
         let mut solid = &body.solid;
         loop {
@@ -108,6 +130,16 @@ impl BoardShape {
     }
 
     /// Distance of a point from the nearest edge, mm; negative if the point is not on the board.
+    ///
+    /// ```
+    /// use fabkit_boards::BoardShape;
+    /// use fabkit_geometry::{Body, Path, Process, Solid};
+    /// let plate = Solid::extrusion(Path::circle([0.0; 2], 10.0), 1.6);
+    /// let board = BoardShape::from_body(&Body::made("disc", "a disc", Process::Pcb, plate))?;
+    /// assert_eq!(board.point_edge_distance_mm([6.0, 0.0]), 4.0);
+    /// assert_eq!(board.point_edge_distance_mm([0.0, 11.0]), -1.0);
+    /// # Ok::<(), fabkit_boards::BoardError>(())
+    /// ```
     pub fn point_edge_distance_mm(&self, p: Point) -> f64 {
         self.edge_distance_mm(&Shape::disc(p, 0.0))
     }

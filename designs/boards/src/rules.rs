@@ -1,6 +1,15 @@
 //! Design rules: the limits of a fab, and the needs of soldering by hand.
 
 /// Design rules of a board. Lengths are in mm.
+///
+/// ```
+/// use fabkit_boards::{BoardRules, STANDARD_RULES, min_track_width_mm};
+/// // Thicker copper carries a current on a narrower track.
+/// let rules = BoardRules { copper_mm: 0.070, ..STANDARD_RULES };
+/// let [usual_mm, thick_mm] =
+///     [&STANDARD_RULES, &rules].map(|rules| min_track_width_mm(1.0, rules));
+/// assert!((thick_mm - usual_mm / 2.0).abs() < 1e-12);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardRules {
     /// Minimum clearance between copper of two nets.

@@ -4,6 +4,15 @@
 pub type Point = [f64; 2];
 
 /// All points within a radius of a convex polygon with one (disc), two (track) or more (pad) corners.
+///
+/// ```
+/// use fabkit_boards::Shape;
+/// let track = Shape::track([0.0, 0.0], [10.0, 0.0], 0.2);
+/// let via = Shape::disc([5.0, 1.0], 0.5);
+/// // 1 mm between their middles, less half of either width.
+/// assert!((track.distance(&via) - 0.65).abs() < 1e-12);
+/// assert!(track.contains([10.1, 0.0]) && !track.contains([10.0, 0.2]));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
     corners: Vec<Point>,
@@ -95,6 +104,15 @@ impl Shape {
     }
 
     /// Returns the shape enlarged on all sides. The corners of a rectangle stay sharp.
+    ///
+    /// ```
+    /// use fabkit_boards::Shape;
+    /// let pad = Shape::polygon(vec![[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]]);
+    /// // The opening of the mask: 0.05 mm more on each side.
+    /// let opening = pad.enlarged_by(0.05);
+    /// assert_eq!(opening.bounds(), [[-0.05, -0.05], [2.05, 1.05]]);
+    /// assert!((opening.width_mm() - 1.1).abs() < 1e-12);
+    /// ```
     #[must_use]
     pub fn enlarged_by(&self, by_mm: f64) -> Self {
         let [a, b, c, d] = self.corners[..] else {

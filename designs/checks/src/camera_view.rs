@@ -22,7 +22,7 @@ use crate::scene::{Assemblies, Placed};
 rule! {
     /// The camera sees what it should.
     Sight = "sight",
-    examines: "bodies that are to be seen",
+    examines: "bodies in view",
     finds: "a surface or markers that are hidden, lie outside the image or are covered by too \
              few pixels; light from outside; markers at the image's edge; and, for rays through \
              the drawn bodies, the visible fractions of surface and markers and the bodies that \
@@ -105,7 +105,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
     let outside = seen.outside_px / seen.all_px;
     if outside > MOST_OUTSIDE {
         let message = format!("the camera sees out of the sensor past {}", listed(sensor));
-        let fix = "an opaque material around what it sees: daylight comes in where it looks out";
+        let fix = "take an opaque material around the bodies in view: daylight enters where the camera looks out";
         let finding = Finding::error(Rule::Sight, message, fix).about_bodies(names());
         add(finding.with_measurement(outside, MOST_OUTSIDE, ""));
         return (findings, sensor.visible_bodies.len());
@@ -114,7 +114,7 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
         let share = share_of(*hidden_mm2);
         if share > MOST_HIDDEN {
             let message = format!("{by} stands between the camera and {}", listed(sensor));
-            let fix = format!("a clear material for {by}, or a wider opening in it");
+            let fix = format!("take a clear material for {by}, or make its opening wider");
             let bodies = std::iter::once(*by).chain(names());
             add(Finding::error(Rule::Sight, message, fix).about_bodies(bodies).with_measurement(
                 share,
@@ -129,20 +129,20 @@ pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usi
     let unseen = 1.0 - share_of(seen.seen_mm2 + hidden);
     if unseen > MOST_UNSEEN {
         let message = format!("most of {} lies outside the camera's image", listed(sensor));
-        let fix = "a lens with a wider view, or a camera further away";
+        let fix = "take a lens with a wider view, or move the camera further away";
         let finding = Finding::error(Rule::Sight, message, fix).about_bodies(names());
         add(finding.with_measurement(unseen, MOST_UNSEEN, ""));
     }
     let least_px = least_pixels(sensor);
     if seen.on_it_px < least_px && !is_hidden {
-        let message = format!("few pixels look at {}", listed(sensor));
-        let fix = "a camera with more pixels, or a lens with a narrower view";
+        let message = format!("too few pixels look at {}", listed(sensor));
+        let fix = "take a camera with more pixels, or a lens with a narrower view";
         let finding = Finding::error(Rule::Sight, message, fix).about_bodies(names());
         add(finding.with_measurement(seen.on_it_px.round(), least_px, "px"));
     }
     if is_markers(sensor) && seen.reach > 1.0 - LEAST_MARGIN {
-        let message = format!("{} reach to the edge of the image, or over it", listed(sensor));
-        let fix = "markers further in, a camera further away, or a lens with a wider view";
+        let message = format!("{} reach to the edge of the image or beyond", listed(sensor));
+        let fix = "move the markers further in or the camera further away, or take a lens with a wider view";
         let finding = Finding::error(Rule::Sight, message, fix).about_bodies(names());
         add(finding.with_measurement(1.0 - seen.reach, LEAST_MARGIN, ""));
     }

@@ -154,7 +154,7 @@ impl<'a> Examiner<'a> {
         if let Some(assembly) =
             step.assembly.as_ref().filter(|a| self.scene.bodies(&a.0).is_empty())
         {
-            let message = format!("nothing stands in the assembly `{}`", assembly.0);
+            let message = format!("the assembly `{}` is empty", assembly.0);
             self.wrong(step, [], message, "name one in which bodies are placed");
         }
         for body in &step.bodies {
@@ -282,7 +282,7 @@ impl<'a> Examiner<'a> {
     fn mixture(&mut self, step: &Step, layer: &str, mix: &Mix, waste: f64) {
         let positive = |value: f64| value > 0.0 && value.is_finite();
         if mix.by_mass.is_empty() {
-            let message = format!("nothing is known to mix the {layer} from");
+            let message = format!("fabkit knows no mixture for the {layer}");
             self.wrong(step, [layer], message, "choose a material that fabkit knows");
         } else if !(positive(mix.density_g_per_cm3)
             && mix.by_mass.iter().all(|(_, share)| positive(*share)))

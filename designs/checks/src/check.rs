@@ -55,6 +55,19 @@ impl CheckReport {
 ///
 /// # Errors
 /// [`InvalidBody`] if the solid of a body is not valid.
+///
+/// ```
+/// use fabkit_checks::{Rule, check, example};
+/// use fabkit_geometry::Pose;
+/// // The lid 0.5 mm too low cuts into the puck.
+/// let mut sensor = example::puck();
+/// sensor.bodies[1].placements[0].assembly_from_body = Pose::translation(0.0, 0.0, -0.5);
+/// let report = check(&sensor)?;
+/// let overlap = report.for_rule(Rule::Interference).next().ok_or("no overlap")?;
+/// assert_eq!(overlap.assembly.as_deref(), Some(example::MOLD));
+/// assert!(overlap.measured.is_some_and(|volume| volume.value > volume.limit));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
     check_with_progress(sensor, &|_, _| {})
 }
@@ -64,6 +77,19 @@ pub fn check(sensor: &Sensor) -> Result<CheckReport, InvalidBody> {
 ///
 /// # Errors
 /// Same as [`check`].
+///
+/// ```
+/// use fabkit_checks::{check_with_progress, example};
+/// use std::sync::atomic::{AtomicUsize, Ordering};
+/// let calls = AtomicUsize::new(0);
+/// let expected = AtomicUsize::new(0);
+/// check_with_progress(&example::puck(), &|_, all| {
+///     calls.fetch_add(1, Ordering::Relaxed);
+///     expected.store(all, Ordering::Relaxed);
+/// })?;
+/// assert_eq!(calls.into_inner(), expected.into_inner());
+/// # Ok::<(), fabkit_checks::InvalidBody>(())
+/// ```
 pub fn check_with_progress(
     sensor: &Sensor,
     progress: Progress,
@@ -208,6 +234,23 @@ pub fn check_manual_steps(sensor: &Sensor) -> Vec<Finding> {
 ///
 /// # Errors
 /// [`InvalidBody`] if the solid of a body is not valid.
+///
+/// ```
+/// use fabkit_checks::{check_motions, example};
+/// use fabkit_geometry::{Action, Solid, Step};
+/// let mut sensor = example::puck();
+/// let put = |name: &str| Step {
+///     bodies: vec![name.into()],
+///     action: Action::Assemble,
+///     ..sensor.chain[0].clone()
+/// };
+/// sensor.chain = vec![put("dish"), put("lid")];
+/// assert!(check_motions(&sensor)?.is_empty());
+/// // The lid does not get into a hollow ball.
+/// sensor.bodies[0].solid = Solid::sphere(40.0).minus(Solid::sphere(30.0));
+/// assert_eq!(check_motions(&sensor)?[0].bodies[0], "lid");
+/// # Ok::<(), fabkit_checks::InvalidBody>(())
+/// ```
 pub fn check_motions(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
     Ok(check_rules(sensor, &[Rule::Motion], &Memo::default())?.findings)
 }
@@ -217,6 +260,19 @@ pub fn check_motions(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
 ///
 /// # Errors
 /// [`InvalidBody`] if the solid of a body is not valid.
+///
+/// ```
+/// use fabkit_checks::{check_interference_between, example};
+/// use fabkit_geometry::Pose;
+/// let mut sensor = example::puck();
+/// sensor.bodies[1].placements[0].assembly_from_body = Pose::translation(0.0, 0.0, -0.5);
+/// let overlaps =
+///     |a, b| check_interference_between(&sensor, &|x, y| [x, y] == [a, b] || [x, y] == [b, a]);
+/// // The lid cuts into dish and puck; puck and dish do not touch it.
+/// assert_eq!(overlaps("lid", "dish")?.len(), 1);
+/// assert_eq!(overlaps("puck", "dish")?.len(), 0);
+/// # Ok::<(), fabkit_checks::InvalidBody>(())
+/// ```
 pub fn check_interference_between(
     sensor: &Sensor,
     is_asked: &dyn Fn(&str, &str) -> bool,

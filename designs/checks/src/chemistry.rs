@@ -14,7 +14,7 @@ use crate::rule_input::{RuleInput, RuleResult};
 rule! {
     /// Liquids cure against the walls that they touch, and do not bond to their molds.
     Chemistry = "chemistry",
-    examines: "faces of liquids",
+    examines: "pairs of liquid and wall",
     finds: "silicone that does not cure against a body that it touches, or bonds to its mold",
     limit: "curing mechanisms and inhibitors of the materials; a step that seals or releases the \
              wall",
@@ -51,6 +51,19 @@ pub enum Harm {
 }
 
 /// Returns all hazards in the order of the chain, including those that a step of the chain prevents.
+///
+/// ```
+/// use fabkit_checks::{Harm, example, hazards};
+/// use fabkit_geometry::CureMechanism;
+/// let mut sensor = example::puck();
+/// sensor.bodies[2].substance.cure_mechanism = Some(CureMechanism::Platinum);
+/// // The dish is printed of a resin whose residues keep platinum silicone from curing.
+/// sensor.bodies[0].substance.inhibited_cures = vec![CureMechanism::Platinum];
+/// let found = hazards(&sensor);
+/// assert_eq!((&*found[0].layer.name, &*found[0].wall.name), ("puck", "dish"));
+/// assert_eq!(found[0].harm, Harm::Inhibits(CureMechanism::Platinum));
+/// assert_eq!(found[0].prevented_in, None);
+/// ```
 pub fn hazards(sensor: &Sensor) -> Vec<Hazard<'_>> {
     // Whoever asks for hazards alone does not hear of what is not known; `check` says it.
     let questions = MaterialQuestions::default();

@@ -78,7 +78,7 @@ fn nets(circuit: &Circuit) -> Vec<Finding> {
         if pins.len() < 2 {
             let end = pins.first().map_or("nothing".into(), |(part, pin)| format!("{part}.{pin}"));
             let what = format!("net {name} has {} of the 2 ends that it needs: {end}", pins.len());
-            let fix = "connect it to what it leads to, or leave the net out";
+            let fix = "connect its other end, or leave the net out";
             found.push(error(circuit, &what, fix).with_measurement(pins.len() as f64, 2.0, "ends"));
         }
     }
@@ -89,8 +89,8 @@ fn nets(circuit: &Circuit) -> Vec<Finding> {
             found.push(error(circuit, &what, "name a part of the circuit and one of its pins"));
         }
         if let [first, second, ..] = nets[..] {
-            let what = format!("{part}.{pin} is on {first} and on {second}");
-            found.push(error(circuit, &what, "let each pin be on one net, or make one of both"));
+            let what = format!("{part}.{pin} is on two nets, {first} and {second}");
+            found.push(error(circuit, &what, "put the pin on one net, or join the two nets"));
         }
     }
     // Other parts may have unused pins.
@@ -113,23 +113,23 @@ fn lamps(circuit: &Circuit, one: &SeriesResistor) -> Vec<Finding> {
     // The checks below divide by these values or compare with them.
     let is_known = [one.supply_v, one.forward_v, one.ohms, one.rated_w, one.led_rated_a];
     if let Some(value) = is_known.into_iter().find(|value| !is_positive(*value)) {
-        let what = format!("{names} is calculated with {value}, which must be more than 0");
-        let fix = "give supply, forward voltage, resistance and what both bear as positive numbers";
+        let what = format!("{names} is calculated with {value}; this value must be above 0");
+        let fix = "state supply, forward voltage, resistance and both ratings as positive numbers";
         return vec![error(circuit, &what, fix)];
     }
     let mut found = Vec::new();
     if one.forward_v >= one.supply_v {
         let what = format!(
-            "the lamps behind {names} need {} V to shine, and the supply has {} V",
+            "the LEDs behind {names} need {} V to shine, but the supply has {} V",
             one.forward_v, one.supply_v
         );
-        let fix = "take a supply of a higher voltage, or lamps of a lower forward voltage";
+        let fix = "take a supply of a higher voltage, or LEDs of a lower forward voltage";
         found.push(error(circuit, &what, fix).with_measurement(one.forward_v, one.supply_v, "V"));
     }
     let (led_a, watts) = (one.led_a(), one.power_w());
     if led_a > one.led_rated_a * (1.0 + SAME) {
         let what = format!(
-            "{:.1} mA flow through each lamp behind {names}, which bears {} mA",
+            "each LED behind {names} takes {:.1} mA, but withstands only {} mA",
             led_a * 1e3,
             one.led_rated_a * 1e3
         );
@@ -138,13 +138,14 @@ fn lamps(circuit: &Circuit, one: &SeriesResistor) -> Vec<Finding> {
     }
     if watts > one.rated_w * (1.0 + SAME) {
         let what =
-            format!("{watts:.3} W are turned to heat in {names}, which bears {} W", one.rated_w);
+            format!("{names} turns {watts:.3} W to heat, but withstands only {} W", one.rated_w);
         let fix = "ask for less current, or take a larger resistor";
         found.push(error(circuit, &what, fix).with_measurement(watts, one.rated_w, "W"));
     }
     for name in &one.designators {
         if circuit.part(name).is_none_or(|part| part.kind != CircuitKind::Resistor) {
-            let what = format!("{name} is calculated, and no resistor of the circuit is called so");
+            let what =
+                format!("{name} is calculated, but the circuit has no resistor of this name");
             found.push(error(circuit, &what, "name a resistor of the circuit"));
         }
     }
@@ -158,9 +159,10 @@ fn counted(circuit: &Circuit) -> Option<Finding> {
     let shared = circuit.resistors.iter().map(|one| one.designators.len() * one.leds as usize);
     let calculated: usize = shared.sum();
     (there != calculated).then(|| {
-        let what = format!("there are {there} lamps, and resistors for {calculated} of them");
-        let fix = "calculate a resistor for every lamp, and none for lamps that are not there";
-        error(circuit, &what, fix).with_measurement(calculated as f64, there as f64, "lamps")
+        let what = format!("the circuit has {there} LEDs, but resistors for {calculated} of them");
+        let fix =
+            "calculate a resistor for every LED, and none for LEDs that the circuit does not have";
+        error(circuit, &what, fix).with_measurement(calculated as f64, there as f64, "LEDs")
     })
 }
 
@@ -180,11 +182,11 @@ fn polarity(circuit: &Circuit) -> Vec<Finding> {
             let is_anode = anodes.len() <= cathodes.len();
             let (turned, end) = if is_anode { (anodes, "anode") } else { (cathodes, "cathode") };
             let what = format!(
-                "{} meets net {} with its {end}, and other lamps do not: it is turned round",
+                "{} meets net {} with its {end}, and other LEDs do not: it is reversed",
                 turned.join(", "),
                 net.name
             );
-            found.push(error(circuit, &what, "connect all lamps of a net with the same end"));
+            found.push(error(circuit, &what, "connect all LEDs of a net with the same end"));
         }
     }
     found
@@ -197,18 +199,18 @@ fn supply(circuit: &Circuit) -> Vec<Finding> {
     let sum_a: f64 = each.sum();
     if !(circuit.resistors.is_empty() || (circuit.current_a - sum_a).abs() <= SAME * sum_a) {
         let what = format!(
-            "it is said to take {:.1} mA, and its resistors let {:.1} mA through",
+            "it is stated to take {:.1} mA, but its resistors let {:.1} mA through",
             circuit.current_a * 1e3,
             sum_a * 1e3
         );
-        let fix = "say what the resistors let through";
+        let fix = "state the current that the resistors let through";
         found.push(error(circuit, &what, fix).with_measurement(circuit.current_a, sum_a, "A"));
     }
     for one in &circuit.resistors {
         if one.supply_v != circuit.supply_v {
             let names = one.designators.join(", ");
             let what = format!(
-                "{names} is calculated for {} V, and the circuit's supply has {} V",
+                "{names} is calculated for {} V, but the circuit's supply has {} V",
                 one.supply_v, circuit.supply_v
             );
             let fix = "calculate it for the circuit's supply";
@@ -225,11 +227,11 @@ fn supply(circuit: &Circuit) -> Vec<Finding> {
         .filter(|most| circuit.current_a.is_nan() || circuit.current_a > most * (1.0 + SAME))
     {
         let what = format!(
-            "all lamps take {:.0} mA, and the supply gives {:.0} mA",
+            "all LEDs take {:.0} mA, but the supply delivers {:.0} mA",
             circuit.current_a * 1e3,
             most_a * 1e3
         );
-        let fix = "ask for less current or fewer lamps, or take a stronger supply";
+        let fix = "ask for less current or fewer LEDs, or take a stronger supply";
         found.push(error(circuit, &what, fix).with_measurement(circuit.current_a, most_a, "A"));
     }
     found
@@ -239,7 +241,7 @@ fn supply(circuit: &Circuit) -> Vec<Finding> {
 fn board(sensor: &Sensor, circuit: &Circuit) -> Result<Vec<Finding>, InvalidBody> {
     let Some(name) = circuit.board.as_deref() else { return Ok(Vec::new()) };
     let Some(body) = sensor.body(name) else {
-        let what = format!("it is on `{name}`, and no body of the sensor is called so");
+        let what = format!("it is on `{name}`, but the sensor has no body of this name");
         return Ok(vec![error(circuit, &what, "name the part that is etched")]);
     };
     let solid = CompiledSolid::new(&body.solid)
@@ -260,7 +262,7 @@ fn board(sensor: &Sensor, circuit: &Circuit) -> Result<Vec<Finding>, InvalidBody
             let beside = around(land).map(|at| place.point(at)).find(|at| !is_on(*at));
             if let Some(at) = beside {
                 let what = format!(
-                    "the pad {}.{} reaches to ({:.2}, {:.2}) mm, where {name} is not",
+                    "the pad {}.{} reaches to ({:.2}, {:.2}) mm, beyond {name}",
                     part.designator, land.pin, at[0], at[1]
                 );
                 let place = Point3::new(at[0], at[1], solid.bounds().max.z);

@@ -22,7 +22,7 @@ use crate::scene::{Assemblies, Placed};
 rule! {
     /// No daylight falls on the surface that the camera looks at.
     Leak = "leak",
-    examines: "lines to where daylight might be",
+    examines: "lines of sight to the outside",
     finds: "straight lines from outside to the surface that the camera looks at, through gaps \
              and through clear or translucent bodies; refraction and reflections from walls are \
              not counted, and holes in the mounting face count as covered",
@@ -97,11 +97,11 @@ fn finding(sensor: &Sensor, open: &[LightPath], share: f64) -> Finding {
     let first = open.iter().find(|one| Some((one.by, one.is_through)) == most);
     let how = match most {
         Some((by, true)) => format!("through {by}"),
-        Some((by, false)) => format!("by a gap in {by} or beside it"),
+        Some((by, false)) => format!("through a gap in {by} or beside it"),
         None => String::new(),
     };
     let message = format!(
-        "daylight falls {how} onto what the camera looks at: {}",
+        "daylight falls {how} onto the bodies in view: {}",
         sensor.visible_bodies.join(", ")
     );
     let fix = "close the gap, cover it with something opaque, or take an opaque material there";

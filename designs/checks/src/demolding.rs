@@ -116,8 +116,7 @@ fn judge(place: &Place, pull: &Pull, cast: &[&Placed], undercut: &Undercut) -> O
         None => Finding::error(
             Rule::Demolding,
             format!(
-                "{} does not come off: {area_mm2:.2} mm2 of it lie behind what was cast, up to \
-                 {depth_mm:.2} mm deep",
+                "{} does not come off: it has an undercut of {area_mm2:.2} mm2, up to {depth_mm:.2} mm deep, behind the cast",
                 pull.body
             ),
             "pull it another way, divide it, or cast it from silicone",
@@ -141,7 +140,7 @@ fn judge(place: &Place, pull: &Pull, cast: &[&Placed], undercut: &Undercut) -> O
                 pull.body,
                 100.0 * strain
             ),
-            "nothing; its material bears that",
+            "nothing to do: its material withstands that strain",
         )
         .with_severity(Severity::Note)
         .with_measurement(strain, limit, "strain"),

@@ -61,6 +61,17 @@ fn step(name: &str, action: Action) -> Step {
 
 /// Builds the sensor: dish, lid and puck, with the puck's lower face at z = 0. It is poured through the lid; then lid
 /// and dish are taken off.
+///
+/// ```
+/// use fabkit_checks::example;
+/// use fabkit_geometry::CompiledSolid;
+/// let sensor = example::puck();
+/// let names: Vec<&str> = sensor.bodies.iter().map(|body| &*body.name).collect();
+/// assert_eq!(names, ["dish", "lid", "puck"]);
+/// let puck = CompiledSolid::new(&sensor.bodies[2].solid)?.bounds();
+/// assert_eq!(puck.size_mm(), [20.0, 20.0, 2.0]);
+/// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+/// ```
 pub fn puck() -> Sensor {
     let pour = Pour {
         layer: "puck".into(),

@@ -7,6 +7,12 @@ use fabkit_geometry::Point3;
 use crate::rule::Rule;
 
 /// Severity of a finding.
+///
+/// ```
+/// use fabkit_checks::Severity;
+/// // Sorting puts what keeps the sensor from being built first.
+/// assert!(Severity::Error < Severity::Warning && Severity::Warning < Severity::Note);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
     /// The sensor cannot be built as described.
@@ -39,6 +45,16 @@ pub struct MeasuredValue {
 }
 
 /// A finding of a rule.
+///
+/// ```
+/// use fabkit_checks::{Finding, Rule, Severity};
+/// let finding = Finding::error(Rule::Fit, "the pin is 0.05 mm too thick", "make it thinner")
+///     .about_bodies(["pin", "plate"])
+///     .with_measurement(5.05, 5.0, "mm")
+///     .with_severity(Severity::Warning);
+/// assert_eq!(finding.bodies, ["pin", "plate"]);
+/// assert_eq!(finding.severity.to_string(), "warning");
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// The rule that made the finding.

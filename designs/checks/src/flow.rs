@@ -90,14 +90,14 @@ impl Vents {
         let seconds = self.surplus_mm3 / mm3_per_s;
         (seconds > LONGEST_S).then(|| {
             let message = format!(
-                "the surplus of {} hardly leaves the mold: {} openings of {:.2} mm2 together, a \
-                 mixture of {viscosity_pa_s} Pa s",
+                "the surplus of {} leaves the mold too slowly: its {} openings have {:.2} mm2 in all, \
+                 its mixture {viscosity_pa_s} Pa s",
                 pour.layer,
                 pour.openings.len(),
                 self.area_mm2
             );
             let finding =
-                Finding::error(Rule::Flow, message, "more vents, wider ones, or a thinner mixture");
+                Finding::error(Rule::Flow, message, "add vents, widen them, or take a thinner mixture");
             let finding = finding.in_step(place.step).in_assembly(place.assembly);
             finding.about_bodies([pour.layer.as_str()]).with_measurement(seconds, LONGEST_S, "s")
         })

@@ -23,8 +23,8 @@ use crate::scene::{Assemblies, InvalidBody, Placed};
 rule! {
     /// No light source is mirrored into the image.
     Glare = "glare",
-    examines: "lamps",
-    finds: "LEDs that a face between air and a clear body reflects into the image",
+    examines: "light sources",
+    finds: "light sources that a face between air and a clear body reflects into the image",
     limit: "half a percent of the image, within half of the view, is a warning; further out it \
              is a note, because most published sensors with bare LEDs beside a flat window have \
              such reflections",
@@ -109,11 +109,10 @@ fn finding(mirror: &str, images: &[&MirrorImage], share: f64, lamps: usize) -> F
     angles.sort_by(f64::total_cmp);
     let middle_deg = angles[angles.len() / 2];
     let message = format!(
-        "{} of {lamps} lamps are mirrored into the image by {mirror}, about {middle_deg:.0} degrees off its axis",
+        "{mirror} mirrors {} of {lamps} light sources into the image, about {middle_deg:.0} degrees off the axis",
         seen.len()
     );
-    let fix =
-        "put the lamps further out, keep air from the face, shade them, or let the face be matt";
+    let fix = "move the light sources further out, keep air from the face, shade them, or make the face matt";
     Finding::error(Rule::Glare, message, fix)
         .in_assembly(&Assembly::sensor().0)
         .about_bodies([mirror])

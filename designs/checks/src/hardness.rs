@@ -73,16 +73,16 @@ fn firmness(body: &Body, questions: &MaterialQuestions) -> Option<Finding> {
     let Body { name, material, .. } = body;
     match body.kind {
         BodyKind::Cast if !is_in_sensor(body) && shore < SOFTEST_MOLD => about(
-            format!("{name} of {material} is a mold of {shore}, which sags under what is poured"),
-            format!("a silicone of {SOFTEST_MOLD} or more"),
+            format!("{name} of {material} is a mold of {shore}, which sags under the pour"),
+            format!("take a silicone of {SOFTEST_MOLD} or more"),
         ),
         BodyKind::Made(_) if body.is_deformable && shore > HARDEST_TOUCHED => about(
-            format!("{name} of {material} is to give way when it is touched, but has {shore}"),
-            format!("a rubber of at most {HARDEST_TOUCHED}"),
+            format!("{name} of {material} must give way in contact, but has {shore}"),
+            format!("take a rubber of at most {HARDEST_TOUCHED}"),
         ),
         BodyKind::Made(_) if !body.is_deformable && shore < SOFTEST_HOLDER => about(
-            format!("{name} of {material} is to keep its shape, but has {shore}"),
-            format!("a plastic, or a rubber of at least {SOFTEST_HOLDER}"),
+            format!("{name} of {material} must keep its shape, but has {shore}"),
+            format!("take a plastic, or a rubber of at least {SOFTEST_HOLDER}"),
         ),
         _ => None,
     }
@@ -111,7 +111,7 @@ fn coats<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> impl Iterator<Item = 
         let median = lengths_mm.get(lengths_mm.len() / 2);
         let mm = median.copied().filter(|mm| *mm > THICKEST_COAT_MM)?;
         let message = format!("{} is sprayed, but thicker than a coat can be", spray.layer);
-        let fix = "a thinner coat; what is thicker is poured into a mold";
+        let fix = "take a thinner coat, or pour it into a mold";
         let finding = Finding::error(Rule::Softness, message, fix).in_step(&step.name);
         Some(finding.about_bodies([spray.layer.as_str()]).with_measurement(
             mm,
@@ -132,7 +132,8 @@ pub(crate) fn contrasts(sensor: &Sensor, questions: &MaterialQuestions) -> Vec<F
         }
         let shade = if is_dark { "dark" } else { "light" };
         let message = format!("{} of {} is as {shade} as {} behind it", a.name, a.material, b.name);
-        let fix = format!("a {} colour for one of them", if is_dark { "light" } else { "dark" });
+        let fix =
+            format!("take a {} colour for one of them", if is_dark { "light" } else { "dark" });
         Some(
             Finding::error(Rule::Sight, message, fix)
                 .about_bodies([a.name.as_str(), b.name.as_str()]),

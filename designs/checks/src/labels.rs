@@ -182,7 +182,7 @@ fn report_bare_parts(bare: &[&Body]) -> Option<Finding> {
     let first = bare.iter().find(|part| why(part).is_some())?;
     let named: Vec<String> =
         bare.iter().filter_map(|part| Some(format!("{} ({})", part.name, why(part)?))).collect();
-    let message = format!("no label is on {}", named.join(", "));
+    let message = format!("these parts carry no label: {}", named.join(", "));
     let fix = "mark them by hand where they could be mixed up";
     Some(
         Finding::error(Rule::Labels, message, fix)

@@ -41,10 +41,16 @@ fn is_adjustable(body: &Body) -> bool {
 /// Finds steps that adjust what they cannot adjust, and adjustable bodies that no step adjusts.
 pub(crate) fn examine(sensor: &Sensor) -> Vec<Finding> {
     let forgotten = sensor.bodies.iter().filter(|body| is_forgotten(sensor, body)).map(|body| {
-        let message =
-            format!("no step sets {} right: once all is closed, it stays as it is", body.name);
-        Finding::error(Rule::Access, message, "focus it in a step in which it is still reached")
-            .about_bodies([body.name.as_str()])
+        let message = format!(
+            "no step adjusts {}: once the sensor is closed, it cannot be reached",
+            body.name
+        );
+        Finding::error(
+            Rule::Access,
+            message,
+            "adjust it in a step in which it can still be reached",
+        )
+        .about_bodies([body.name.as_str()])
     });
     let wrong = sensor.chain.iter().flat_map(|step| {
         step.adjustments.iter().filter_map(|adjustment| wrong(sensor, step, &adjustment.body))
@@ -65,10 +71,13 @@ fn is_forgotten(sensor: &Sensor, body: &Body) -> bool {
 fn wrong(sensor: &Sensor, step: &Step, body: &str) -> Option<Finding> {
     let (message, fix) = match sensor.body(body) {
         Some(of) if !is_adjustable(of) => {
-            (format!("nothing is known that sets {body} right"), "say what turns it, and where")
+            (format!("fabkit knows no way to adjust {body}"), "state what turns it, and where")
         }
         Some(_) if step.bodies.iter().any(|name| name == body) => return None,
-        _ => (format!("{body} is set right, and is not of this step"), "name it in the step"),
+        _ => (
+            format!("the step adjusts {body}, which is not one of its bodies"),
+            "name it in the step",
+        ),
     };
     Some(Finding::error(Rule::Chain, message, fix).in_step(&step.name).about_bodies([body]))
 }

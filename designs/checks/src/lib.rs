@@ -122,6 +122,15 @@ impl Rule {
 
     /// Returns what the rule finds, and its limits with their sources, as text for people. `None` for the rules of
     /// [`Rule::HARDWARE`] that are not in [`Rule::ALL`].
+    ///
+    /// ```
+    /// use fabkit_checks::Rule;
+    /// for rule in Rule::ALL {
+    ///     assert!(rule.description_and_limit().is_some(), "{rule}");
+    /// }
+    /// // A rule for calibration hardware alone.
+    /// assert!(Rule::Seating.description_and_limit().is_none());
+    /// ```
     pub fn description_and_limit(self) -> Option<[&'static str; 2]> {
         RULES
             .iter()

@@ -34,11 +34,12 @@ fn overlap(
 ) -> Option<Finding> {
     let wrong = |message: String, fix: &str| Some(Finding::error(Rule::Chain, message, fix));
     let Some(before) = sensor.chain[..at].iter().position(|other| other.name == waiting) else {
-        let message = format!("it is done during `{waiting}`, and no step before it is called so");
+        let message =
+            format!("the step is done during `{waiting}`, but no earlier step has this name");
         return wrong(message, "name an earlier step that cures");
     };
     let Some(cure) = sensor.chain[before].cure().filter(|cure| cure.hours > 0.0) else {
-        let message = format!("it is done during `{waiting}`, in which nothing cures");
+        let message = format!("the step is done during `{waiting}`, but nothing cures in it");
         return wrong(message, "name a step whose cure takes time");
     };
     let between = &sensor.chain[before + 1..at];
@@ -47,10 +48,10 @@ fn overlap(
         between.iter().find(|other| other.during_cure_of.as_deref() != Some(waiting))
     {
         let message = format!(
-            "it is done during `{waiting}`, but `{}` comes in between, when that has cured",
+            "the step is done during `{waiting}`, but `{}` comes in between, after the cure",
             after.name
         );
-        return wrong(message, "put it right behind the step that cures");
+        return wrong(message, "put the step right behind the one that cures");
     }
     if let Some(body) =
         handled_bodies(step).find(|body| resting_bodies(sensor, before).contains(body))
@@ -62,7 +63,7 @@ fn overlap(
     *hours += step.cure().map_or(0.0, |cure| cure.hours);
     (*hours > cure.hours + SAME_H).then(|| {
         let message = format!(
-            "what is done during `{waiting}` takes {hours} h by here, and that cures for {} h",
+            "the steps during `{waiting}` take {hours} h up to this one, but its cure takes {} h",
             cure.hours
         );
         Finding::error(Rule::Chain, message, "do it before or after")

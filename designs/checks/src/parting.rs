@@ -20,7 +20,7 @@ use crate::scene::Assemblies;
 rule! {
     /// One tool shapes the touch surface, without a seam.
     Parting = "parting",
-    examines: "steps that shape what is touched",
+    examines: "surface-shaping steps",
     finds: "two tools that meet on the touched surface and leave a seam",
     limit: "2 % of the surface for each tool",
     for_variants: true,
@@ -175,8 +175,7 @@ fn finding(step: &Step, shaping: &[ShapingTool]) -> Option<Finding> {
         _ => return None,
     };
     let message = format!(
-        "the parting line of {} and {} runs over what is touched of the {layer}: they shape {:.0} and \
-         {:.0} percent of it",
+        "the parting line of {} and {} runs across the surface of the {layer}: they shape {:.0} % and {:.0} % of it",
         first.tool,
         second.tool,
         100.0 * share(first),

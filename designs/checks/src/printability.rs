@@ -15,7 +15,7 @@ use crate::scene::InvalidBody;
 rule! {
     /// The printer can make the part.
     Printability = "printability",
-    examines: "parts on own machines",
+    examines: "parts with a stated machine",
     finds: "walls and holes that a machine cannot make, and parts that do not fit its bed",
     limit: "the machine's data in the sensor's file",
     for_variants: true,
@@ -53,6 +53,14 @@ pub struct PrintLimits {
 /// Returns the usual limits of a process; `None` if it is not printing.
 ///
 /// They are those of ordinary desktop machines: two lines of a 0.4 mm nozzle, a few pixels of a resin printer's screen.
+///
+/// ```
+/// use fabkit_checks::print_limits;
+/// use fabkit_geometry::Process;
+/// // Two lines of a nozzle of 0.4 mm.
+/// assert_eq!(print_limits(Process::Fdm).map(|limits| limits.wall_mm), Some(0.8));
+/// assert_eq!(print_limits(Process::Laser), None);
+/// ```
 pub fn print_limits(process: Process) -> Option<PrintLimits> {
     match process {
         Process::Fdm => {
@@ -74,6 +82,17 @@ pub fn part_limits(part: &Body) -> Option<PrintLimits> {
 }
 
 /// Returns the limits of a process, replaced by those that a machine states.
+///
+/// ```
+/// use fabkit_checks::{machine_limits, print_limits};
+/// use fabkit_geometry::{Machine, Process};
+/// let machine = Machine { bed_mm: [None, None, Some(400.0)], ..Machine::default() };
+/// let limits = machine_limits(Process::Fdm, Some(&machine)).ok_or("no printer")?;
+/// // The machine is higher than usual; what it does not state is as usual.
+/// assert_eq!(limits.bed_mm, [250.0, 210.0, 400.0]);
+/// assert_eq!(Some(limits.wall_mm), print_limits(Process::Fdm).map(|usual| usual.wall_mm));
+/// # Ok::<(), &str>(())
+/// ```
 pub fn machine_limits(process: Process, machine: Option<&Machine>) -> Option<PrintLimits> {
     let usual = print_limits(process)?;
     let Some(machine) = machine else { return Some(usual) };
@@ -214,6 +233,17 @@ fn examine(part: &Body, limits: &PrintLimits) -> Result<Vec<Finding>, InvalidBod
 
 /// Finds the thinnest wall below a limit. Returns its thickness, mm, and its position. Samples `lines` lines in each of
 /// three directions; walls smaller than their spacing can be missed. See [`printability`] for the definition of a wall.
+///
+/// ```
+/// use fabkit_checks::thinnest_wall;
+/// use fabkit_geometry::{CompiledSolid, Solid};
+/// let plate = CompiledSolid::new(&Solid::cuboid(20.0, 10.0, 0.5))?;
+/// let (thickness_mm, place) = thinnest_wall(&plate, 0.8, 1000).ok_or("no thin wall")?;
+/// assert!((thickness_mm - 0.5).abs() < 1e-9 && (place.z - 0.25).abs() < 1e-9);
+/// // Nothing is thinner than 0.4 mm.
+/// assert_eq!(thinnest_wall(&plate, 0.4, 1000), None);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn thinnest_wall(
     body: &CompiledSolid,
     limit_mm: f64,

@@ -24,7 +24,7 @@ use graph::Graph;
 rule! {
     /// Every body of the finished sensor is held in every direction and bears its load.
     Retention = "held",
-    examines: "pairs of bodies that meet",
+    examines: "pairs of touching bodies",
     finds: "bodies that can come off the finished sensor, screws without a thread, bodies that \
              nothing supports, LEDs that no step solders or glues, and a sensing module that does \
              not withstand its load",
@@ -87,7 +87,7 @@ fn leaving(graph: &Graph) -> Vec<Finding> {
         let idle = if idle.is_empty() {
             String::new()
         } else {
-            format!("; in no thread, and of no use: {}", idle.join(", "))
+            format!("; these have no thread and hold nothing: {}", idle.join(", "))
         };
         let message = format!(
             "{}{together} can leave the sensor along {}: nothing holds it{idle}",

@@ -3,6 +3,13 @@
 use std::fmt;
 
 /// A rule, identified by the word that the command line and documents use.
+///
+/// ```
+/// use fabkit_checks::Rule;
+/// assert_eq!(Rule::Casting.word(), "casting");
+/// let named = Rule::ALL.into_iter().find(|rule| rule.word() == "casting");
+/// assert_eq!(named, Some(Rule::Casting));
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Rule(pub(crate) &'static str);
 

@@ -10,6 +10,14 @@ use rayon::prelude::*;
 use crate::memo;
 
 /// Error for a body whose solid is not valid.
+///
+/// ```
+/// use fabkit_checks::{check, example};
+/// use fabkit_geometry::Solid;
+/// let mut sensor = example::puck();
+/// sensor.bodies[1].solid = Solid::cylinder(-1.0, 5.0);
+/// assert_eq!(check(&sensor).unwrap_err().body, "lid");
+/// ```
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{body}: {source}")]
 pub struct InvalidBody {

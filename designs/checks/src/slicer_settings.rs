@@ -86,6 +86,21 @@ impl Role {
 ///
 /// # Errors
 /// [`InvalidBody`] if the solid of the part is not valid.
+///
+/// ```
+/// use fabkit_checks::{example, print_settings};
+/// use fabkit_geometry::{BodyKind, Process};
+/// let mut sensor = example::puck();
+/// // The dish is a wall of the pour: a mold gets fine layers.
+/// sensor.bodies[0].kind = BodyKind::Made(Process::Fdm);
+/// let settings = print_settings(&sensor, &sensor.bodies[0])?.ok_or("not of filament")?;
+/// assert_eq!(settings.layer_mm.value, 0.12);
+/// // 0.8 mm are closed below and above.
+/// assert_eq!(settings.solid_layers.value, 7);
+/// // The lid is printed from resin.
+/// assert_eq!(print_settings(&sensor, &sensor.bodies[1])?, None);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn print_settings(sensor: &Sensor, part: &Body) -> Result<Option<PrintSettings>, InvalidBody> {
     if part.process() != Some(Process::Fdm) {
         return Ok(None);

@@ -32,8 +32,7 @@ fn torn(sensor: &Sensor, line: &BondLine, depth_mm: f64) -> Option<Finding> {
     }
     let layer = &line.layer;
     let message = format!(
-        "a ball of {} mm that presses {depth_mm} mm deep drives {layer} along {below} with {:.1} kPa, {:.1} mm from the \
-         axis; {} bears {:.1} kPa",
+        "a ball of {} mm, pressed {depth_mm} mm deep, shears {layer} on {below} with {:.1} kPa, {:.1} mm from the axis; {} withstands {:.1} kPa",
         2.0 * BALL_RADIUS_MM,
         1e3 * line.shear_mpa,
         line.radius_mm,

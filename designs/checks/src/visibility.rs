@@ -232,21 +232,19 @@ fn fix(lost: &Shares) -> String {
 fn fix_of(by: &str) -> String {
     match by {
         fabkit_optics::OUTSIDE_IMAGE => {
-            "a lens with a wider view, or a camera further away or turned there".to_owned()
+            "take a lens with a wider view, or move the camera further away or turn it there".to_owned()
         }
         fabkit_optics::REFRACTION => {
-            "a camera nearer to the clear face that it looks through, or a lens on that face that \
-             its rays meet steeply"
+            "move the camera nearer to the clear face that it looks through, or put a lens on that face so that rays meet it steeply"
                 .to_owned()
         }
-        body => format!("a wider opening in {body}, or a camera nearer to it"),
+        body => format!("make the opening in {body} wider, or move the camera nearer to it"),
     }
 }
 
 /// Reports a sensor through which light cannot be followed.
 fn unknown(error: &InvalidStack) -> Finding {
-    let message = format!("what the camera sees through the drawn bodies is not known: {error}");
-    let fix = "say what light does in every body that the camera looks through: `refractive_index` in \
-               materials of your own";
+    let message = format!("the view through the drawn bodies is not known: {error}");
+    let fix = "state `refractive_index` of every body that the camera looks through, in materials of your own";
     Finding::error(Rule::Sight, message, fix).with_severity(Severity::Warning)
 }

@@ -36,6 +36,15 @@ impl AssemblyName {
     }
 
     /// Returns the placement at a pose, shifted by `out_mm` along the body's z axis in the exploded view.
+    ///
+    /// ```
+    /// use fabkit_designs::{blocks::hanging, chain_builder::SENSOR};
+    /// use fabkit_geometry::Vector3;
+    /// // A screw from below: in the exploded view it is drawn 20 mm lower.
+    /// let placement = SENSOR.at_exploded(&hanging([5.0, 0.0], 0.0), -20.0);
+    /// let apart = placement.explode_mm;
+    /// assert!((apart - Vector3::new(0.0, 0.0, 20.0)).norm() < 1e-9);
+    /// ```
     pub fn at_exploded(self, assembly_from_body: &Pose, out_mm: f64) -> Placement {
         let out = assembly_from_body.vector(Vector3::new(0.0, 0.0, out_mm));
         self.at(*assembly_from_body).moved_apart(out)
@@ -60,6 +69,17 @@ pub fn flipped() -> Pose {
 
 /// Name and purpose of a body. The body is made from this constant and named by it wherever else it takes part, so that
 /// a misspelt name does not compile.
+///
+/// ```
+/// use fabkit_geometry::{Process, Solid};
+///
+/// fabkit_designs::bodies! {
+///     /// Lid of the box.
+///     pub LID "lid" "closes the box";
+/// }
+/// let lid = LID.made(Process::Fdm, Solid::cuboid(20.0, 20.0, 2.0));
+/// assert_eq!((&*lid.name, &*lid.summary), ("lid", "closes the box"));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Name {
     /// Identifier of the body, `[a-z0-9-]{1,64}`.
@@ -141,6 +161,19 @@ pub fn visible_layers(dim: &[(Name, &Castable)], last: Name) -> Vec<String> {
 }
 
 /// Step without an instruction yet.
+///
+/// ```
+/// use fabkit_designs::chain_builder::{SENSOR, assemble};
+/// fabkit_designs::bodies! {
+///     SHELL "shell" "holds all";
+///     BASE "base" "closes the shell";
+/// }
+/// // A step is complete once it has an instruction and a source.
+/// let step = assemble("close", SENSOR, &[SHELL, BASE])
+///     .with_instruction("Slide the base into the shell.")
+///     .source("chosen: the paper does not say how it is closed");
+/// assert_eq!(step.bodies, ["shell", "base"]);
+/// ```
 #[must_use]
 pub struct StepBuilder(Step);
 
@@ -221,6 +254,26 @@ pub fn demold(name: impl Into<String>, place: AssemblyName, pulls: Vec<Pull>) ->
 }
 
 /// Liquid to pour or spray.
+///
+/// ```
+/// use fabkit_designs::chain_builder::{Liquid, ROOM_24_H, free_surface};
+/// use fabkit_geometry::{Action, Mix, Vector3};
+/// fabkit_designs::bodies! {
+///     CUP "cup" "mold of the gel";
+///     GEL "gel" "is pressed";
+/// }
+/// let parts = [("silicone A", 1.0), ("silicone B", 1.0)];
+/// let by_mass = parts.map(|(name, share)| (name.to_owned(), share)).to_vec();
+/// let mix = Mix { by_mass, density_g_per_cm3: 1.07, pot_life_h: Some(0.75), degas: true };
+/// let up = Vector3::z();
+/// let poured = Liquid { mix, waste: 0.3, cure: ROOM_24_H }.fills(
+///     &[CUP],
+///     GEL,
+///     up,
+///     vec![free_surface(10.0, 5.0, up)],
+/// );
+/// assert!(matches!(poured, Action::Pour(pour) if pour.layer == "gel" && pour.walls == ["cup"]));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Liquid {
     /// Components and their ratio.
@@ -285,6 +338,20 @@ pub fn rigid(body: Name, direction: Vector3<f64>) -> Pull {
 
 /// Returns the removal of a body in a direction during which a soft material stretches: the body's own, or that of the
 /// casting. The stretch is limited by the material's breaking strain.
+///
+/// ```
+/// use fabkit_designs::chain_builder::{peel, rigid};
+/// use fabkit_geometry::Vector3;
+/// fabkit_designs::bodies! { MOLD "mold" "mold of the gel"; }
+/// let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// let design = fabkit_designs::load("rtac0.yaml", yaml, &[], &["fixtures"])?;
+/// let is_it = |name: &str| name == "Smooth-On Ecoflex 00-30";
+/// let ecoflex = design.materials.iter().find(|one| is_it(one)).ok_or("another material")?;
+/// // Ecoflex 00-30 stretches by 900 % before it tears; a printed part does not stretch at all.
+/// assert_eq!(peel(MOLD, Vector3::z(), ecoflex).strain_limit, Some(9.0));
+/// assert_eq!(rigid(MOLD, Vector3::z()).strain_limit, None);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn peel(body: Name, direction: Vector3<f64>, material: &Castable) -> Pull {
     Pull { strain_limit: material.breaking_strain(), ..rigid(body, direction) }
 }

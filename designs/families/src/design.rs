@@ -11,6 +11,18 @@ use crate::articles::Articles;
 use crate::materials::Castable;
 
 /// Sensor built from validated parameters.
+///
+/// ```
+/// use fabkit_designs::parameters::SourceKind;
+/// let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// let design = fabkit_designs::load("rtac0.yaml", yaml, &[], &["fixtures"])?;
+/// let radius = design.parameters.iter().find(|one| one.path == "surface.radius").ok_or("none")?;
+/// assert_eq!(radius.value, "15 mm");
+/// assert_eq!(radius.source.kind, SourceKind::Measured);
+/// // Materials in the order of the file: the gel that fills the tube comes first.
+/// assert_eq!(design.materials[0].material().name, "Smooth-On Solaris");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Design {
     /// Name of the family that read the files.
@@ -33,6 +45,15 @@ pub struct Design {
 ///
 /// A companion may also carry the typed document that its bytes were written from. Code in this process then neither
 /// parses the file again nor finds it by its name, and this crate need not know the types of other crates.
+///
+/// ```
+/// use fabkit_designs::Companion;
+/// let places_mm = [1.5, 2.5];
+/// let file = Companion::new("places.json", "[1.5,2.5]").with_document(places_mm);
+/// assert_eq!(file.bytes(), b"[1.5,2.5]");
+/// assert_eq!(file.document::<[f64; 2]>(), Some(&places_mm));
+/// assert_eq!(file.document::<String>(), None);
+/// ```
 #[derive(Clone)]
 pub struct Companion {
     /// File name, for example `pin-dome.landmarks.json`.
@@ -69,6 +90,13 @@ impl Companion {
     /// Creates a companion whose bytes are computed on first use, because that takes long and many callers build a
     /// design without writing files. `bytes` runs inside a lock that other threads may wait for, so it must not run in
     /// parallel: its workers could be the threads that wait.
+    ///
+    /// ```
+    /// use fabkit_designs::Companion;
+    /// // Nothing is computed for a design that nobody writes to files.
+    /// let unused = Companion::lazy("unused.bin", || unreachable!());
+    /// assert_eq!(unused.name, "unused.bin");
+    /// ```
     pub fn lazy(name: impl Into<String>, bytes: impl FnOnce() -> Vec<u8> + Send + 'static) -> Self {
         let bytes: Box<dyn FnOnce() -> Vec<u8> + Send> = Box::new(bytes);
         Self { name: name.into(), bytes: Arc::new(LazyLock::new(bytes)), document: None }

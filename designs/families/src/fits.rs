@@ -20,6 +20,15 @@ pub enum Fit {
 ///
 /// The values are chosen for ordinary machines: a 0.4 mm nozzle closes holes by 0.1 to 0.2 mm, resin and laser stay
 /// within 0.05 mm, routed board edges within 0.1 mm. A lab replaces them by the measurements of its own coupon.
+///
+/// ```
+/// use fabkit_designs::{Fit, gap_mm};
+/// use fabkit_geometry::Process;
+/// // A shaft of 5 mm slides in a hole that is drawn with 5.4 mm and printed from filament.
+/// let hole_mm = 5.0 + 2.0 * gap_mm(Process::Fdm, Fit::Slide);
+/// assert_eq!(hole_mm, 5.4);
+/// assert!(gap_mm(Process::Fdm, Fit::Press) < 0.0);
+/// ```
 pub fn gap_mm(process: Process, fit: Fit) -> f64 {
     let [press, snug, slide, free] = match process {
         Process::Fdm => [-0.05, 0.10, 0.20, 0.35],

@@ -30,6 +30,15 @@ pub enum Head {
 }
 
 /// Metric screw. `length_mm` is the ordered length, which includes a countersunk head.
+///
+/// ```
+/// use fabkit_designs::Screw;
+/// let screw = Screw::M1_6X5;
+/// assert_eq!(screw.name(), "screw-m1-6x5");
+/// assert_eq!(screw.order_text(), "pan head screw ISO 7045 M1.6x5");
+/// assert_eq!(screw.order().tools, ["screwdriver PH0"]);
+/// assert!(screw.pilot_hole_mm() < screw.thread_mm && screw.thread_mm < screw.clearance_hole_mm());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Screw {
     /// Nominal thread diameter, mm.
@@ -252,6 +261,13 @@ impl Screw {
     }
 
     /// Returns the depth of the countersink, mm: from the surface to where its cone meets the hole.
+    ///
+    /// ```
+    /// use fabkit_designs::Screw;
+    /// // Flanks at 45 degrees, from a diameter of 4.4 mm at the surface to the hole of 2.4 mm.
+    /// assert!((Screw::M2X4.sink_depth_mm(0.0) - 1.0).abs() < 1e-12);
+    /// assert_eq!(Screw::M3X16.sink_depth_mm(0.0), 0.0);
+    /// ```
     pub fn sink_depth_mm(&self, gap_mm: f64) -> f64 {
         // The cone has 90 degrees, so its depth is half the difference of the diameters.
         (self.sink_diameter_mm(gap_mm) - self.clearance_hole_mm()) / 2.0
@@ -266,11 +282,29 @@ impl Screw {
     }
 
     /// Returns the overlap of a self-cut thread with the plastic, mm per side.
+    ///
+    /// ```
+    /// use fabkit_designs::Screw;
+    /// // M3 in a hole of 2.5 mm.
+    /// assert_eq!(Screw::M3X12.thread_overlap_mm(), 0.25);
+    /// ```
     pub fn thread_overlap_mm(&self) -> f64 {
         (self.thread_mm - self.pilot_hole_mm()) / 2.0
     }
 
     /// Returns the solid of the screw.
+    ///
+    /// ```
+    /// use fabkit_designs::Screw;
+    /// use fabkit_geometry::CompiledSolid;
+    /// // The tip is 16 mm below the origin; the pan head stands above it.
+    /// let screw = CompiledSolid::new(&Screw::M3X16.solid())?.bounds();
+    /// assert_eq!([screw.min.z, screw.max.z], [-16.0, 2.4]);
+    /// // The length of a countersunk screw includes its head, which ends flush.
+    /// let sunk = CompiledSolid::new(&Screw::M2X4.solid())?.bounds();
+    /// assert_eq!([sunk.min.z, sunk.max.z], [-4.0, 0.0]);
+    /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+    /// ```
     pub fn solid(&self) -> Solid {
         let (shaft, head, length) =
             (self.thread_mm / 2.0, self.head_diameter_mm() / 2.0, self.length_mm);
@@ -294,6 +328,18 @@ impl Screw {
     /// Returns the passage through a plate of `depth_mm` below the origin, open above. A countersunk head gets the
     /// smallest countersink of its standard plus `gap_mm` per side, so that even the largest head does not protrude.
     /// The cone continues upwards, so that it also cuts through a curved face.
+    ///
+    /// ```
+    /// use fabkit_designs::Screw;
+    /// use fabkit_geometry::{CompiledSolid, Point3, Solid};
+    /// let plate = Solid::cuboid_between([-5.0, -5.0, -2.0], [5.0, 5.0, 0.0]);
+    /// let plate = CompiledSolid::new(&plate.minus(Screw::M2X4.clearance_tool(2.0, 0.1)))?;
+    /// // The hole has a radius of 1.2 mm, its countersink 2.3 mm at the surface.
+    /// assert!(!plate.contains(&Point3::new(1.1, 0.0, -1.9)));
+    /// assert!(plate.contains(&Point3::new(1.3, 0.0, -1.9)));
+    /// assert!(!plate.contains(&Point3::new(2.2, 0.0, -0.01)));
+    /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+    /// ```
     pub fn clearance_tool(&self, depth_mm: f64, gap_mm: f64) -> Solid {
         let hole = self.clearance_hole_mm() / 2.0;
         let bottom = -depth_mm - CUT_OVERLAP_MM;
@@ -372,6 +418,15 @@ impl SocketScrew {
     };
 
     /// Returns the standard length nearest to `wanted_mm`, mm.
+    ///
+    /// ```
+    /// use fabkit_designs::SocketScrew;
+    /// assert_eq!(SocketScrew::length_near_mm(13.0), 12.0);
+    /// assert_eq!(
+    ///     SocketScrew::M4.order(12.0).article_and_size(),
+    ///     "socket head screw ISO 4762 M4x12"
+    /// );
+    /// ```
     pub fn length_near_mm(wanted_mm: f64) -> f64 {
         let off = |length: &f64| (length - wanted_mm).abs();
         let nearest = SOCKET_LENGTHS_MM.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));

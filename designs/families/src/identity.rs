@@ -6,6 +6,18 @@ use crate::Design;
 ///
 /// Two files with the same hash were made from the same geometry. Sources, notes and comments do not count; the chord
 /// tolerance does not either, because it belongs to the file, not to the design.
+///
+/// ```
+/// use fabkit_designs::{builtin_yaml, design_hash, load};
+/// let yaml = builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// let hash = |overrides: &[String]| {
+///     load("rtac0.yaml", yaml, overrides, &["fixtures"]).map(|design| design_hash(&design))
+/// };
+/// // The same value in another unit makes the same parts.
+/// assert_eq!(hash(&["shell.wall=0.15 cm".into()])?, hash(&[])?);
+/// assert_ne!(hash(&["shell.wall=1.6 mm".into()])?, hash(&[])?);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn design_hash(design: &Design) -> String {
     let mut hasher = blake3::Hasher::new();
     let mut line = |key: &str, value: &str| {

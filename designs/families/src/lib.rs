@@ -1,4 +1,15 @@
 //! Sensors: their parameters with sources, and the parametric parts made from them.
+//!
+//! ```
+//! let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+//! let overrides = ["shell.wall=1.6 mm".to_owned()];
+//! let design = fabkit_designs::load("rtac0.yaml", yaml, &overrides, &["fixtures"])?;
+//! assert_eq!(design.family, "dome");
+//! assert!(design.sensor.body("shell").is_some());
+//! let wall = design.parameters.iter().find(|one| one.path == "shell.wall").ok_or("no wall")?;
+//! assert_eq!(wall.value, "1.6 mm");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod articles;
 pub mod blocks;
@@ -45,6 +56,13 @@ pub fn builtin_names() -> Vec<&'static str> {
 }
 
 /// Returns the YAML text of a built-in sensor.
+///
+/// ```
+/// let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// assert!(yaml.contains("family: dome"));
+/// assert!(fabkit_designs::builtin_yaml("no-such-sensor").is_none());
+/// # Ok::<(), &str>(())
+/// ```
 pub fn builtin_yaml(name: &str) -> Option<&'static str> {
     REGISTRY.builtin_yaml(name)
 }
@@ -56,6 +74,14 @@ pub fn builtin_yaml(name: &str) -> Option<&'static str> {
 ///
 /// # Errors
 /// Every problem, each with place, value, limit and a hint.
+///
+/// ```
+/// // All problems are reported at once: a radius without its unit, and a key that no sensor has.
+/// let yaml = "format: 1\nextends: rtac0\nsurface: {radius: 15}\nshell: {wal: 2 mm}\n";
+/// let invalid = fabkit_designs::load("mine.yaml", yaml, &[], &[]).unwrap_err();
+/// let places: Vec<_> = invalid.problems.iter().map(|one| (one.line, &*one.path)).collect();
+/// assert_eq!(places, [(Some(3), "surface.radius"), (Some(4), "shell.wal")]);
+/// ```
 pub fn load(
     file: &str,
     yaml: &str,
@@ -66,6 +92,11 @@ pub fn load(
 }
 
 /// Returns the JSON Schema (draft-07) of sensor files, without extensions.
+///
+/// ```
+/// let schema = fabkit_designs::json_schema();
+/// assert_eq!(schema["$schema"], "http://json-schema.org/draft-07/schema#");
+/// ```
 pub fn json_schema() -> serde_json::Value {
     REGISTRY.json_schema(&[])
 }

@@ -270,6 +270,14 @@ fn probe<F: Family>(mut reader: Reader) -> RuleReport {
 }
 
 /// Table of all families and built-in sensors.
+///
+/// ```
+/// use fabkit_designs::REGISTRY;
+/// let families: Vec<_> = REGISTRY.families().iter().map(|family| family.name()).collect();
+/// assert!(families.contains(&"dome") && families.contains(&"flat-gel"));
+/// assert!(REGISTRY.parameter_paths("dome").contains(&"surface.radius".to_owned()));
+/// assert!(REGISTRY.parameter_paths("no-such-family").is_empty());
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Registry {
     families: &'static [FamilyEntry],

@@ -73,6 +73,16 @@ pub fn usual_tolerance(kind: ValueKind, value: f64) -> Option<f64> {
 ///
 /// # Errors
 /// Every problem of the design as drawn.
+///
+/// ```
+/// use fabkit_designs::{SensorText, builtin_yaml, unit_dimensions::build_unit};
+/// let text = SensorText::without_bases("rtac0.yaml", builtin_yaml("rtac0").ok_or("none")?);
+/// // Every size comes out half a tolerance too large.
+/// let (_, dimensions) = build_unit(text, &[], &["fixtures"], &|_| 0.5)?;
+/// let wall = dimensions.iter().find(|one| one.path == "shell.wall").ok_or("no wall")?;
+/// assert_eq!((wall.drawn, wall.tolerance, wall.built), (1.5, 0.1, 1.55));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn build_unit(
     text: SensorText,
     overrides: &[String],

@@ -69,6 +69,18 @@ fn ordered(order: &Purchase) -> String {
 impl Guide {
     /// Returns the table of purchases, with the heads `kind`, `name`, `quantity`, `unit`, `of`, `what`, those of
     /// orders, and `steps`.
+    ///
+    /// ```
+    /// # use fabkit_guide::{Guide, NoShop, Request};
+    /// # let sensor = fabkit_checks::example::puck();
+    /// # let stages = fabkit_checks::stages(&sensor)?;
+    /// # let (density, shop, calibration) = (&|_: &str| None, &NoShop, None);
+    /// # let request = Request { design_hash: "00", units: 1, density, shop, stages: &stages, calibration };
+    /// let csv = Guide::new(&sensor, &request)?.bom_csv();
+    /// // Half of 0.63 g and a tenth more.
+    /// assert!(csv.lines().any(|line| line.starts_with("liquid,A,0.35,g,")));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn bom_csv(&self) -> String {
         let mut csv = format!("{BOM_HEADS}\n");
         for piece in &self.bought {

@@ -118,6 +118,21 @@ pub struct ComparedDesign<'a> {
 
 impl DesignDifference {
     /// Computes the difference from one design to another.
+    ///
+    /// ```
+    /// use fabkit_checks::example;
+    /// use fabkit_geometry::Solid;
+    /// use fabkit_guide::{ChangeKind, ComparedDesign, DesignDifference};
+    /// let old = example::puck();
+    /// let mut new = example::puck();
+    /// new.bodies[1].solid = Solid::cylinder(12.0, 6.0).at_z(2.0);
+    /// let design = |sensor| ComparedDesign { sensor, design_hash: "00", parameters: &[] };
+    /// let difference = DesignDifference::between(design(&old), design(&new));
+    /// // Only the lid has to be made again.
+    /// let changed: Vec<_> = difference.with_change(ChangeKind::Changed).collect();
+    /// assert_eq!((changed.len(), &*changed[0].name, changed[0].besides), (1, "lid", 1));
+    /// assert_eq!(changed[0].differs, ["shape"]);
+    /// ```
     pub fn between(from: ComparedDesign, to: ComparedDesign) -> Self {
         Self {
             format: "fabkit-diff",

@@ -159,6 +159,20 @@ impl Guide {
     }
 
     /// Returns the guide as JSON (`fabkit-guide` version 1).
+    ///
+    /// ```
+    /// # use fabkit_guide::{Guide, NoShop, Request};
+    /// # let sensor = fabkit_checks::example::puck();
+    /// # let stages = fabkit_checks::stages(&sensor)?;
+    /// # let (density, shop, calibration) = (&|_: &str| None, &NoShop, None);
+    /// # let request = Request { design_hash: "00", units: 1, density, shop, stages: &stages, calibration };
+    /// let json = Guide::new(&sensor, &request)?.to_json();
+    /// assert_eq!(json["format"], "fabkit-guide");
+    /// assert_eq!(json["made"][0]["name"], "dish");
+    /// // What is not known is null.
+    /// assert!(json["made"][0]["mass_g"].is_null());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn to_json(&self) -> serde_json::Value {
         serde_json::to_value(self).expect("names and numbers alone")
     }

@@ -3,6 +3,20 @@
 use serde::Serialize;
 
 /// Mix of one step.
+///
+/// ```
+/// # use fabkit_guide::{Guide, NoShop, Request};
+/// # let sensor = fabkit_checks::example::puck();
+/// # let stages = fabkit_checks::stages(&sensor)?;
+/// # let (density, shop, calibration) = (&|_: &str| None, &NoShop, None);
+/// # let request = Request { design_hash: "00", units: 1, density, shop, stages: &stages, calibration };
+/// let mix = &Guide::new(&sensor, &request)?.mixes[0];
+/// assert_eq!((&*mix.layer, mix.step, mix.cure_h), ("puck", 1, 4.0));
+/// // pi 10^2 2 mm3, and 5 min in the vacuum.
+/// assert!((mix.volume_mm3 - 628.3).abs() < 0.1);
+/// assert!(mix.degas && (mix.air_h - 5.0 / 60.0).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Serialize)]
 pub struct StepMix {
     /// Number of the step, from 1.

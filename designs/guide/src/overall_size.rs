@@ -10,6 +10,20 @@ use crate::extent::extent;
 use crate::{GuideError, Request};
 
 /// Size and mass of an assembly.
+///
+/// ```
+/// # use fabkit_guide::{Guide, NoShop, Request};
+/// # let sensor = fabkit_checks::example::puck();
+/// # let stages = fabkit_checks::stages(&sensor)?;
+/// # let (density, shop, calibration) = (&|_: &str| None, &NoShop, None);
+/// # let request = Request { design_hash: "00", units: 1, density, shop, stages: &stages, calibration };
+/// // The dish reaches from z = -2 to 2 mm, the lid from there to 7 mm.
+/// let outer = Guide::new(&sensor, &request)?.outer.ok_or("no assembly")?;
+/// assert!((outer.size_mm[2] - 9.0).abs() < 1e-9);
+/// // Without densities of dish and lid, the puck alone is weighed.
+/// assert_eq!(outer.unweighed, ["dish", "lid"]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Serialize)]
 pub struct OverallSize {
     /// Name of the measured assembly.

@@ -65,6 +65,26 @@ pub struct SlicerEstimate {
 
 impl Guide {
     /// Replaces the model's figures for a part by those of a slicer.
+    ///
+    /// ```
+    /// # use fabkit_guide::{Guide, NoShop, Request};
+    /// use fabkit_geometry::{BodyKind, Process};
+    /// use fabkit_guide::SlicerEstimate;
+    /// # let mut sensor = fabkit_checks::example::puck();
+    /// sensor.bodies[0].kind = BodyKind::Made(Process::Fdm);
+    /// # let stages = fabkit_checks::stages(&sensor)?;
+    /// # let (density, shop, calibration) = (&|_: &str| Some(1.24), &NoShop, None);
+    /// # let request = Request { design_hash: "00", units: 1, density, shop, stages: &stages, calibration };
+    /// let mut guide = Guide::new(&sensor, &request)?;
+    /// let sliced =
+    ///     SlicerEstimate { minutes: 12.0, filament_mm3: 1000.0, slicer: "a slicer".into() };
+    /// guide.set_slicer_estimate("dish", sliced);
+    /// let print = guide.made[0].print.as_ref().ok_or("not of filament")?;
+    /// // 1 cm3 of filament of 1.24 g/cm3.
+    /// assert!((print.mass_g.ok_or("no density")? - 1.24).abs() < 1e-9);
+    /// assert_eq!(print.minutes, 12.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn set_slicer_estimate(&mut self, part: &str, sliced: SlicerEstimate) {
         let made = self.made.iter_mut().find(|made| made.name == part);
         let Some(printing) = made.and_then(|made| made.print.as_mut()) else { return };

@@ -4,6 +4,39 @@ use fabkit_geometry::{Order, Pack, QuantityUnit};
 use serde::Serialize;
 
 /// List of articles that can be bought.
+///
+/// ```
+/// use fabkit_geometry::{Order, Pack, QuantityUnit};
+/// use fabkit_guide::{Guide, Request, Shop, SupplyKind};
+///
+/// /// Sells everything in packs of 100 g for 8 EUR.
+/// struct OnePrice;
+///
+/// impl Shop for OnePrice {
+///     fn article(&self, name: &str) -> Order {
+///         let pack = Pack { amount: 100.0, unit: QuantityUnit::Gram };
+///         Order { pack, price_eur: Some(8.0), ..Order::new(name, "") }
+///     }
+///     fn stock(&self, _process: &str, material: &str) -> Order {
+///         self.article(material)
+///     }
+///     fn asked_for(&self, _sentence: &str) -> Vec<(SupplyKind, Order)> {
+///         Vec::new()
+///     }
+/// }
+/// # let sensor = fabkit_checks::example::puck();
+/// # let stages = fabkit_checks::stages(&sensor)?;
+/// # let (density, calibration) = (&|_: &str| None, None);
+/// let shop = &OnePrice;
+/// let request =
+///     Request { design_hash: "00", units: 1, density, shop, stages: &stages, calibration };
+/// let guide = Guide::new(&sensor, &request)?;
+/// // The puck takes less than a gram of either component: one pack each.
+/// let packs: Vec<_> = guide.liquids.iter().map(|one| (&*one.name, one.order.packs)).collect();
+/// assert_eq!(packs, [("A", 1), ("B", 1)]);
+/// assert_eq!(guide.liquids[0].order.cost_eur, Some(8.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Shop {
     /// Returns an article by its name: a component of a mix, a tool.
     fn article(&self, name: &str) -> Order;

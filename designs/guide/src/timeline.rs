@@ -36,6 +36,19 @@ pub struct StepInterval {
 }
 
 /// Schedule of one person who builds one unit with all molds at hand; nights are not left out.
+///
+/// ```
+/// # use fabkit_guide::{Guide, NoShop, Request};
+/// # let sensor = fabkit_checks::example::puck();
+/// # let stages = fabkit_checks::stages(&sensor)?;
+/// # let (density, shop, calibration) = (&|_: &str| None, &NoShop, None);
+/// # let request = Request { design_hash: "00", units: 1, density, shop, stages: &stages, calibration };
+/// let timeline = Guide::new(&sensor, &request)?.timeline;
+/// // Half an hour to pour, 4 h of cure, a quarter of an hour to open the mold.
+/// assert_eq!((timeline.total_h, timeline.hands_h), (4.75, 0.75));
+/// assert_eq!(timeline.critical, [1, 2]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Timeline {
     /// Intervals in the order of the steps.
@@ -66,6 +79,22 @@ pub struct ParallelSteps {
 }
 
 /// Several units, one after the other with one set of molds and tools.
+///
+/// ```
+/// # use fabkit_guide::{Guide, NoShop, Request};
+/// use fabkit_geometry::{Assembly, Placement};
+/// # let mut sensor = fabkit_checks::example::puck();
+/// // The puck stays in the sensor, so each unit needs one of its own.
+/// sensor.bodies[2].placements.push(Placement::in_place(Assembly::sensor()));
+/// # let stages = fabkit_checks::stages(&sensor)?;
+/// # let (density, shop, calibration) = (&|_: &str| None, &NoShop, None);
+/// # let request = Request { design_hash: "00", units: 3, density, shop, stages: &stages, calibration };
+/// let units = Guide::new(&sensor, &request)?.timeline.units;
+/// // With a single mold, three pucks cure for 4 h each, one after the other.
+/// assert_eq!(units.waits_for.as_deref(), Some("dish"));
+/// assert!(units.total_h > 3.0 * 4.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct UnitSeries {
     /// Number of units.

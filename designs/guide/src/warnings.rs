@@ -14,6 +14,23 @@ use serde::Serialize;
 use crate::{StepMix, Timeline};
 
 /// Warning for whoever builds the sensor.
+///
+/// ```
+/// # use fabkit_guide::{Guide, NoShop, Request};
+/// use fabkit_geometry::CureMechanism;
+/// # let mut sensor = fabkit_checks::example::puck();
+/// // Resin that keeps platinum silicone from curing.
+/// sensor.bodies[2].substance.cure_mechanism = Some(CureMechanism::Platinum);
+/// sensor.bodies[0].substance.inhibited_cures = vec![CureMechanism::Platinum];
+/// # let stages = fabkit_checks::stages(&sensor)?;
+/// # let (density, shop, calibration) = (&|_: &str| None, &NoShop, None);
+/// # let request = Request { design_hash: "00", units: 1, density, shop, stages: &stages, calibration };
+/// let warnings = Guide::new(&sensor, &request)?.warnings;
+/// let warning = warnings.iter().find(|one| one.rule == "inhibition").ok_or("no warning")?;
+/// assert!(warning.bodies.contains(&"dish".to_owned()));
+/// assert_eq!(warning.dealt_with_in, None);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Warning {
     /// Rule: `inhibition`, `gloves`, `release`, `primer`, `loose`, `heat`, `pot-life` or `safety`.

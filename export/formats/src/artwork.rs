@@ -34,12 +34,25 @@ impl Artwork {
 
     /// Adds a line of single-stroke capitals whose baseline starts at a point, mm.
     ///
-    /// Letters, digits, spaces, hyphens and full stops are supported; any other character becomes a box.
+    /// Letters, digits, spaces and `-.,%()` are supported; any other character becomes a box.
     pub fn label(&mut self, text: &str, start_mm: [f64; 2]) {
         self.strokes.extend(lettering::strokes(text, start_mm));
     }
 
     /// Width of a label, mm.
+    ///
+    /// ```
+    /// use fabkit_export::Artwork;
+    ///
+    /// let width_mm = Artwork::label_width_mm("7 MM");
+    /// let mut page = Artwork { page_mm: [40.0, 10.0], ..Artwork::default() };
+    /// page.label("7 MM", [3.0, 2.0]);
+    /// let points = page.strokes.concat();
+    /// let right_mm = points.iter().fold(0.0f64, |most, [x, _]| most.max(*x));
+    /// let top_mm = points.iter().fold(0.0f64, |most, [_, y]| most.max(*y));
+    /// assert!((right_mm - (3.0 + width_mm)).abs() < 1e-12);
+    /// assert!((top_mm - (2.0 + Artwork::LABEL_MM)).abs() < 1e-12);
+    /// ```
     pub fn label_width_mm(text: &str) -> f64 {
         lettering::width_mm(text)
     }
@@ -93,6 +106,20 @@ impl Artwork {
     ///
     /// # Errors
     /// [`ExportError::Nothing`] without dark areas, [`ExportError::NotCuttable`] for anything but straight lines.
+    ///
+    /// ```
+    /// use fabkit_export::Artwork;
+    /// use fabkit_geometry::Path;
+    ///
+    /// // A page of one inch: 72 points.
+    /// let dark = vec![Path::rectangle([12.7, 12.7], [10.0, 10.0], 0.0)];
+    /// let page = Artwork { page_mm: [25.4, 25.4], dark, strokes: Vec::new() };
+    /// let text = String::from_utf8(page.pdf("one square")?)?;
+    /// assert!(text.starts_with("%PDF-1.4") && text.contains("/MediaBox [0 0 72 72]"));
+    /// let round = Artwork { dark: vec![Path::circle([12.7, 12.7], 5.0)], ..page };
+    /// assert!(round.pdf("one disc").is_err() && round.svg("one disc").is_ok());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn pdf(&self, title: &str) -> Result<Vec<u8>, ExportError> {
         pdf::write(self, title)
     }

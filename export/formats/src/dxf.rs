@@ -26,6 +26,20 @@ const FIRST_ENTITY: u32 = 0x100;
 ///
 /// # Errors
 /// [`ExportError::Nothing`] without outlines, [`ExportError::NotCuttable`] for elliptic arcs.
+///
+/// ```
+/// use fabkit_export::{DocumentInfo, Drawing, ExportError, dxf};
+/// use fabkit_geometry::{Path, Profile};
+///
+/// let document = DocumentInfo { title: "window", design_hash: "0123" };
+/// let plate = Profile::new(Path::rectangle([0.0, 0.0], [20.0, 10.0], 1.0));
+/// let file = String::from_utf8(dxf(document, &Drawing::from_piece(&plate))?)?;
+/// // Unit 4 is the millimetre; a rounded rectangle has eight vertices, on layer CUT_OUTER.
+/// assert!(file.contains("$INSUNITS\n 70\n4\n"));
+/// assert!(file.contains("  8\nCUT_OUTER\n100\nAcDbPolyline\n 90\n8\n"));
+/// assert!(matches!(dxf(document, &Drawing::default()), Err(ExportError::Nothing)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn dxf(document: DocumentInfo, drawing: &Drawing) -> Result<Vec<u8>, ExportError> {
     if drawing.contours.is_empty() {
         return Err(ExportError::Nothing);

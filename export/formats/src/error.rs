@@ -1,6 +1,16 @@
 //! Errors of writing files.
 
 /// Errors of writing a file format.
+///
+/// ```
+/// use fabkit_export::{Bed, ExportError, pack, png};
+///
+/// let slab = pack(&[("slab", [10.0, 201.0])], Bed::default()).unwrap_err();
+/// let says = "slab needs 10.0 x 201.0 mm of the bed; 240 x 200 mm are usable";
+/// assert_eq!(slab.to_string(), says);
+/// let short = png(2, 2, &[0; 11]).unwrap_err();
+/// assert!(matches!(short, ExportError::ImageSize { needed: 12, found: 11, .. }));
+/// ```
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// Size above the format's counters.

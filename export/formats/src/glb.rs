@@ -76,6 +76,44 @@ const ROUGHNESS: f64 = 0.6;
 ///
 /// # Errors
 /// [`ExportError::Nothing`] without scenes, or for a scene without bodies; [`ExportError::TooLarge`] beyond 4 GiB.
+///
+/// ```
+/// use fabkit_export::{GlbBody, GlbPlacement, GlbScene, glb};
+/// use fabkit_geometry::{Pose, Solid, Vector3};
+/// use serde_json::{Value, json};
+///
+/// let solid = Solid::sphere(2.0);
+/// let mesh = fabkit_mesh::mesh(&solid, 0.1)?.to_print()?.with_exact_normals(&solid);
+/// let placement = |x_mm| GlbPlacement {
+///     assembly_from_body: Pose::translation(x_mm, 0.0, 0.0),
+///     exploded_offset_mm: Vector3::zeros(),
+/// };
+/// let ball = GlbBody {
+///     name: "ball",
+///     material: "steel",
+///     color: [180; 3],
+///     opacity: 1.0,
+///     refractive_index: None,
+///     mesh: &mesh,
+///     placements: vec![placement(0.0), placement(9.0)],
+///     extras: json!({}),
+/// };
+/// let scene = GlbScene {
+///     name: "balls",
+///     label: "two balls",
+///     upright_from_assembly: Pose::identity(),
+///     bodies: vec![ball],
+///     extras: json!({}),
+/// };
+/// let file = glb(&[scene])?;
+/// let length = u32::from_le_bytes([file[12], file[13], file[14], file[15]]) as usize;
+/// let json: Value = serde_json::from_slice(&file[20..20 + length])?;
+/// // The mesh is there once; the root scales millimetres to metres; one node moves 9 mm.
+/// assert_eq!(json["meshes"].as_array().map(Vec::len), Some(1));
+/// assert_eq!(json["nodes"][0]["scale"], json!([0.001, 0.001, 0.001]));
+/// assert_eq!(json["nodes"][3]["translation"], json!([9.0, 0.0, 0.0]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn glb(scenes: &[GlbScene]) -> Result<Vec<u8>, ExportError> {
     if scenes.is_empty() || scenes.iter().any(|scene| scene.bodies.is_empty()) {
         return Err(ExportError::Nothing);

@@ -11,6 +11,19 @@
 //!   which is not meant for slicers, has a node for each body.
 //! - Triangles come as [`fabkit_mesh::PrintMesh`], which is closed and oriented by construction.
 //! - Archives carry the earliest time stamp of their format, never the clock's.
+//!
+//! ```
+//! use fabkit_export::{DocumentInfo, Drawing, dxf, stl};
+//! use fabkit_geometry::{Path, Profile, Solid};
+//!
+//! let washer = Profile::new(Path::circle([0.0, 0.0], 5.0)).with_hole(Path::circle([0.0, 0.0], 2.0));
+//! let cut = dxf(DocumentInfo { title: "washer", design_hash: "" }, &Drawing::from_piece(&washer))?;
+//! assert_eq!(String::from_utf8(cut)?.matches("\nCIRCLE\n").count(), 2);
+//! let mesh = fabkit_mesh::mesh(&Solid::extrusion(washer, 1.0), 0.01)?.to_print()?;
+//! let print = stl("washer", &mesh)?;
+//! assert_eq!(print.len(), 84 + 50 * mesh.triangles().len());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod artwork;
 mod bed_layout;

@@ -278,6 +278,28 @@ impl Manifest {
     }
 
     /// Reads the document; `None` if it is not a manifest, or one of an unknown version.
+    ///
+    /// ```
+    /// use fabkit_export::Manifest;
+    ///
+    /// let manifest = Manifest {
+    ///     sensor: "rtac0".into(),
+    ///     title: "R-Tac0".into(),
+    ///     reference: String::new(),
+    ///     design_hash: "0123".into(),
+    ///     options: None,
+    ///     parameters: Vec::new(),
+    ///     profile: None,
+    ///     parts: Vec::new(),
+    ///     files: Vec::new(),
+    ///     others: Vec::new(),
+    /// };
+    /// let bytes = manifest.to_json()?;
+    /// assert_eq!(Manifest::from_json(&bytes), Some(manifest));
+    /// let newer = String::from_utf8(bytes)?.replace("\"version\": 1", "\"version\": 2");
+    /// assert_eq!(Manifest::from_json(newer.as_bytes()), None);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn from_json(bytes: &[u8]) -> Option<Self> {
         // Format and version first: the rest of another version would fail to parse for the wrong reason.
         let Head { format, version } = serde_json::from_slice(bytes).ok()?;

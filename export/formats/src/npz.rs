@@ -22,6 +22,20 @@ pub enum NpyValues {
 }
 
 /// A named array.
+///
+/// ```
+/// use fabkit_export::{ExportError, NpyArray, NpyValues, npy};
+///
+/// let values = NpyValues::F64(vec![0.0, 0.5, 1.0, 1.5, 2.0, 2.5]);
+/// let depth_mm = NpyArray { name: "depth_mm".into(), shape: vec![2, 3], values };
+/// let file = npy(&depth_mm)?;
+/// // A header of 128 bytes, then six numbers, the last column of the last row at the end.
+/// assert_eq!(file.len(), 128 + 6 * 8);
+/// assert_eq!(file[file.len() - 8..], 2.5f64.to_le_bytes());
+/// let wrong = NpyArray { shape: vec![2, 4], ..depth_mm };
+/// assert!(matches!(npy(&wrong), Err(ExportError::Shape { values: 6, .. })));
+/// # Ok::<(), ExportError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct NpyArray {
     /// Name as in `numpy.load(file)[name]`; letters, digits and underscores.
@@ -143,6 +157,19 @@ fn wrong_shape(name: &str, shape: &[usize], values: usize) -> ExportError {
 ///
 /// # Errors
 /// A shape that does not match, or an archive of more than 4 GiB.
+///
+/// ```
+/// use fabkit_export::{NpyArray, NpyValues, npz};
+///
+/// let array = |name: &str, shape, values| NpyArray { name: name.into(), shape, values };
+/// let file = npz(&[
+///     array("depth_mm", vec![2], NpyValues::F32(vec![0.5, 0.25])),
+///     array("unit", vec![], NpyValues::Text(vec!["mm".into()])),
+/// ])?;
+/// assert!(file.starts_with(b"PK"));
+/// assert!(file.windows(12).any(|name| name == b"depth_mm.npy"));
+/// # Ok::<(), fabkit_export::ExportError>(())
+/// ```
 pub fn npz(arrays: &[NpyArray]) -> Result<Vec<u8>, ExportError> {
     arrays.iter().try_for_each(NpyArray::check)?;
     let rows = arrays.iter().map(|array| array.shape.first().copied().unwrap_or_default());
@@ -152,6 +179,23 @@ pub fn npz(arrays: &[NpyArray]) -> Result<Vec<u8>, ExportError> {
 }
 
 /// Writer of an [`npz`] file whose arrays arrive row by row. Only the file itself is held in memory.
+///
+/// ```
+/// use fabkit_export::{NpyArray, NpyValues, NpzWriter, npz};
+///
+/// let array = |rows: Vec<f64>| NpyArray {
+///     name: "force_n".into(),
+///     shape: vec![rows.len() / 2, 2],
+///     values: NpyValues::F64(rows),
+/// };
+/// let mut writer = NpzWriter::new(&[array(Vec::new())], &[2])?;
+/// writer.push(0, &NpyValues::F64(vec![1.0, 2.0]))?;
+/// assert!(writer.clone().finish().is_err()); // one row is missing
+/// writer.push(0, &NpyValues::F64(vec![3.0, 4.0]))?;
+/// assert!(writer.values_f64(0).eq([1.0, 2.0, 3.0, 4.0]));
+/// assert_eq!(writer.finish()?, npz(&[array(vec![1.0, 2.0, 3.0, 4.0])])?);
+/// # Ok::<(), fabkit_export::ExportError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct NpzWriter {
     archive: opc::UncompressedArchive,
@@ -172,7 +216,7 @@ struct PartialArray {
 
 impl NpzWriter {
     /// Reserves arrays with the names, types and shapes of `like`, whose values are ignored, but with the given numbers
-    /// of rows.
+    /// of rows. Of texts, the longest is part of the type.
     ///
     /// # Errors
     /// An archive of more than 4 GiB.

@@ -47,6 +47,17 @@ struct DirectoryEntry<'a> {
 ///
 /// # Errors
 /// [`ExportError::TooLarge`] beyond 4 GiB or 65,535 files.
+///
+/// ```
+/// use fabkit_export::zip;
+///
+/// let files = [("a.txt", &b"one"[..]), ("boards/b.txt", &b"two"[..])];
+/// let archive = zip(&files)?;
+/// // The name of the first file follows its header of 30 bytes.
+/// assert_eq!((&archive[..2], &archive[30..35]), (&b"PK"[..], &b"a.txt"[..]));
+/// assert_eq!(archive, zip(&files)?);
+/// # Ok::<(), fabkit_export::ExportError>(())
+/// ```
 pub fn zip(files: &[(&str, &[u8])]) -> Result<Vec<u8>, ExportError> {
     if u16::try_from(files.len()).is_err() {
         let (needed, limit) = (files.len() as u64, u16::MAX.into());

@@ -141,6 +141,32 @@ struct Form<'a> {
 ///
 /// # Errors
 /// [`ExportError::Json`] if the encoder fails.
+///
+/// ```
+/// use fabkit_export::{LightCamera, LightDocument, light};
+/// use fabkit_geometry::Pose;
+/// use serde_json::{Map, Value};
+///
+/// let camera = LightCamera {
+///     sensor_from_camera: Pose::translation(0.0, 0.0, -20.0),
+///     width_px: 640,
+///     height_px: 480,
+///     lens: "pinhole",
+///     parameters: Map::from_iter([("focal_px".to_owned(), 320.0.into())]),
+/// };
+/// let document = LightDocument {
+///     design_hash: "0123",
+///     sensor: "empty",
+///     camera,
+///     bodies: Vec::new(),
+///     surface: None,
+///     seen_by_names: vec!["nothing".into()],
+/// };
+/// let json: Value = serde_json::from_slice(&light(&document)?)?;
+/// assert_eq!(json["units"]["length"], "mm");
+/// assert_eq!(json["camera"]["parameters"]["focal_px"], 320.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn light(document: &LightDocument) -> Result<Vec<u8>, ExportError> {
     json_bytes(&Form {
         format: "fabkit-light",

@@ -15,6 +15,16 @@ use crate::ExportError;
 const GROUP: usize = 16_384;
 
 /// One column of a table, a value for each row.
+///
+/// ```
+/// use fabkit_export::{ParquetColumn, parquet};
+///
+/// let variant = ParquetColumn::Integers(vec![0, 1, 2]);
+/// let coverage = ParquetColumn::Numbers(vec![Some(0.5), None, Some(0.75)]);
+/// assert_eq!((variant.len(), coverage.len()), (3, 3));
+/// let uneven = [("variant".to_owned(), variant), ("ok".to_owned(), ParquetColumn::Flags(vec![None]))];
+/// assert!(parquet("sweep", &uneven).is_err());
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum ParquetColumn {
     /// Integers.

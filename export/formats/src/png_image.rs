@@ -24,6 +24,13 @@ pub fn png(width_px: u32, height_px: u32, rgb: &[u8]) -> Result<Vec<u8>, ExportE
 ///
 /// # Errors
 /// [`ExportError::ImageSize`] if size and pixels do not match or the image is empty.
+///
+/// ```
+/// let mask = fabkit_export::grey8_png(3, 2, &[0, 255, 0, 255, 0, 255])?;
+/// // The header has width, height, bits per sample, and 0 for grey.
+/// assert_eq!(mask[16..26], [0, 0, 0, 3, 0, 0, 0, 2, 8, 0]);
+/// # Ok::<(), fabkit_export::ExportError>(())
+/// ```
 pub fn grey8_png(width_px: u32, height_px: u32, grey: &[u8]) -> Result<Vec<u8>, ExportError> {
     check(width_px, height_px, 1, grey.len())?;
     encode(width_px, height_px, grey, |encoder| encoder.set_color(png::ColorType::Grayscale))
@@ -33,6 +40,15 @@ pub fn grey8_png(width_px: u32, height_px: u32, grey: &[u8]) -> Result<Vec<u8>, 
 ///
 /// # Errors
 /// [`ExportError::ImageSize`] if size and pixels do not match or the image is empty.
+///
+/// ```
+/// use fabkit_export::{ExportError, grey16_png};
+///
+/// let depth = grey16_png(2, 1, &[0, 65535])?;
+/// assert_eq!(depth[24..26], [16, 0]);
+/// assert!(matches!(grey16_png(2, 2, &[0; 3]), Err(ExportError::ImageSize { needed: 4, .. })));
+/// # Ok::<(), ExportError>(())
+/// ```
 pub fn grey16_png(width_px: u32, height_px: u32, grey: &[u16]) -> Result<Vec<u8>, ExportError> {
     check(width_px, height_px, 1, grey.len())?;
     // PNG is big-endian.
@@ -48,6 +64,17 @@ pub fn grey16_png(width_px: u32, height_px: u32, grey: &[u16]) -> Result<Vec<u8>
 ///
 /// # Errors
 /// See [`grey16_png`]; also a comment that is not Latin-1.
+///
+/// ```
+/// use fabkit_export::png_with_comment;
+///
+/// let grey = png_with_comment(2, 1, &[0.0, 127.5], true, "mean of 16 images")?;
+/// assert_eq!(grey[24..26], [16, 0]); // 16 bits, grey
+/// assert!(grey.windows(17).any(|text| text == b"mean of 16 images"));
+/// let rgb = png_with_comment(2, 1, &[0.0, 10.0, 20.0, 30.0, 40.0, 50.0], false, "")?;
+/// assert_eq!(rgb[24..26], [8, 2]); // 8 bits, RGB
+/// # Ok::<(), fabkit_export::ExportError>(())
+/// ```
 pub fn png_with_comment(
     width_px: u32,
     height_px: u32,

@@ -15,6 +15,18 @@ const TRIANGLE_BYTES: usize = 50;
 ///
 /// # Errors
 /// [`ExportError::TooLarge`] beyond 2^32 - 1 triangles.
+///
+/// ```
+/// use fabkit_geometry::Solid;
+///
+/// let block = fabkit_mesh::mesh(&Solid::cuboid(10.0, 20.0, 30.0), 0.01)?.to_print()?;
+/// let file = fabkit_export::stl("block", &block)?;
+/// // Two triangles on each of six faces.
+/// assert_eq!(file[80..84], 12u32.to_le_bytes());
+/// assert_eq!(file.len(), 84 + 12 * 50);
+/// assert!(file.starts_with(b"fabkit "));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn stl(name: &str, mesh: &PrintMesh) -> Result<Vec<u8>, ExportError> {
     let triangles = mesh.triangles();
     let count = u32::try_from(triangles.len()).map_err(|_| ExportError::TooLarge {

@@ -21,6 +21,19 @@ const MOST_PX_PER_MM: f64 = 4.0;
 ///
 /// # Errors
 /// [`ExportError::Nothing`] without outlines, [`ExportError::NotCuttable`] for elliptic arcs.
+///
+/// ```
+/// use fabkit_export::{DocumentInfo, Drawing, svg};
+/// use fabkit_geometry::{Path, Profile};
+///
+/// let triangle = Profile::new(Path::polygon(&[[0.0, 0.0], [8.0, 0.0], [0.0, 6.0]]));
+/// let document = DocumentInfo { title: "wedge", design_hash: "0123" };
+/// let file = String::from_utf8(svg(document, &Drawing::from_piece(&triangle))?)?;
+/// assert!(file.contains("width=\"8mm\" height=\"6mm\" viewBox=\"0 0 8 6\""));
+/// // The corner at the drawing's lower left is at the bottom of the image: y = 6.
+/// assert!(file.contains("M 0 6 L 8 6 L 0 0"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn svg(document: DocumentInfo, drawing: &Drawing) -> Result<Vec<u8>, ExportError> {
     if drawing.contours.is_empty() {
         return Err(ExportError::Nothing);
@@ -51,6 +64,19 @@ pub fn svg(document: DocumentInfo, drawing: &Drawing) -> Result<Vec<u8>, ExportE
 ///
 /// # Errors
 /// See [`svg`].
+///
+/// ```
+/// use fabkit_export::{Bed, Piece, nest, sheet_preview};
+/// use fabkit_geometry::{Path, Profile};
+///
+/// let pad = Profile::new(Path::rectangle([0.0, 0.0], [96.0, 30.0], 0.0));
+/// let piece = Piece { name: "pad", profile: &pad, quantity: 1 };
+/// let sheets = nest(&[piece], Bed { size_mm: [600.0, 300.0], spacing_mm: 2.0 })?;
+/// // 100 mm of the stock are used, shown with 4 px per mm.
+/// let preview = String::from_utf8(sheet_preview(&sheets[0])?)?;
+/// assert!(preview.contains("width=\"400\""));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn sheet_preview(sheet: &NestedSheet) -> Result<Vec<u8>, ExportError> {
     let [stock_width, stock_height] = sheet.drawing.size_mm;
     let [width, height] = sheet.used_size_mm;

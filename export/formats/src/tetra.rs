@@ -3,6 +3,29 @@
 use std::fmt::Write as _;
 
 /// A tetrahedral mesh.
+///
+/// ```
+/// use fabkit_export::{TetraMesh, msh2, vtk};
+///
+/// let mesh = TetraMesh {
+///     title: "one tetrahedron",
+///     notes: &[],
+///     points_mm: &[[0.0; 3], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0], [0.0, 0.0, 10.0]],
+///     unit_mm: 1000.0,
+///     cells: &[[0, 1, 2, 3]],
+///     cell_materials: &[0],
+///     materials: &["gel".into()],
+///     faces: &[("bottom", &[[0, 2, 1]])],
+/// };
+/// // Nodes in metres, and a 1 for each node of the bottom.
+/// let text = String::from_utf8(vtk(&mesh))?;
+/// assert!(text.contains("POINTS 4 double\n0 0 0\n0.01 0 0\n"));
+/// assert!(text.ends_with("SCALARS bottom int 1\nLOOKUP_TABLE default\n1\n1\n1\n0\n"));
+/// // Gmsh counts from 1: a triangle (type 2) of group 1, then a tetrahedron (type 4).
+/// let text = String::from_utf8(msh2(&mesh))?;
+/// assert!(text.contains("$Elements\n2\n1 2 2 1 1 1 3 2\n2 4 2 1 1 1 2 3 4\n"));
+/// # Ok::<(), std::string::FromUtf8Error>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct TetraMesh<'a> {
     /// Title in one line for people.

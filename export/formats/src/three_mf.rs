@@ -71,6 +71,28 @@ pub struct PrintObject<'a> {
 ///
 /// # Errors
 /// [`ExportError::Nothing`] without objects, [`ExportError::TooLarge`] beyond 4 GiB.
+///
+/// ```
+/// use fabkit_export::{DocumentInfo, ExportError, PrintObject, three_mf};
+/// use fabkit_geometry::Solid;
+///
+/// let mesh =
+///     fabkit_mesh::mesh(&Solid::cuboid(10.0, 10.0, 5.0).at(5.0, 5.0, 0.0), 0.01)?.to_print()?;
+/// let block = PrintObject {
+///     name: "block",
+///     material: "PLA",
+///     color: [230, 120, 20],
+///     mesh: &mesh,
+///     settings: None,
+///     settings_note: "",
+/// };
+/// let document = DocumentInfo { title: "a block", design_hash: "0123" };
+/// let file = three_mf(document, &[block])?;
+/// assert!(file.starts_with(b"PK"));
+/// assert_eq!(file, three_mf(document, &[block])?);
+/// assert!(matches!(three_mf(document, &[]), Err(ExportError::Nothing)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn three_mf(document: DocumentInfo, objects: &[PrintObject]) -> Result<Vec<u8>, ExportError> {
     package(document, objects, None)
 }

@@ -10,6 +10,14 @@ const LONG: u16 = 4;
 /// # Errors
 /// [`ExportError::ImageSize`] if size and pixels do not match or the image is empty; [`ExportError::TooLarge`] beyond
 /// the format's 4 GiB.
+///
+/// ```
+/// let file = fabkit_export::float_tiff(2, 1, &[0.5, -1.25])?;
+/// assert!(file.starts_with(b"II*\0"));
+/// assert_eq!(file[file.len() - 4..], (-1.25f32).to_le_bytes());
+/// assert!(fabkit_export::float_tiff(2, 2, &[0.0; 3]).is_err());
+/// # Ok::<(), fabkit_export::ExportError>(())
+/// ```
 pub fn float_tiff(width_px: u32, height_px: u32, values: &[f32]) -> Result<Vec<u8>, ExportError> {
     let needed = u64::from(width_px) * u64::from(height_px);
     if needed == 0 || needed != values.len() as u64 {

@@ -122,6 +122,42 @@ struct PlacementForm<'a> {
 ///
 /// # Errors
 /// [`ExportError::Json`] if the encoder fails.
+///
+/// ```
+/// use fabkit_export::{MeshFigures, TreeDocument, tree};
+/// use fabkit_geometry::Solid;
+/// use serde_json::Value;
+///
+/// let solid = Solid::cuboid(10.0, 10.0, 4.0).minus(Solid::rod(2.0, [-1.0, 5.0]).named("hole 1"));
+/// let mesh = MeshFigures {
+///     chord_tolerance_mm: 0.01,
+///     triangles: 400,
+///     volume_mm3: 350.0,
+///     area_mm2: 385.0,
+///     genus: 1,
+/// };
+/// let document = TreeDocument {
+///     design_hash: "0123",
+///     sensor: "demo",
+///     name: "plate",
+///     kind: "part",
+///     summary: "A plate with a hole.",
+///     process: "fdm",
+///     material: "pla",
+///     quantity: 1,
+///     color: [200; 3],
+///     opacity: 1.0,
+///     solid: &solid,
+///     landmarks: &[],
+///     placements: &[],
+///     mesh,
+/// };
+/// let json: Value = serde_json::from_slice(&tree(&document)?)?;
+/// // Ray hits refer to primitives by these numbers.
+/// assert_eq!(json["leaves"][1]["leaf"], 1);
+/// assert_eq!(json["leaves"][1]["feature"], "hole 1");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn tree(document: &TreeDocument) -> Result<Vec<u8>, ExportError> {
     let leaves = document.solid.leaves().into_iter().enumerate();
     let landmarks = document.landmarks.iter().map(|landmark| LandmarkForm {

@@ -57,6 +57,27 @@ impl ZarrType {
 }
 
 /// An array whose first axis counts samples. A shard is a file of several samples.
+///
+/// ```
+/// use fabkit_export::{ZarrArray, ZarrType};
+/// use serde_json::json;
+///
+/// let depth = ZarrArray {
+///     element: ZarrType::F32,
+///     samples: 10,
+///     sample_shape: vec![480, 640],
+///     chunk_shape: vec![240, 200],
+///     samples_per_shard: 4,
+///     dimensions: ["sample", "row", "column"].map(String::from).to_vec(),
+///     attributes: json!({ "unit": "mm" }),
+/// };
+/// // Two chunks down and four across, the last ones reaching beyond; three files, the last of two samples.
+/// assert_eq!(depth.chunks_per_sample(), 8);
+/// assert_eq!((depth.shards(), depth.samples_in_shard(2)), (3, 8..10));
+/// assert_eq!(depth.shard_path(2), "c/2/0/0");
+/// assert_eq!(ZarrArray::from_metadata(&depth.metadata()?)?, depth);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZarrArray {
     /// Type of the values.
@@ -171,6 +192,27 @@ impl ZarrArray {
 }
 
 /// A shard that is being written.
+///
+/// ```
+/// use fabkit_export::{Shard, ZarrArray, ZarrType, zarr_pack};
+///
+/// let mask = ZarrArray {
+///     element: ZarrType::U8,
+///     samples: 3,
+///     sample_shape: vec![2, 2],
+///     chunk_shape: vec![2, 2],
+///     samples_per_shard: 3,
+///     dimensions: ["sample", "row", "column"].map(String::from).to_vec(),
+///     attributes: serde_json::Value::Null,
+/// };
+/// let packed = zarr_pack(&[255; 4])?;
+/// let mut shard = Shard::default();
+/// let white = shard.store(&packed);
+/// [Some(white), None, Some(white)].into_iter().for_each(|chunk| shard.assign(chunk));
+/// // The chunk is stored once; the index has 16 bytes for each of three samples, and a checksum.
+/// assert_eq!(shard.finish(&mask).len(), packed.len() + 3 * 16 + 4);
+/// # Ok::<(), fabkit_export::ExportError>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Shard {
     bytes: Vec<u8>,
@@ -215,6 +257,15 @@ impl Shard {
 ///
 /// # Errors
 /// Attributes that are not JSON.
+///
+/// ```
+/// let bytes = fabkit_export::zarr_group(&serde_json::json!({ "sensor": "rtac0" }))?;
+/// let json: serde_json::Value = serde_json::from_slice(&bytes)?;
+/// assert_eq!(json["zarr_format"], 3);
+/// assert_eq!(json["node_type"], "group");
+/// assert_eq!(json["attributes"]["sensor"], "rtac0");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn zarr_group(attributes: &Value) -> Result<Vec<u8>, ExportError> {
     json_bytes(&json!({ "zarr_format": 3, "node_type": "group", "attributes": attributes }))
 }

@@ -37,6 +37,21 @@ const RUN_LENGTH: u32 = 1;
 ///
 /// # Panics
 /// If runs overlap or reach beyond the end.
+///
+/// ```
+/// use fabkit_export::{ByteRun, RunContent, encode_zstd_runs, zarr_append_checksum, zarr_unpack};
+///
+/// let runs = [
+///     ByteRun { place: 1..3, content: RunContent::Fill(9) },
+///     ByteRun { place: 5..7, content: RunContent::Bytes(vec![1, 2]) },
+/// ];
+/// let frame = encode_zstd_runs(&runs, 8);
+/// assert_eq!(zarr_unpack(&zarr_append_checksum(frame), 8)?, [0, 9, 9, 0, 0, 1, 2, 0]);
+/// // A large image of one value takes a few blocks.
+/// let sky = ByteRun { place: 0..1_000_000, content: RunContent::Fill(200) };
+/// assert!(encode_zstd_runs([&sky], 1_000_000).len() < 60);
+/// # Ok::<(), fabkit_export::DamagedChunk>(())
+/// ```
 pub fn encode_zstd_runs<'a>(runs: impl IntoIterator<Item = &'a ByteRun>, length: usize) -> Vec<u8> {
     let mut frame = Frame::default();
     for run in runs {

@@ -32,6 +32,12 @@ pub fn page(title: &str, body: &str) -> String {
 }
 
 /// Creates a page with additional style rules after those of all reports.
+///
+/// ```
+/// let html = fabkit_report::page_with_style("Gel & glass", "h1 { color: teal; }", "<p>text</p>\n");
+/// assert!(html.contains("h1 { color: teal; }</style>"));
+/// assert!(html.contains("<h1>Gel &amp; glass</h1>\n<p>text</p>\n"));
+/// ```
 pub fn page_with_style(title: &str, style: &str, body: &str) -> String {
     let title = escape(title);
     // For accessibility: scrolling boxes can be focused with the keyboard, and all content is in one landmark for

@@ -9,6 +9,15 @@ const SIZE: [f64; 2] = [640.0, 272.0];
 const MARGIN: [f64; 4] = [46.0, 10.0, 12.0, 46.0];
 
 /// A plot of points over two axes.
+///
+/// ```
+/// use fabkit_report::Plot;
+/// let mut plot = Plot::new([4.0, 1.0], [1.0, 0.5], ["force, N", "depth, mm"]);
+/// plot.dot([4.0, 1.0], "#1f4e79", "at the end of both axes");
+/// plot.dot([4.0, 9.0], "#1f4e79", "far above, drawn at the upper edge");
+/// let element = plot.finish("depth against force");
+/// assert_eq!(element.matches("cx=\"628.0\" cy=\"10.0\"").count(), 2);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Plot {
     svg: Svg,
@@ -23,6 +32,14 @@ impl Plot {
     }
 
     /// Creates axes that cover a range each, horizontal and vertical, a little wider, with round ticks.
+    ///
+    /// ```
+    /// use fabkit_report::Plot;
+    /// let plot = Plot::between([[100.0, 200.0], [0.0, 0.4]], ["frame", "error, px"]);
+    /// let element = plot.finish("axes alone");
+    /// assert!(element.contains(">100<") && element.contains(">200<") && element.contains(">0.4<"));
+    /// assert!(!element.contains(">0.45<"));
+    /// ```
     pub fn between(ranges: [[f64; 2]; 2], names: [&str; 2]) -> Self {
         let ranges = ranges.map(|[low, high]| {
             // A range of no width still needs an axis.
@@ -82,6 +99,14 @@ impl Plot {
     }
 
     /// Draws a horizontal line across the plot; `style` holds SVG attributes.
+    ///
+    /// ```
+    /// use fabkit_report::{LOWER_BOUND_STYLE, Plot};
+    /// let mut plot = Plot::new([10.0, 1.0], [2.0, 0.5], ["frame", "error, px"]);
+    /// plot.horizontal_line(1.0, LOWER_BOUND_STYLE);
+    /// let across = "x1=\"46.0\" y1=\"10.0\" x2=\"628.0\" y2=\"10.0\"";
+    /// assert!(plot.finish("a bound").contains(&format!("{LOWER_BOUND_STYLE} {across}")));
+    /// ```
     pub fn horizontal_line(&mut self, value: f64, style: &str) {
         let [low, high] = self.ranges[0];
         self.line([low, value], [high, value], style);
@@ -94,6 +119,13 @@ impl Plot {
 }
 
 /// Returns a round step of an axis: 1, 2 or 5 times a power of ten, so that about `count` steps reach `limit`.
+///
+/// ```
+/// use fabkit_report::round_tick_step;
+/// assert_eq!(round_tick_step(40.0, 8.0), 5.0);
+/// assert_eq!(round_tick_step(41.0, 8.0), 10.0);
+/// assert_eq!(round_tick_step(0.07, 5.0), 0.02);
+/// ```
 pub fn round_tick_step(limit: f64, count: f64) -> f64 {
     let rough = (limit / count).max(1e-12);
     let power = 10f64.powf(rough.log10().floor());
@@ -105,7 +137,7 @@ pub fn round_tick_step(limit: f64, count: f64) -> f64 {
 fn marks([low, high]: [f64; 2], tick: f64) -> impl Iterator<Item = f64> {
     let first = (low / tick - 1e-3).ceil();
     let last = (high / tick + 1e-3).floor();
-    // A step from `step` yields a few; the limit guards against any other.
+    // A step from `round_tick_step` yields a few; the limit guards against any other.
     (0..1000)
         .map(move |i| first + f64::from(i))
         .take_while(move |i| *i <= last)

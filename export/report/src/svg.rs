@@ -17,6 +17,15 @@ pub const RESIDUAL_STYLE: &str = r##"stroke="#c0392b" stroke-width="1.4""##;
 pub const LOWER_BOUND_STYLE: &str = r##"stroke="#d89b00" stroke-dasharray="5 4""##;
 
 /// A drawing under construction.
+///
+/// ```
+/// use fabkit_report::Svg;
+/// let mut drawing = Svg::new(40.0, 20.0);
+/// drawing.line([0.0, 0.0], [40.0, 20.0], "stroke=\"#222\"");
+/// let element = drawing.finish("a line from the upper left to the lower right");
+/// assert!(element.starts_with("<svg viewBox=\"0 0 40 20\" role=\"img\""));
+/// assert!(element.contains("x2=\"40.0\" y2=\"20.0\""));
+/// ```
 #[derive(Clone, Debug)]
 pub struct Svg {
     width: f64,
@@ -40,6 +49,13 @@ impl Svg {
     }
 
     /// Draws a filled circle with a tooltip.
+    ///
+    /// ```
+    /// let mut drawing = fabkit_report::Svg::new(10.0, 10.0);
+    /// drawing.dot([5.0, 5.0], 2.0, "#1f4e79", "residual < 0.1 px");
+    /// let element = drawing.finish("one point");
+    /// assert!(element.contains("<title>residual &lt; 0.1 px</title>"));
+    /// ```
     pub fn dot(&mut self, centre: [f64; 2], radius: f64, fill: &str, title: &str) {
         let _ = write!(
             self.body,
@@ -51,6 +67,13 @@ impl Svg {
     }
 
     /// Draws a rectangle from its upper left corner; `style` holds SVG attributes.
+    ///
+    /// ```
+    /// use fabkit_report::{BORDER_STYLE, Svg};
+    /// let mut drawing = Svg::new(64.0, 48.0);
+    /// drawing.rect([2.0, 2.0], [60.0, 44.0], BORDER_STYLE);
+    /// assert!(drawing.finish("an image's border").contains("x=\"2.0\" y=\"2.0\" width=\"60.0\""));
+    /// ```
     pub fn rect(&mut self, corner: [f64; 2], size: [f64; 2], style: &str) {
         let _ = write!(
             self.body,
@@ -60,6 +83,15 @@ impl Svg {
     }
 
     /// Draws a filled rectangle from its upper left corner, with a tooltip.
+    ///
+    /// ```
+    /// use fabkit_report::{Svg, heat_color};
+    /// let mut map = Svg::new(20.0, 10.0);
+    /// for (column, part) in [0.0, 1.0].into_iter().enumerate() {
+    ///     map.cell([10.0 * column as f64, 0.0], [10.0, 10.0], &heat_color(part), &format!("{part} mm"));
+    /// }
+    /// assert_eq!(map.finish("a map of two cells").matches("<rect").count(), 2);
+    /// ```
     pub fn cell(&mut self, corner: [f64; 2], size: [f64; 2], fill: &str, title: &str) {
         let _ = write!(
             self.body,
@@ -73,6 +105,12 @@ impl Svg {
     }
 
     /// Draws an image from its upper left corner, its pixels as squares; `png` is the file's content.
+    ///
+    /// ```
+    /// let mut drawing = fabkit_report::Svg::new(8.0, 8.0);
+    /// drawing.image([0.0, 0.0], [8.0, 8.0], b"abc");
+    /// assert!(drawing.finish("pixels").contains("href=\"data:image/png;base64,YWJj\""));
+    /// ```
     pub fn image(&mut self, corner: [f64; 2], size: [f64; 2], png: &[u8]) {
         let _ = write!(
             self.body,
@@ -109,6 +147,14 @@ impl Svg {
 }
 
 /// Returns a colour from pale to dark for 0 to 1, readable in grey as well. Values that are not finite are darkest.
+///
+/// ```
+/// use fabkit_report::heat_color;
+/// assert_eq!(heat_color(0.0), "#ffeda0");
+/// assert_eq!(heat_color(1.0), "#7a0403");
+/// assert_eq!(heat_color(-3.0), heat_color(0.0));
+/// assert_eq!(heat_color(f64::NAN), heat_color(1.0));
+/// ```
 pub fn heat_color(part: f64) -> String {
     let part = if part.is_finite() { part.clamp(0.0, 1.0) } else { 1.0 };
     // From #ffeda0 to #7a0403.
@@ -117,6 +163,10 @@ pub fn heat_color(part: f64) -> String {
 }
 
 /// Escapes text for HTML.
+///
+/// ```
+/// assert_eq!(fabkit_report::escape("a < b & \"c\""), "a &lt; b &amp; &quot;c&quot;");
+/// ```
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -24,7 +24,7 @@ pub(crate) fn find_interpreter() -> PathBuf {
 const START_SCRIPT: &str = "import sys\nsys.path = [path for path in sys.path if path]\n\
     try:\n    from fabkit_bench.__main__ import main\nexcept ImportError as error:\n    \
     print(f'error: {error}', file=sys.stderr)\n    sys.exit(9)\nsys.exit(main())\n";
-/// Exit status of `START` when the package is missing.
+/// Exit status of `START_SCRIPT` when the package is missing.
 const MISSING_PACKAGE_STATUS: i32 = 9;
 
 /// Error of a benchmark run.

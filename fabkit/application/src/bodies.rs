@@ -8,6 +8,16 @@ use fabkit_geometry::{Body, Sensor};
 ///
 /// # Errors
 /// [`UnknownName`], which lists the existing names.
+///
+/// ```
+/// use fabkit_application::{bodies::find, source::Target};
+///
+/// let design = Target::new("rtac0").design(&[])?;
+/// assert_eq!(find(&design.sensor, "base").map(|body| &*body.name), Ok("base"));
+/// let unknown = find(&design.sensor, "bass").unwrap_err();
+/// assert_eq!(unknown.closest.as_deref(), Some("base"));
+/// # Ok::<(), fabkit_application::Error>(())
+/// ```
 pub fn find<'a>(sensor: &'a Sensor, name: &str) -> Result<&'a Body, UnknownName> {
     sensor.body(name).ok_or_else(|| {
         UnknownName::new("part", name, sensor.bodies.iter().map(|body| body.name.as_str()))

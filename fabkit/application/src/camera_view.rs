@@ -54,6 +54,23 @@ pub fn build_stack(sensor: &Sensor, viewpoint: &Viewpoint) -> Result<OpticalStac
 ///
 /// # Errors
 /// [`DrawingError`]; also if the view is along the camera's axis.
+///
+/// ```
+/// use fabkit_application::camera_view::{RAY_COUNT, build_stack, draw_rays};
+/// use fabkit_application::{ground_truth::Viewpoint, images::ImageView, progress::ignore_progress, source::Target};
+///
+/// let sensor = Target::new("9dtact").design(&[])?.sensor;
+/// let viewpoint = Viewpoint::new(&sensor.camera, None, None)?;
+/// let stack = build_stack(&sensor, &viewpoint)?;
+/// let shot = ImageView { size_px: [160, 120], is_section: true, from: None };
+/// let (png, rays) = draw_rays(&sensor, &viewpoint, &stack, shot, &ignore_progress)?;
+/// assert_eq!(png[1..4], *b"PNG");
+/// assert_eq!(rays.len(), RAY_COUNT);
+/// // The ray in the middle goes from the pupil, which is on the sensor's axis, up to the surface.
+/// let middle = &rays[RAY_COUNT / 2];
+/// assert_eq!((middle.path_mm[0][..2].to_vec(), &*middle.seen_by), (vec![0.0; 2], "surface"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn draw_rays(
     sensor: &Sensor,
     viewpoint: &Viewpoint,
@@ -89,7 +106,7 @@ pub(crate) fn trace_plane_rays(
     let across = normal.cross(&pose.vector(Vector3::z()));
     let in_image = pose.inverse().vector(across).xy();
     let Some(along) = in_image.try_normalize(1e-6) else {
-        let message = "the section is seen along the camera's axis: no plane of its rays is";
+        let message = "the section lies across the camera's axis, so its plane contains no rays";
         return Err(DrawingError::Viewer(message.into()));
     };
     let size = [camera.width_px(), camera.height_px()].map(f64::from);

@@ -14,6 +14,17 @@ use crate::images::{DrawingError, ImageView, draw_body};
 const PART_PX: [u32; 2] = [320, 240];
 
 /// Computes the difference between two designs.
+///
+/// ```
+/// use fabkit_application::{design_difference::compute_difference, source::Target};
+///
+/// let target = Target::new("rtac0");
+/// let (drawn, thick) = (target.design(&[])?, target.design(&["coat.thickness=0.1 mm".into()])?);
+/// let difference = compute_difference(&drawn, &thick);
+/// assert!(difference.parameters.iter().any(|one| one.path == "coat.thickness"));
+/// assert!(compute_difference(&drawn, &drawn).parameters.is_empty());
+/// # Ok::<(), fabkit_application::Error>(())
+/// ```
 pub fn compute_difference(from: &Design, to: &Design) -> DesignDifference {
     let values = |design: &Design| -> Vec<(String, String)> {
         let value = |setting: &Setting| (setting.path.clone(), setting.value.clone());

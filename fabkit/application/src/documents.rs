@@ -14,6 +14,18 @@ use serde_json::{Map, Value, json};
 use crate::sweep_runs::SweepResult;
 
 /// Returns a design's parameters, derived values, bodies and materials (`fabkit-show` version 2).
+///
+/// ```
+/// use fabkit_application::{documents::show, source::Target};
+///
+/// let document = show(&Target::new("rtac0").design(&[])?);
+/// assert_eq!((&document["name"], &document["version"]), (&"rtac0".into(), &2.into()));
+/// let parameters = document["parameters"].as_array().ok_or("no list")?;
+/// let radius = parameters.iter().find(|one| one["path"] == "surface.radius").ok_or("no radius")?;
+/// // Numbers are numbers, and their unit is beside them.
+/// assert_eq!((&radius["value"], &radius["unit"]), (&15.0.into(), &"mm".into()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn show(design: &Design) -> Value {
     let sensor = &design.sensor;
     let parameters: Vec<Value> = own_first(&design.parameters).map(parameter_json).collect();
@@ -202,6 +214,17 @@ pub fn batch(batch: &Batch) -> Value {
 }
 
 /// Returns the build steps of a design (`fabkit-chain` version 1).
+///
+/// ```
+/// use fabkit_application::{documents::chain, source::Target};
+///
+/// let document = chain(&Target::new("rtac0").design(&[])?);
+/// let steps = document["steps"].as_array().ok_or("no list")?;
+/// // A layer that is poured has a batch to mix.
+/// let poured = steps.iter().find(|step| step["action"] == "pour").ok_or("nothing is poured")?;
+/// assert!(poured["batch"]["volume_mm3"].as_f64().is_some_and(|mm3| mm3 > 0.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn chain(design: &Design) -> Value {
     let sensor = &design.sensor;
     let batches = checks::batches(sensor);

@@ -46,6 +46,15 @@ impl Explained for NotReplaced {
 }
 
 /// Returns the text with its signature line appended.
+///
+/// ```
+/// use fabkit_application::edited_files::sign_text;
+/// let signed = sign_text("fx_px: 43\n");
+/// // The text stays as it is; a comment with its hash follows.
+/// let (text, signature) = signed.split_at(10);
+/// assert_eq!(text, "fx_px: 43\n");
+/// assert!(signature.starts_with("# blake3 of all above: "));
+/// ```
 pub fn sign_text(text: &str) -> String {
     format!("{text}{SIGNATURE_PREFIX}{}{SIGNATURE_SUFFIX}", blake3::hash(text.as_bytes()).to_hex())
 }
@@ -63,6 +72,19 @@ fn is_unchanged(bytes: &[u8]) -> Option<bool> {
 ///
 /// # Errors
 /// [`NotReplaced`] with all refused files.
+///
+/// ```
+/// use fabkit_application::edited_files::{check_replaceable, sign_text};
+/// let file = std::env::temp_dir().join(format!("fabkit-edited-{}.yaml", std::process::id()));
+/// let new = [(file.clone(), sign_text("fx_px: 44\n").into_bytes())];
+/// std::fs::write(&file, sign_text("fx_px: 43\n"))?;
+/// assert!(check_replaceable(&new, false).is_ok());
+/// // Somebody edits the file.
+/// std::fs::write(&file, sign_text("fx_px: 43\n").replace("43", "45"))?;
+/// assert!(check_replaceable(&new, false).is_err() && check_replaceable(&new, true).is_ok());
+/// std::fs::remove_file(&file)?;
+/// # Ok::<(), std::io::Error>(())
+/// ```
 pub fn check_replaceable(files: &[(PathBuf, Vec<u8>)], forced: bool) -> Result<(), NotReplaced> {
     let mut refused = Vec::new();
     for (place, new) in files.iter().filter(|(place, _)| !forced && is_hand_editable(place)) {

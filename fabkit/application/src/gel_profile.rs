@@ -29,6 +29,18 @@ pub fn fit_modulus(coupon: &GelCoupon) -> Result<BallModulus, GelError> {
 }
 
 /// Writes a materials file that changes one modulus: usable as a user's own file or as a section of a sensor file.
+///
+/// ```
+/// use fabkit_application::designs::profile::{GelCoupon, GelReading};
+/// use fabkit_application::gel_profile::{BallModulus, to_yaml};
+/// # let (material, readings) = ("Smooth-On Ecoflex 00-30".into(), vec![GelReading { load_g: 50.0, gap_mm: 9.0 }]);
+/// # let (depths_mm, residuals_mm) = (vec![1.0], vec![0.01]);
+/// let coupon = GelCoupon { material, ball_mm: 10.0, thickness_mm: 12.0, diameter_mm: 50.0, readings };
+/// let (young_mpa, sigma_mpa, range_mpa) = (0.069, 0.002, [0.06, 0.08]);
+/// let modulus = BallModulus { young_mpa, sigma_mpa, range_mpa, touching_gap_mm: 10.0, depths_mm, residuals_mm };
+/// // Materials files have kPa.
+/// assert!(to_yaml(&coupon, &modulus).contains("youngs_modulus: {value: 69.0 kPa, source: measured"));
+/// ```
 pub fn to_yaml(coupon: &GelCoupon, modulus: &BallModulus) -> String {
     let kpa = |mpa: f64| format!("{:.1} kPa", 1e3 * mpa);
     let mut yaml = String::from("# How stiff a batch came out, by a ball on a cup of gel.\n");

@@ -39,10 +39,22 @@ pub fn find_stages(design: &Design) -> Result<Vec<Stage<'_>>, InvalidBody> {
     fabkit_checks::stages(&design.sensor)
 }
 
-/// Collects what building a design needs. `find_stages` are the [`find_stages`] of the same design.
+/// Collects what building a design needs. `stages` are those that [`find_stages`] returns for the same design.
 ///
 /// # Errors
 /// A part that cannot be made.
+///
+/// ```
+/// use fabkit_application::guides::{collect_facts, find_stages};
+/// use fabkit_application::source::Target;
+///
+/// let design = Target::new("9dtact").design(&[])?;
+/// let guide = collect_facts(&design, &find_stages(&design)?, None, 2)?;
+/// // One entry for each part that is made, and a list of what to buy.
+/// assert_eq!(guide.made.len(), design.sensor.parts().count());
+/// assert!(guide.bom_csv().lines().count() > 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn collect_facts(
     design: &Design,
     stages: &[Stage],

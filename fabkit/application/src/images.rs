@@ -19,7 +19,7 @@ pub struct ImageView {
     pub size_px: [u32; 2],
     /// Remove the half nearer to the viewer: the half in front of the x-z plane if no viewer is given.
     pub is_section: bool,
-    /// ViewDirection's position; by default front, right and above.
+    /// Direction from which the body is viewed; by default from the front, the right and above.
     pub from: Option<ViewDirection>,
 }
 
@@ -142,6 +142,19 @@ impl Explained for DrawingError {
 ///
 /// # Errors
 /// [`DrawingError`].
+///
+/// ```
+/// use fabkit_application::images::{ImageView, draw_body};
+/// use fabkit_application::{progress::ignore_progress, source::Target};
+///
+/// let design = Target::new("rtac0").design(&[])?;
+/// let base = design.sensor.body("base").ok_or("no such body")?;
+/// let shot = ImageView { size_px: [64, 48], is_section: false, from: Some("front".parse()?) };
+/// let png = draw_body(base, shot, &ignore_progress)?;
+/// // Width and height in the header of a PNG.
+/// assert_eq!((&png[1..4], png[19], png[23]), (&b"PNG"[..], 64, 48));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn draw_body(
     body: &Body,
     shot: ImageView,
@@ -156,6 +169,18 @@ pub fn draw_body(
 ///
 /// # Errors
 /// [`DrawingError`].
+///
+/// ```
+/// use fabkit_application::images::{ImageView, default_assembly, draw_assembly};
+/// use fabkit_application::{progress::ignore_progress, source::Target};
+///
+/// let sensor = Target::new("9dtact").design(&[])?.sensor;
+/// let shot = ImageView { size_px: [64, 48], is_section: true, from: None };
+/// let png = draw_assembly(&sensor, &default_assembly(&sensor), false, shot, &ignore_progress)?;
+/// assert_eq!(&png[1..4], b"PNG");
+/// assert!(draw_assembly(&sensor, "no such assembly", false, shot, &ignore_progress).is_err());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn draw_assembly(
     sensor: &Sensor,
     assembly: &str,
@@ -205,6 +230,12 @@ pub(crate) fn assembly_actors(
 }
 
 /// Returns the assembly shown by default: the sensor itself or, for a fixture, its first assembly.
+///
+/// ```
+/// use fabkit_application::{images::default_assembly, source::Target};
+/// assert_eq!(default_assembly(&Target::new("rtac0").design(&[])?.sensor), "sensor");
+/// # Ok::<(), fabkit_application::Error>(())
+/// ```
 pub fn default_assembly(sensor: &Sensor) -> String {
     let mut assemblies =
         sensor.bodies.iter().flat_map(|body| &body.placements).map(|p| &p.assembly);

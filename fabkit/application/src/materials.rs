@@ -4,6 +4,16 @@ use fabkit_designs::materials::{Bond, BondMethod, Castable, Material, MaterialOr
 use serde_json::{Value, json};
 
 /// Lists every material of a design with its properties; unknown ones are null.
+///
+/// ```
+/// use fabkit_application::{materials::materials_json, source::Target};
+///
+/// let materials = materials_json(&Target::new("rtac0").design(&[])?.materials);
+/// let all = materials.as_array().ok_or("no list")?;
+/// let sylgard = all.iter().find(|one| one["name"] == "Dow Sylgard 184").ok_or("not known")?;
+/// assert_eq!((&sylgard["origin"], &sylgard["density_g_per_cm3"]), (&"built-in".into(), &1.03.into()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn materials_json(materials: &[Castable]) -> Value {
     materials.iter().map(material_json).collect()
 }

@@ -36,6 +36,16 @@ const DEPTH_STEPS: u32 = 20;
 ///
 /// # Errors
 /// Bodies that cannot be meshed.
+///
+/// ```
+/// use fabkit_application::{model_view::build_model, source::Target};
+///
+/// let model = build_model(&Target::new("9dtact").design(&[])?)?;
+/// // A binary glTF file, with the camera's rays and a pressed surface beside it.
+/// assert_eq!(model.glb[..4], *b"glTF");
+/// assert!(model.rays.is_some() && model.pressed.is_some());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn build_model(design: &Design) -> Result<ViewerModel, ExportRunError> {
     let sensor = &design.sensor;
     let assemblies = assemblies(sensor);

@@ -111,6 +111,19 @@ pub fn make_guide(
 ///
 /// # Errors
 /// [`ExportRunError::Write`] beyond 4 GiB or 65,535 files.
+///
+/// ```
+/// use fabkit_application::exports::{ExportOptions, Format, export};
+/// use fabkit_application::{packaging::archive, source::Target};
+///
+/// let options = ExportOptions { parts: vec!["base".into()], formats: vec![Format::Stl], ..ExportOptions::default() };
+/// let exported = export(&Target::new("rtac0").design(&[])?, &options, &|_| ())?;
+/// let pack = || archive("rtac0.zip", &[("rtac0".into(), &exported)]);
+/// assert_eq!(pack()?[..2], *b"PK");
+/// // Nothing in it depends on the time.
+/// assert_eq!(pack()?, pack()?);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn archive(name: &str, exports: &[(String, &Exported)]) -> Result<Vec<u8>, ExportRunError> {
     let named = exports.iter().flat_map(|(folder, exported)| {
         exported.files.iter().map(move |file| (format!("{folder}/{}", file.name), &file.bytes[..]))
@@ -128,6 +141,12 @@ fn is_fixture_key(path: &str) -> bool {
 }
 
 /// Returns the BLAKE3 hash of a file's content, in hex.
+///
+/// ```
+/// use fabkit_application::packaging::hash_hex;
+/// // The first digits of BLAKE3 of nothing, as its authors publish them.
+/// assert!(hash_hex(b"").starts_with("af1349b9f5f9a1a6"));
+/// ```
 pub fn hash_hex(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }

@@ -57,7 +57,7 @@ pub enum SlicingError {
         part: String,
     },
     /// The slicer rejected a part or gave no estimate.
-    #[error("the slicer makes nothing of {part}: {said}")]
+    #[error("the slicer cannot slice {part}: {said}")]
     Refused {
         /// Name of the part.
         part: String,
@@ -197,7 +197,7 @@ fn slice_part(
     parse_gcode(&String::from_utf8_lossy(&text)).ok_or_else(|| {
         let log = folder.read("log");
         let log = String::from_utf8_lossy(&log);
-        let said = log.lines().last().unwrap_or("it ended without a word").trim().to_owned();
+        let said = log.lines().last().unwrap_or("it printed no message").trim().to_owned();
         SlicingError::Refused { part: part.to_owned(), said }
     })
 }

@@ -91,6 +91,18 @@ impl Explained for SourceError {
 }
 
 /// Target of a command: a sensor or one of its fixtures, and optionally one part.
+///
+/// ```
+/// use fabkit_application::source::Target;
+/// let target = Target::new("rtac0/pin-dome/dome");
+/// assert_eq!((target.sensor, target.fixture, target.part), ("rtac0", Some("pin-dome"), Some("dome")));
+/// // What is no fixture is a part; what ends like a file is one as a whole.
+/// assert_eq!(Target::new("rtac0/base").part, Some("base"));
+/// assert_eq!(Target::new("sensors/mine.yaml").sensor, "sensors/mine.yaml");
+/// let design = Target::new("rtac0").design(&["surface.radius=16 mm".into()])?;
+/// assert!(design.parameters.iter().any(|one| one.path == "surface.radius" && one.value == "16 mm"));
+/// # Ok::<(), fabkit_application::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Target<'a> {
     /// Name of a built-in sensor, or a path.
@@ -321,6 +333,17 @@ fn is_path(sensor: &str) -> bool {
 }
 
 /// Text of a sensor file, with all texts that it may refer to.
+///
+/// ```
+/// use fabkit_application::diagnostics::SourceText;
+/// use fabkit_application::source::Source;
+/// let text = "format: 1\nextends: rtac0\nname: mine\ntitle: Mine\ncoat: {thickness: 0.1 mm}\n";
+/// let source = Source::from_text(SourceText { file: "mine.yaml".into(), text: text.into() });
+/// assert_eq!(source.load(&[])?.design.sensor.name, "mine");
+/// // Overrides, as `--set` of the command, win over the file.
+/// assert!(source.load(&["coat.thickness=-1 mm".into()]).is_err());
+/// # Ok::<(), fabkit_application::Error>(())
+/// ```
 pub struct Source {
     main: SourceText,
     /// User files that it extends, directly or indirectly.

@@ -37,9 +37,7 @@ const STEP_LIMITS: ExpectedFile =
 pub enum VerifierError {
     /// No interpreter with the package was found.
     #[error(
-        "the verifier's Python environment is not here: `cargo xtask verify-env` makes it as `.venv` \
-         of fabkit's checkout, where programs of its `target` folder find it; for all others set \
-         {PYTHON_VARIABLE} to the absolute path of its interpreter"
+        "the verifier's Python environment is missing: make it with `cargo xtask verify-env` in fabkit's checkout; a fabkit outside its `target` folder needs {PYTHON_VARIABLE} with the absolute path of its interpreter"
     )]
     NoEnvironment,
     /// The named interpreter lacks the package.

@@ -55,7 +55,7 @@ impl Defaults {
         if std::fs::symlink_metadata(path).is_err() {
             return Ok(Self::default());
         }
-        let hint = "it holds what options of `fabkit export` are by default, and nothing else";
+        let hint = "it holds defaults of options of `fabkit export`, and nothing else";
         let expected = ExpectedFile { what: "a file of defaults", max_bytes: MAX_YAML_BYTES, hint };
         Self::from_yaml(&reading::read_text(path, expected)?)
     }

@@ -150,7 +150,7 @@ fn folder(error: &ResumableFolderError) -> Option<String> {
         ResumableFolderError::OtherVersion { .. } => "make it again in another folder, with -o",
         ResumableFolderError::Damaged { .. } => "delete that file, and --resume makes it again",
         ResumableFolderError::Changed { .. } => {
-            "if nobody edited them, the disk did: delete them, and --resume makes them again"
+            "delete them, and --resume makes them again; if nobody edited them, check the disk"
         }
         ResumableFolderError::Staging(StagingError::Io { source, .. })
         | ResumableFolderError::Io { source, .. } => {

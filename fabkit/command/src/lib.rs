@@ -1,4 +1,12 @@
 //! The `fabkit` command: from arguments to texts and exit codes. The work itself is done by `fabkit_application`.
+//!
+//! ```
+//! let run = |line: &str| fabkit::run(line.split(' ').map(Into::into));
+//! assert_eq!(run("fabkit list"), 0);
+//! assert_eq!(run("fabkit show rtac0 --json"), 0);
+//! // A name that does not exist is bad input: exit code 2, and a hint at `rtac0`.
+//! assert_eq!(run("fabkit show rtac"), 2);
+//! ```
 
 use std::ffi::OsString;
 

@@ -74,6 +74,16 @@ pub fn group_digits(number: u64) -> String {
     text
 }
 
+/// Formats a count with its noun: `1 step`, `2 mixes`.
+pub fn format_count(count: usize, noun: &str) -> String {
+    let ending = match count {
+        1 => "",
+        _ if noun.ends_with('x') => "es",
+        _ => "s",
+    };
+    format!("{count} {noun}{ending}")
+}
+
 /// Formats a file size for people.
 pub fn format_size(bytes: u64) -> String {
     match bytes {
@@ -86,6 +96,13 @@ pub fn format_size(bytes: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_is_counted_in_the_singular() {
+        let counts = [(0, "file"), (1, "file"), (1, "mix"), (2, "mix")];
+        let texts = counts.map(|(count, noun)| format_count(count, noun));
+        assert_eq!(texts, ["0 files", "1 file", "1 mix", "2 mixes"]);
+    }
 
     #[test]
     fn numbers_end_and_words_begin_in_line() {

@@ -133,7 +133,7 @@ class Pins:
 
 
 def find_corners(
-    picture: ArrayLike, board: Board, *, detector: Detector = "auto", name: str = "the picture"
+    picture: ArrayLike, board: Board, *, detector: Detector = "auto", name: str = "the image"
 ) -> Corners:
     """Find a board's corners in an image.
 

@@ -112,7 +112,7 @@ fn folder(error: &ResumableFolderError) -> Option<String> {
         }
         ResumableFolderError::Damaged { .. } => "delete that file, and resume=True makes it again",
         ResumableFolderError::Changed { .. } => {
-            "if nobody edited them, the disk did: delete them, and resume=True makes them again"
+            "delete them, and resume=True makes them again; if nobody edited them, check the disk"
         }
         other => return other.hint(),
     };

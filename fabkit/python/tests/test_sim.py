@@ -184,7 +184,7 @@ def test_markers_are_tracked_by_name():
     assert marks.names == [f"column {i + 1}" for i in range(16)]
     with pytest.raises(fabkit.FabkitError, match="px"):
         marks.follow(pressed[:-1])
-    with pytest.raises(fabkit.FabkitError, match="no marks to follow"):
+    with pytest.raises(fabkit.FabkitError, match="no markers to track"):
         sim.MarkFollower("rtac0", np.zeros((480, 640), np.uint8))
 
 

@@ -21,6 +21,20 @@ pub struct SourceText {
 }
 
 /// Problems together with the texts that they point into.
+///
+/// ```
+/// use fabkit_files::diagnostics::{DiagnosedDesign, SourceText};
+/// use fabkit_files::{Error, ErrorKind};
+/// use fabkit_text::{InvalidDesign, YamlFault};
+///
+/// let fault = YamlFault::new(None, "", "the file is empty").in_file("my.yaml");
+/// let source = SourceText { file: "my.yaml".into(), text: String::new() };
+/// let design = DiagnosedDesign::new(InvalidDesign { problems: vec![fault] }, [source]);
+/// let error = Error::from(design);
+/// assert_eq!(error.kind(), ErrorKind::BadInput);
+/// assert_eq!(error.to_string(), "1 problem(s) in the design");
+/// assert!(error.downcast_ref::<DiagnosedDesign>().is_some_and(|design| design.texts.len() == 1));
+/// ```
 #[derive(Debug, thiserror::Error)]
 #[error("{invalid}")]
 pub struct DiagnosedDesign {
@@ -48,6 +62,21 @@ impl Explained for DiagnosedDesign {
 }
 
 /// Formats all problems and their count, with a final newline. `sources` are the files that they may be in.
+///
+/// ```
+/// use fabkit_files::diagnostics::{SourceText, format_problems};
+/// use fabkit_text::{Position, YamlFault};
+///
+/// let at = Position { line: 2, column: 11 };
+/// let mut problem =
+///     YamlFault::new(at, "surface.radius", "the radius is too large").in_file("my.yaml");
+/// problem.value = "900 mm".into();
+/// let text = "surface:\n  radius: 900 mm\n".to_owned();
+/// let shown = format_problems(&[problem], &[SourceText { file: "my.yaml".into(), text }]);
+/// let lines: Vec<&str> = shown.lines().collect();
+/// assert_eq!(lines[..2], ["error: the radius is too large", " --> my.yaml:2:11"]);
+/// assert_eq!(lines[2..], ["2 |   radius: 900 mm", "  |           ^^^^^^"]);
+/// ```
 pub fn format_problems(problems: &[Problem], sources: &[SourceText]) -> String {
     let mut out = String::new();
     for problem in problems {

@@ -28,6 +28,20 @@ impl DirectoryEntry {
 ///
 /// # Errors
 /// Those of the operating system, for the folder at once or for single entries.
+///
+/// ```
+/// use fabkit_files::directory_listing::list_entries;
+/// use fabkit_files::scratch_folder::ScratchFolder;
+///
+/// let folder = ScratchFolder::new()?;
+/// folder.make_folder("images")?;
+/// folder.write(".hidden", b"")?;
+/// let mut entries = list_entries(folder.path())?.collect::<Result<Vec<_>, _>>()?;
+/// entries.sort_by(|a, b| a.name.cmp(&b.name));
+/// let found: Vec<_> = entries.iter().map(|entry| (&*entry.name, entry.is_folder)).collect();
+/// assert_eq!(found, [(".hidden", false), ("images", true)]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn list_entries(folder: &Path) -> io::Result<impl Iterator<Item = io::Result<DirectoryEntry>>> {
     let entry = |entry: io::Result<fs::DirEntry>| {
         let entry = entry?;
@@ -46,6 +60,19 @@ pub fn list_entries(folder: &Path) -> io::Result<impl Iterator<Item = io::Result
 ///
 /// # Errors
 /// [`StagingError::Io`] for errors of the operating system.
+///
+/// ```
+/// use fabkit_files::directory_listing::list_visible_files;
+/// use fabkit_files::scratch_folder::ScratchFolder;
+///
+/// let folder = ScratchFolder::new()?;
+/// folder.write("shell.stl", b"")?;
+/// folder.write(".hidden", b"")?;
+/// folder.make_folder("boards")?;
+/// assert_eq!(list_visible_files(folder.path(), "parts/")?, ["parts/shell.stl"]);
+/// assert!(list_visible_files(&folder.path_of_file("none"), "")?.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn list_visible_files(folder: &Path, before: &str) -> Result<Vec<String>, StagingError> {
     let unreadable =
         |source| StagingError::Io { action: "read the folder", path: folder.into(), source };
@@ -97,6 +124,19 @@ pub fn canonical_path(path: &Path) -> PathBuf {
 ///
 /// # Errors
 /// [`StagingError::Io`] for errors of the operating system.
+///
+/// ```
+/// use fabkit_files::directory_listing::hash_file;
+/// use fabkit_files::scratch_folder::ScratchFolder;
+///
+/// let folder = ScratchFolder::new()?;
+/// folder.write("empty", b"")?;
+/// let hash = hash_file(&folder.path_of_file("empty"))?;
+/// // BLAKE3 of no bytes.
+/// assert!(hash.is_some_and(|hex| hex.len() == 64 && hex.starts_with("af1349b9")));
+/// assert_eq!(hash_file(folder.path())?, None);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn hash_file(path: &Path) -> Result<Option<String>, StagingError> {
     match fs::metadata(path) {
         Ok(found) if found.is_file() => {}

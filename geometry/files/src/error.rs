@@ -49,6 +49,24 @@ impl ErrorKind {
 }
 
 /// Error with a kind, a subject and a hint.
+///
+/// ```
+/// use fabkit_files::{Error, ErrorKind, Explained};
+///
+/// #[derive(Debug, thiserror::Error)]
+/// #[error("the wall is {0} mm; it must be at least 0.4 mm")]
+/// struct TooThin(f64);
+///
+/// impl Explained for TooThin {
+///     fn kind(&self) -> ErrorKind {
+///         ErrorKind::BadInput
+///     }
+/// }
+/// let error = Error::from(TooThin(0.1));
+/// assert_eq!(error.to_string(), "the wall is 0.1 mm; it must be at least 0.4 mm");
+/// // What is not stated follows from the kind.
+/// assert_eq!((error.subject().code.as_str(), error.hint()), ("bad_input", None));
+/// ```
 pub trait Explained: StdError {
     /// Returns the meaning for the caller.
     fn kind(&self) -> ErrorKind;
@@ -102,6 +120,17 @@ impl Error {
     }
 
     /// Joins several errors into one; returns `None` if there are none.
+    ///
+    /// ```
+    /// use fabkit_files::{Error, ErrorKind, UnknownName};
+    ///
+    /// let unknown = |name| Error::from(UnknownName::new("part", name, ["base"]));
+    /// let error = Error::join(vec![unknown("a"), Error::bug("b")]).expect("there are two");
+    /// assert_eq!(error.to_string(), "there is no part `a`\nerror: b");
+    /// assert_eq!((error.kind(), error.parts().len()), (ErrorKind::BadInput, 2));
+    /// assert!(Error::join(vec![unknown("a")]).is_some_and(|error| error.parts().is_empty()));
+    /// assert!(Error::join(Vec::new()).is_none());
+    /// ```
     pub fn join(mut errors: Vec<Self>) -> Option<Self> {
         if errors.len() > 1 { Some(Self(ErrorParts::Several(errors))) } else { errors.pop() }
     }
@@ -118,7 +147,7 @@ impl Error {
     fn first(&self) -> &(dyn Explained + Send + Sync + 'static) {
         match &self.0 {
             ErrorParts::One(error) => &**error,
-            // Never empty: see `all`.
+            // Never empty: see `join`.
             ErrorParts::Several(errors) => errors[0].first(),
         }
     }
@@ -192,6 +221,15 @@ pub fn join_messages(messages: &[impl ToString]) -> String {
 const MAX_LISTED_FAULTS: usize = 50;
 
 /// Joins the first faults and states the count of the others.
+///
+/// ```
+/// use fabkit_files::join_first_messages;
+///
+/// let faults: Vec<String> = (1..=52).map(|row| format!("row {row} is empty")).collect();
+/// let message = join_first_messages(&faults);
+/// assert!(message.starts_with("row 1 is empty\nerror: row 2 is empty\n"));
+/// assert!(message.ends_with("\nerror: row 50 is empty\nerror: and 2 more"));
+/// ```
 pub fn join_first_messages(faults: &[String]) -> String {
     let (count, shown) = (faults.len(), faults.len().min(MAX_LISTED_FAULTS));
     let message = join_messages(&faults[..shown]);

@@ -9,6 +9,22 @@ use serde_json::{Value, json};
 use crate::ErrorKind;
 
 /// Subject of an error that is not one of a text's problems.
+///
+/// ```
+/// use fabkit_files::ErrorSubject;
+///
+/// let subject = ErrorSubject {
+///     path: Some("surface.radius".into()),
+///     written: Some("900 mm".into()),
+///     suggestion: Some("60 mm".into()),
+///     ..ErrorSubject::new("out_of_range")
+/// };
+/// let json = subject.to_json("the radius is too large", None);
+/// assert_eq!(json["value"], 900.0);
+/// assert_eq!(json["unit"], "mm");
+/// assert_eq!(json["suggestion"]["value"], "60 mm");
+/// assert!(json["file"].is_null());
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ErrorSubject {
     /// Short name of the kind of error, stable across versions.
@@ -43,6 +59,20 @@ impl ErrorSubject {
 
     /// Creates a subject from an error of the operating system about a file; `otherwise` is the code for uncommon
     /// errors.
+    ///
+    /// ```
+    /// use std::io;
+    /// use std::path::Path;
+    ///
+    /// use fabkit_files::ErrorSubject;
+    ///
+    /// let code = |kind: io::ErrorKind| {
+    ///     ErrorSubject::from_io(Path::new("a.stl"), &kind.into(), "cannot_write").code
+    /// };
+    /// assert_eq!(code(io::ErrorKind::StorageFull), "disk_full");
+    /// assert_eq!(code(io::ErrorKind::NotFound), "file_missing");
+    /// assert_eq!(code(io::ErrorKind::BrokenPipe), "cannot_write");
+    /// ```
     pub fn from_io(path: &Path, error: &io::Error, otherwise: &str) -> Self {
         let code = match error.kind() {
             io::ErrorKind::NotFound => "file_missing",
@@ -76,6 +106,17 @@ impl ErrorSubject {
 }
 
 /// Converts a problem of a text to an entry of `problems` in a `fabkit-error` document.
+///
+/// ```
+/// use fabkit_files::problem_json;
+/// use fabkit_text::YamlFault;
+///
+/// let problem = YamlFault::new(None, "lens.k1", "k1 is missing").in_file("camera.yaml");
+/// let json = problem_json(&problem);
+/// assert_eq!(json["code"], "bad_yaml");
+/// assert_eq!(json["path"], "lens.k1");
+/// assert!(json["line"].is_null() && json["value"].is_null() && json["limit"].is_null());
+/// ```
 pub fn problem_json(problem: &Problem) -> Value {
     let some = |text: &str| Some(text.to_owned()).filter(|text| !text.is_empty());
     let (value, unit) =
@@ -99,6 +140,14 @@ pub fn problem_json(problem: &Problem) -> Value {
 }
 
 /// Splits a text into number and unit; a text that is not a number is returned as it is.
+///
+/// ```
+/// use fabkit_files::split_amount;
+///
+/// assert_eq!(split_amount("12.5 mm"), (12.5.into(), Some("mm".into())));
+/// assert_eq!(split_amount("8"), (8.0.into(), None));
+/// assert_eq!(split_amount("round"), ("round".into(), None));
+/// ```
 pub fn split_amount(text: &str) -> (Value, Option<String>) {
     match number_and_unit(text) {
         Some((number, unit)) => {
@@ -109,6 +158,17 @@ pub fn split_amount(text: &str) -> (Value, Option<String>) {
 }
 
 /// Describes the allowed values as JSON: both ends in one unit, or words; null if neither is known.
+///
+/// ```
+/// use fabkit_files::limit_json;
+///
+/// let limit = limit_json([Some("4 mm"), Some("60 mm")], &[]);
+/// assert_eq!(limit["min"], 4.0);
+/// assert_eq!(limit["max"], 60.0);
+/// assert_eq!(limit["unit"], "mm");
+/// assert_eq!(limit_json([None, None], &["round".into()])["choices"][0], "round");
+/// assert!(limit_json([None, None], &[]).is_null());
+/// ```
 pub fn limit_json(ends: [Option<&str>; 2], choices: &[String]) -> Value {
     let [min, max] = ends.map(|end| end.and_then(number_and_unit));
     // Null rather than an object without content.

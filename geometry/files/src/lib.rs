@@ -6,6 +6,23 @@
 //! on as [`Error`]. [`diagnostics`] prints problems of texts with their source lines.
 //!
 //! The crate knows no sensors, options or terminals.
+//!
+//! ```
+//! use fabkit_files::reading::{ExpectedFile, read_text};
+//! use fabkit_files::scratch_folder::ScratchFolder;
+//! use fabkit_files::staging::{OutputFile, write_all};
+//! use fabkit_files::{ErrorKind, Explained};
+//!
+//! const NOTE: ExpectedFile = ExpectedFile { what: "a note", max_bytes: 20, hint: "shorten it" };
+//! let folder = ScratchFolder::new()?;
+//! let file = |name: &str, text: &str| OutputFile { name: name.into(), bytes: text.into() };
+//! let files = [file("a.txt", "short"), file("b.txt", "longer than twenty bytes")];
+//! write_all(folder.path(), &files, &|| false)?;
+//! assert_eq!(read_text(&folder.path_of_file("a.txt"), NOTE)?, "short");
+//! let error = read_text(&folder.path_of_file("b.txt"), NOTE).unwrap_err();
+//! assert_eq!((error.kind(), error.hint().as_deref()), (ErrorKind::Limit, Some("shorten it")));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod diagnostics;
 pub mod directory_listing;

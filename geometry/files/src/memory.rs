@@ -24,6 +24,19 @@ const PROCESS_BYTES: u64 = 50 * MB;
 static LIMIT: AtomicU64 = AtomicU64::new(u64::MAX);
 
 /// Sets the limit for all threads, bytes.
+///
+/// ```
+/// use fabkit_files::memory::{
+///     DEFAULT_LIMIT, GB, MemoryHint, available_bytes, check_memory, set_limit,
+/// };
+///
+/// // Without a limit, everything is allowed.
+/// assert!(check_memory("a cast", 1000 * GB, MemoryHint::Rays).is_ok());
+/// set_limit(DEFAULT_LIMIT);
+/// assert_eq!(available_bytes(), 1_950_000_000);
+/// let refused = check_memory("a cast", 3 * GB, MemoryHint::Rays).unwrap_err();
+/// assert_eq!(refused.to_string(), "a cast takes 3.1GB of memory; the limit is 2GB");
+/// ```
 pub fn set_limit(bytes: u64) {
     LIMIT.store(bytes, Ordering::Relaxed);
 }
@@ -97,6 +110,18 @@ pub enum MemoryError {
 
 impl MemoryError {
     /// Returns a sufficient limit, in the form that [`parse`] reads.
+    ///
+    /// ```
+    /// use fabkit_files::memory::{GB, MemoryHint, check_memory, parse, set_limit};
+    ///
+    /// set_limit(GB);
+    /// let refused = check_memory("an image", GB, MemoryHint::Pixels).unwrap_err();
+    /// let limit = refused.sufficient_limit().unwrap_or_default();
+    /// assert_eq!(limit, "1.1GB");
+    /// set_limit(parse(&limit)?);
+    /// assert!(check_memory("an image", GB, MemoryHint::Pixels).is_ok());
+    /// # Ok::<(), String>(())
+    /// ```
     pub fn sufficient_limit(&self) -> Option<String> {
         match self {
             Self::TooMuch { bytes, .. } => Some(format_size_rounded_up(*bytes)),
@@ -135,6 +160,17 @@ pub fn check_memory(what: &str, bytes: u64, less: MemoryHint) -> Result<(), Memo
 ///
 /// # Errors
 /// [`MemoryError::TooMuch`] if there is no room for one.
+///
+/// ```
+/// use fabkit_files::memory::{GB, MB, MemoryHint, count_workers, set_limit};
+///
+/// set_limit(2 * GB);
+/// // 50 MB for the process and 450 MB for all leave 1.5 GB.
+/// assert_eq!(count_workers("casting", 450 * MB, 500 * MB, 16, MemoryHint::Rays)?, 3);
+/// assert_eq!(count_workers("casting", 450 * MB, MB, 16, MemoryHint::Rays)?, 16);
+/// assert!(count_workers("casting", 450 * MB, 2 * GB, 16, MemoryHint::Rays).is_err());
+/// # Ok::<(), fabkit_files::memory::MemoryError>(())
+/// ```
 pub fn count_workers(
     what: &str,
     shared: u64,
@@ -156,6 +192,16 @@ pub fn count_workers(
 ///
 /// # Errors
 /// As [`count_workers`]; those of `work`; [`MemoryError::Threads`].
+///
+/// ```
+/// use fabkit_files::memory::{GB, MB, MemoryError, MemoryHint, run_on_workers, set_limit};
+///
+/// set_limit(GB);
+/// let work = || Ok::<_, MemoryError>((1..=4).sum::<u32>());
+/// assert_eq!(run_on_workers("a sum", 0, MB, MemoryHint::Network, work)?, 10);
+/// assert!(run_on_workers("a sum", 0, GB, MemoryHint::Network, work).is_err());
+/// # Ok::<(), MemoryError>(())
+/// ```
 pub fn run_on_workers<R: Send, E: From<MemoryError> + Send>(
     what: &str,
     shared: u64,
@@ -177,6 +223,16 @@ pub fn run_on_workers<R: Send, E: From<MemoryError> + Send>(
 ///
 /// # Errors
 /// If there is no number, no known unit, or the size is outside [`LIMITS`].
+///
+/// ```
+/// use fabkit_files::memory::{GB, MB, parse};
+///
+/// assert_eq!(parse("500 MB"), Ok(500 * MB));
+/// assert_eq!(parse("1.5gb"), Ok(3 * GB / 2));
+/// assert_eq!(parse("2GiB"), Ok(1 << 31));
+/// assert_eq!(parse("2"), Err("has no unit; write for example 4GB".into()));
+/// assert_eq!(parse("1MB"), Err("1MB is not between 100MB and 1024GB".into()));
+/// ```
 pub fn parse(text: &str) -> Result<u64, String> {
     let text = text.trim();
     let at = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());

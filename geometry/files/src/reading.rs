@@ -28,6 +28,20 @@ pub struct ExpectedFile {
 pub const MAX_YAML_BYTES: u64 = 1 << 20;
 
 /// Reason why a file cannot be read.
+///
+/// ```
+/// use fabkit_files::Explained;
+/// use fabkit_files::reading::{ReadError, open};
+/// use fabkit_files::scratch_folder::ScratchFolder;
+///
+/// let folder = ScratchFolder::new()?;
+/// folder.write("camera.yaml", b"format: 1\n")?;
+/// let error = open(&folder.path_of_file("camrea.yaml")).unwrap_err();
+/// assert!(matches!(error, ReadError::Io { .. }));
+/// assert_eq!(error.hint().as_deref(), Some("did you mean `camera.yaml`?"));
+/// assert_eq!(error.subject().code, "file_missing");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// Error of the operating system.
@@ -124,6 +138,18 @@ fn suggest_similar_file(path: &Path) -> Option<String> {
 ///
 /// # Errors
 /// [`ReadError::Io`], [`ReadError::NotAFile`].
+///
+/// ```
+/// use fabkit_files::reading::{ReadError, open};
+/// use fabkit_files::scratch_folder::ScratchFolder;
+///
+/// let folder = ScratchFolder::new()?;
+/// folder.write("a.bin", &[0; 7])?;
+/// assert_eq!(open(&folder.path_of_file("a.bin"))?.1, 7);
+/// let refused = open(folder.path());
+/// assert!(matches!(refused, Err(ReadError::NotAFile { found: "a folder", .. })));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn open(path: &Path) -> Result<(File, u64), ReadError> {
     let failed = |source| ReadError::Io { path: path.into(), source };
     let check = |found: &std::fs::Metadata| {
@@ -153,6 +179,20 @@ pub fn open(path: &Path) -> Result<(File, u64), ReadError> {
 ///
 /// # Errors
 /// [`ReadError::Io`], [`ReadError::NotAFile`] and [`ReadError::TooLarge`].
+///
+/// ```
+/// use fabkit_files::reading::{ExpectedFile, read};
+/// use fabkit_files::scratch_folder::ScratchFolder;
+///
+/// let expected = ExpectedFile { what: "a key", max_bytes: 4, hint: "it has four bytes" };
+/// let folder = ScratchFolder::new()?;
+/// folder.write("good", b"1234")?;
+/// folder.write("long", b"12345")?;
+/// assert_eq!(read(&folder.path_of_file("good"), expected)?, b"1234");
+/// let error = read(&folder.path_of_file("long"), expected).unwrap_err();
+/// assert!(error.to_string().ends_with("has 5 bytes; a key has at most 4"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn read(path: &Path, expected: ExpectedFile) -> Result<Vec<u8>, ReadError> {
     let too_large = |found: String| ReadError::TooLarge { path: path.into(), found, expected };
     let (file, length) = open(path)?;
@@ -174,6 +214,18 @@ pub fn read(path: &Path, expected: ExpectedFile) -> Result<Vec<u8>, ReadError> {
 ///
 /// # Errors
 /// As [`read`]; [`ReadError::NotText`] with the line if the text is not UTF-8.
+///
+/// ```
+/// use fabkit_files::reading::{ExpectedFile, MAX_YAML_BYTES, ReadError, read_text};
+/// use fabkit_files::scratch_folder::ScratchFolder;
+///
+/// let expected = ExpectedFile { what: "a list", max_bytes: MAX_YAML_BYTES, hint: "" };
+/// let folder = ScratchFolder::new()?;
+/// folder.write("latin-1", b"one\nM\xfcnchen\n")?;
+/// let error = read_text(&folder.path_of_file("latin-1"), expected).unwrap_err();
+/// assert!(matches!(error, ReadError::NotText { line: 2, byte: 6, .. }));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn read_text(path: &Path, expected: ExpectedFile) -> Result<String, ReadError> {
     String::from_utf8(read(path, expected)?).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
@@ -212,7 +264,17 @@ pub fn compare_natural(a: &str, b: &str) -> Ordering {
     pieces(a).cmp(&pieces(b)).then_with(|| a.cmp(b))
 }
 
-/// Returns whether a path has the extension, in any case: `has_ending(path, "png")`.
+/// Returns whether a path has the extension, in any case: `has_extension(path, "png")`.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use fabkit_files::reading::has_extension;
+///
+/// assert!(has_extension(Path::new("image.PNG"), "png"));
+/// assert!(!has_extension(Path::new("image.png.txt"), "png"));
+/// assert!(!has_extension(Path::new("png"), "png"));
+/// ```
 pub fn has_extension(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
 }

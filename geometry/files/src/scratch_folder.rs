@@ -7,6 +7,20 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 /// Temporary folder that is removed with its content when this is dropped.
+///
+/// ```
+/// use fabkit_files::scratch_folder::ScratchFolder;
+///
+/// let folder = ScratchFolder::new()?;
+/// folder.write("in.txt", b"asked")?;
+/// // Another program would write its answer here.
+/// assert_eq!(folder.read("in.txt"), b"asked");
+/// assert!(folder.read("out.txt").is_empty());
+/// let path = folder.path().to_owned();
+/// drop(folder);
+/// assert!(!path.exists());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct ScratchFolder(TempDir);
 

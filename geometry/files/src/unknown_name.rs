@@ -3,6 +3,16 @@
 use crate::{ErrorKind, ErrorSubject, Explained};
 
 /// Error of an unknown name.
+///
+/// ```
+/// use fabkit_files::{Explained, UnknownName};
+///
+/// let unknown = |name| UnknownName::new("built-in sensor", name, ["rtac0", "digit"]);
+/// assert_eq!(unknown("rtac").to_string(), "there is no built-in sensor `rtac`");
+/// assert_eq!(unknown("rtac").hint(), "did you mean `rtac0`?");
+/// assert_eq!(unknown("lamp").hint(), "known: rtac0, digit");
+/// assert_eq!(unknown("lamp").subject().code, "unknown_sensor");
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no {what} `{name}`")]
 pub struct UnknownName {

@@ -7,6 +7,16 @@ use crate::print::PrintDefect;
 pub const TOLERANCE_RANGE_MM: std::ops::RangeInclusive<f64> = 1e-4..=5.0;
 
 /// Reason why a solid cannot be meshed.
+///
+/// ```
+/// use fabkit_geometry::Solid;
+/// use fabkit_mesh::{MeshError, mesh};
+/// let ball = Solid::sphere(2.0);
+/// assert_eq!(mesh(&Solid::below(0.0), 0.1), Err(MeshError::Unbounded));
+/// assert_eq!(mesh(&ball.clone().minus(Solid::sphere(3.0)), 0.1), Err(MeshError::Empty));
+/// assert_eq!(mesh(&ball, 0.0), Err(MeshError::Tolerance { tolerance_mm: 0.0 }));
+/// assert!(matches!(mesh(&Solid::sphere(-2.0), 0.1), Err(MeshError::Invalid(_))));
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
     /// Invalid solid.

@@ -5,6 +5,15 @@ use crate::facets::Facets;
 use crate::kernel;
 
 /// Convex polyhedron of triangles, counter-clockwise seen from outside.
+///
+/// ```
+/// use fabkit_mesh::convex_hull;
+/// let mut corners = vec![[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0]];
+/// assert_eq!(convex_hull(&corners)?.volume_mm3(), 0.0); // a triangle is flat
+/// corners.push([0.0, 0.0, 2.0]);
+/// assert!((convex_hull(&corners)?.volume_mm3() - 3.0).abs() < 1e-12); // 4.5 mm2 times 2 mm / 3
+/// # Ok::<(), fabkit_mesh::MeshError>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hull {
     /// Corner points, mm.
@@ -34,7 +43,7 @@ impl Hull {
 /// ```
 ///
 /// # Errors
-/// Points in one plane.
+/// Failure of the boolean kernel. Points in one plane are not an error: their hull is flat, with volume 0.
 pub fn convex_hull(points: &[[f64; 3]]) -> Result<Hull, MeshError> {
     let Facets { vertices, triangles, .. } = kernel::hull(points)?;
     Ok(Hull { vertices, triangles })

@@ -5,7 +5,6 @@
 //! rounded to `f32`, welded, and proven closed and oriented *after* that.
 //!
 //! Only this crate depends on the boolean kernel.
-//! This crate is the only one that knows the boolean kernel.
 //!
 //! ```
 //! use fabkit_geometry::Solid;
@@ -61,6 +60,18 @@ pub const DEFAULT_TOLERANCE_MM: f64 = 0.01;
 ///
 /// # Errors
 /// See [`MeshError`].
+///
+/// ```
+/// use fabkit_geometry::Solid;
+/// use fabkit_mesh::{TOLERANCE_RANGE_MM, mesh};
+/// let ball = Solid::sphere(10.0);
+/// let [coarse, fine] = [mesh(&ball, 0.1)?, mesh(&ball, 0.01)?];
+/// // Chords deviate with the square of their length: a tenth of the tolerance takes about ten times as many triangles.
+/// let ratio = fine.triangles.len() as f64 / coarse.triangles.len() as f64;
+/// assert!((5.0..20.0).contains(&ratio));
+/// assert!(mesh(&ball, TOLERANCE_RANGE_MM.start() / 2.0).is_err());
+/// # Ok::<(), fabkit_mesh::MeshError>(())
+/// ```
 pub fn mesh(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
     Ok(seams::correct_face_edges(
         mesh_without_refinement(solid, tolerance_mm)?,
@@ -74,6 +85,20 @@ pub fn mesh(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
 ///
 /// # Errors
 /// Same as for [`mesh`].
+///
+/// ```
+/// use fabkit_geometry::{Angle, Solid};
+/// use fabkit_mesh::mesh_without_refinement;
+/// let rod = Solid::rod(3.0, [-10.0, 10.0]);
+/// let common = rod.clone().and(rod.turned_x(Angle::from_deg(90.0).unwrap()));
+/// let exact_mm3 = 16.0 / 3.0 * 3f64.powi(3); // two cylinders that cross, by Archimedes
+/// let missing_mm3 =
+///     |mm| mesh_without_refinement(&common, mm).map(|mesh| exact_mm3 - mesh.volume_mm3());
+/// // A quarter of the tolerance, about a quarter of the error.
+/// assert!((3.0..5.0).contains(&(missing_mm3(0.4)? / missing_mm3(0.1)?)));
+/// assert!(missing_mm3(9.0).is_err()); // too coarse for a part
+/// # Ok::<(), fabkit_mesh::MeshError>(())
+/// ```
 pub fn mesh_without_refinement(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
     validate_and_mesh(solid, tolerance_mm, |solid, mm| evaluate::evaluate(solid, mm, true))
 }
@@ -83,6 +108,16 @@ pub fn mesh_without_refinement(solid: &Solid, tolerance_mm: f64) -> Result<TriMe
 ///
 /// # Errors
 /// Same as for [`mesh`].
+///
+/// ```
+/// use fabkit_geometry::Solid;
+/// use fabkit_mesh::{mesh, mesh_by_booleans};
+/// let drilled = Solid::sphere(5.0).minus(Solid::rod(1.0, [-6.0, 6.0]));
+/// let [fitted, cut] = [mesh(&drilled, 0.05)?, mesh_by_booleans(&drilled, 0.05)?];
+/// assert_eq!((fitted.genus(), cut.genus()), (1, 1));
+/// assert!((fitted.volume_mm3() - cut.volume_mm3()).abs() < 0.05 * fitted.area_mm2());
+/// # Ok::<(), fabkit_mesh::MeshError>(())
+/// ```
 pub fn mesh_by_booleans(solid: &Solid, tolerance_mm: f64) -> Result<TriMesh, MeshError> {
     let cut =
         validate_and_mesh(solid, tolerance_mm, |solid, mm| evaluate::evaluate(solid, mm, false))?;
@@ -117,11 +152,35 @@ fn to_mesh(solid: &Solid, facets: facets::Facets) -> TriMesh {
 ///
 /// # Errors
 /// Same as for [`mesh`], except that an empty intersection is not an error.
+///
+/// ```
+/// use fabkit_geometry::Solid;
+/// use fabkit_mesh::{DEFAULT_TOLERANCE_MM, intersection_volume_mm3};
+/// let block = Solid::cuboid(4.0, 4.0, 2.0);
+/// let common_mm3 =
+///     |z_mm| intersection_volume_mm3(&block, &block.clone().at_z(z_mm), DEFAULT_TOLERANCE_MM);
+/// assert!((common_mm3(1.5)? - 4.0 * 4.0 * 0.5).abs() < 1e-9);
+/// assert_eq!(common_mm3(3.0)?, 0.0); // 1 mm apart
+/// # Ok::<(), fabkit_mesh::MeshError>(())
+/// ```
 pub fn intersection_volume_mm3(a: &Solid, b: &Solid, tolerance_mm: f64) -> Result<f64, MeshError> {
     IntersectionCache::new(tolerance_mm).volume_mm3(a, b)
 }
 
 /// Computes intersections of pairs of solids, and caches each solid's mesh for reuse in other pairs and placements.
+///
+/// ```
+/// use fabkit_geometry::Solid;
+/// use fabkit_mesh::IntersectionCache;
+/// let mut cache = IntersectionCache::new(0.01);
+/// let (block, peg) = (Solid::cuboid(8.0, 8.0, 4.0), Solid::cuboid(1.0, 1.0, 10.0));
+/// // How deep a peg is pushed in from above, once for each depth.
+/// for depth_mm in [1.0, 2.0, 3.0] {
+///     let common_mm3 = cache.volume_mm3(&block, &peg.clone().at_z(4.0 - depth_mm))?;
+///     assert!((common_mm3 - depth_mm).abs() < 1e-9);
+/// }
+/// # Ok::<(), fabkit_mesh::MeshError>(())
+/// ```
 pub struct IntersectionCache {
     evaluator: evaluate::Evaluator,
     tolerance_mm: f64,

@@ -19,11 +19,33 @@ impl TriMesh {
     }
 
     /// Computes the number of through holes and handles, summed over connected shells: 1 - (V - E + F) / 2 per shell.
+    ///
+    /// ```
+    /// use fabkit_geometry::Solid;
+    /// use fabkit_mesh::mesh;
+    /// let holes = [-4.0, 0.0, 4.0].map(|x_mm| Solid::rod(1.0, [-0.1, 2.1]).at(x_mm, 0.0, 0.0));
+    /// let plate = Solid::cuboid(20.0, 6.0, 2.0).minus_all(holes);
+    /// assert_eq!(mesh(&plate, 0.1)?.genus(), 3);
+    /// // A blind hole is none.
+    /// let cup = Solid::cylinder(5.0, 8.0).minus(Solid::rod(4.0, [1.0, 8.1]));
+    /// assert_eq!(mesh(&cup, 0.1)?.genus(), 0);
+    /// # Ok::<(), fabkit_mesh::MeshError>(())
+    /// ```
     pub fn genus(&self) -> i32 {
         genus(self.vertices.len(), &self.triangles)
     }
 
     /// Returns the number of connected shells; a closed cavity counts as one.
+    ///
+    /// ```
+    /// use fabkit_geometry::Solid;
+    /// use fabkit_mesh::mesh;
+    /// let hollow = Solid::sphere(5.0).minus(Solid::sphere(3.0));
+    /// assert_eq!(mesh(&hollow, 0.1)?.shells(), 2); // one outside, one inside
+    /// let pair = Solid::sphere(1.0).plus(Solid::sphere(1.0).at(3.0, 0.0, 0.0));
+    /// assert_eq!(mesh(&pair, 0.1)?.shells(), 2); // two pieces
+    /// # Ok::<(), fabkit_mesh::MeshError>(())
+    /// ```
     pub fn shells(&self) -> usize {
         shells_and_vertices(self.vertices.len(), &self.triangles).0
     }
@@ -34,6 +56,14 @@ impl TriMesh {
     }
 
     /// Computes the smallest altitude over the longest edge of any triangle, mm, which reveals slivers.
+    ///
+    /// ```
+    /// use fabkit_geometry::Solid;
+    /// let brick = fabkit_mesh::mesh(&Solid::cuboid(3.0, 4.0, 12.0), 0.1)?;
+    /// // The face of 3 mm by 4 mm has a diagonal of 5 mm, and its corners are 3 * 4 / 5 mm from it.
+    /// assert!((brick.lowest_altitude_mm() - 2.4).abs() < 1e-12);
+    /// # Ok::<(), fabkit_mesh::MeshError>(())
+    /// ```
     pub fn lowest_altitude_mm(&self) -> f64 {
         let altitude = |t: &[u32; 3]| {
             let corners = t.map(|v| self.vertices[v as usize]);
@@ -49,12 +79,36 @@ impl TriMesh {
     }
 
     /// Returns the name of the feature that a triangle of `solid`'s mesh belongs to; empty if there is none.
+    ///
+    /// ```
+    /// use fabkit_geometry::Solid;
+    /// let vent = Solid::rod(1.0, [-0.1, 2.1]).named("vent");
+    /// let lid = Solid::cylinder(6.0, 2.0).minus(vent);
+    /// let triangles = fabkit_mesh::mesh(&lid, 0.1)?;
+    /// let of_vent = (0..triangles.triangles.len()).filter(|t| triangles.feature(*t, &lid) == "vent");
+    /// let on_wall =
+    ///     |v: &u32| triangles.vertices[*v as usize][0].hypot(triangles.vertices[*v as usize][1]);
+    /// let mut corners = of_vent.flat_map(|t| triangles.triangles[t]);
+    /// assert!(corners.all(|v| (on_wall(&v) - 1.0).abs() < 1e-9));
+    /// # Ok::<(), fabkit_mesh::MeshError>(())
+    /// ```
     pub fn feature<'a>(&self, triangle: usize, solid: &'a Solid) -> &'a str {
         feature_of(self.faces.get(triangle), solid)
     }
 }
 
 /// Closed, connected surface.
+///
+/// ```
+/// use fabkit_geometry::Solid;
+/// let hollow = Solid::cuboid(4.0, 4.0, 4.0).minus(Solid::cuboid(2.0, 2.0, 2.0).at_z(1.0));
+/// let shells = fabkit_mesh::mesh(&hollow, 0.1)?.to_print()?.shells();
+/// let [outer, void] = shells[..] else { panic!("two shells") };
+/// assert_eq!((outer.volume_mm3, outer.is_void()), (64.0, false));
+/// assert_eq!((void.volume_mm3, void.is_void()), (-8.0, true));
+/// assert_eq!(void.at_mm, [0.0, 0.0, 2.0]);
+/// # Ok::<(), fabkit_mesh::MeshError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shell {
     /// Enclosed volume, mm^3: negative for a cavity.

@@ -16,8 +16,18 @@ use halfedges::Halfedges;
 ///
 /// No two vertices are equal; every edge has exactly two triangles, in opposite directions; the triangles around a
 /// vertex form one fan; none has area 0; the volume is positive; the genus is that of the original mesh; and no vertex
-/// is farther from its original position than [`PrintMesh::MAX_DISPLACEMENT_ULPS`] spacings of `f32` values at the mesh's largest
-/// coordinate.
+/// is farther from its original position than [`PrintMesh::MAX_DISPLACEMENT_ULPS`] spacings of `f32` values at the
+/// mesh's largest coordinate.
+///
+/// ```
+/// use fabkit_geometry::Solid;
+/// let thin = Solid::cuboid(0.2, 0.2, 0.1);
+/// let file = fabkit_mesh::mesh(&thin, 0.01)?.to_print()?;
+/// // 0.1 is no number of 32 bits; the nearest one is written.
+/// assert_eq!(file.vertices().iter().map(|v| v[2]).fold(0.0, f32::max), 0.1f32);
+/// assert_eq!((file.vertices().len(), file.triangles().len(), file.faces().len()), (8, 12, 12));
+/// # Ok::<(), fabkit_mesh::MeshError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrintMesh {
     vertices: Vec<[f32; 3]>,
@@ -26,6 +36,17 @@ pub struct PrintMesh {
 }
 
 /// Defect that prevents a mesh from being written.
+///
+/// ```
+/// use fabkit_geometry::Solid;
+/// use fabkit_mesh::{MeshError, mesh};
+/// let mut open = mesh(&Solid::cuboid(2.0, 2.0, 2.0), 0.1)?;
+/// open.triangles.pop();
+/// open.faces.pop();
+/// let MeshError::Print(defect) = open.to_print().unwrap_err() else { panic!("it has a hole") };
+/// assert!(defect.at_mm.iter().all(|x_mm| x_mm.abs() <= 2.0)); // where the hole is
+/// # Ok::<(), MeshError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("after rounding to 32 bits, {problem} at ({:.4}, {:.4}, {:.4}) mm", at_mm[0], at_mm[1], at_mm[2])]
 pub struct PrintDefect {

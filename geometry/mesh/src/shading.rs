@@ -18,6 +18,18 @@ const TIP_COSINE: f64 = 0.99;
 const INTO: f64 = 0.01;
 
 /// Triangles with a normal at each corner. Where faces meet at an angle, one position has several vertices.
+///
+/// ```
+/// use fabkit_geometry::Solid;
+/// let shaded = |solid: &Solid| -> Result<_, fabkit_mesh::MeshError> {
+///     let file = fabkit_mesh::mesh(solid, 0.1)?.to_print()?;
+///     Ok((file.vertices().len(), file.with_exact_normals(solid).positions.len()))
+/// };
+/// assert_eq!(shaded(&Solid::cuboid(2.0, 2.0, 2.0))?, (8, 24)); // three faces meet at each corner
+/// let (corners, shaded_corners) = shaded(&Solid::sphere(5.0))?;
+/// assert_eq!(corners, shaded_corners); // smooth everywhere
+/// # Ok::<(), fabkit_mesh::MeshError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShadedMesh {
     /// Vertex positions, mm.
@@ -30,6 +42,17 @@ pub struct ShadedMesh {
 
 impl PrintMesh {
     /// Adds the normals of the exact surfaces of `solid`, in whose frame the mesh must be.
+    ///
+    /// ```
+    /// use fabkit_geometry::Solid;
+    /// let ball = Solid::sphere(5.0);
+    /// let shaded = fabkit_mesh::mesh(&ball, 0.5)?.to_print()?.with_exact_normals(&ball);
+    /// // Coarse as it is, each normal is that of the ball: the position over the radius.
+    /// for (position, normal) in shaded.positions.iter().zip(&shaded.normals) {
+    ///     assert!((0..3).all(|axis| (position[axis] / 5.0 - normal[axis]).abs() < 1e-6));
+    /// }
+    /// # Ok::<(), fabkit_mesh::MeshError>(())
+    /// ```
     pub fn with_exact_normals(&self, solid: &Solid) -> ShadedMesh {
         let outward = self.outward_surfaces(solid);
         let count = self.triangles().len();

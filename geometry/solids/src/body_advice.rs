@@ -3,7 +3,7 @@
 use crate::{Body, BodyKind, Order};
 
 impl Body {
-    /// Sets the order (article, quantity, supplier) of a bought body.
+    /// Sets the order (article, size, manufacturer) of a bought body.
     #[must_use]
     pub fn with_order(self, order: Order) -> Self {
         debug_assert!(self.kind == BodyKind::Bought, "{} is not bought", self.name);

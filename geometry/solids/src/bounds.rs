@@ -3,6 +3,15 @@
 use nalgebra::Point3;
 
 /// Axis-aligned box, mm. Infinite where a solid is unbounded.
+///
+/// ```
+/// use fabkit_geometry::{Aabb, Point3};
+/// let lid = Aabb { min: Point3::new(0.0, 0.0, 5.0), max: Point3::new(4.0, 4.0, 6.0) };
+/// let base = Aabb { min: Point3::origin(), max: Point3::new(4.0, 4.0, 2.0) };
+/// assert_eq!(lid.hull(&base).size_mm(), [4.0, 4.0, 6.0]);
+/// assert!(lid.common(&base).is_empty()); // 3 mm of air between them
+/// assert_eq!(Aabb::nothing().hull(&lid), lid);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
     /// Smallest corner, mm.

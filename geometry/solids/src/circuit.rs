@@ -56,6 +56,14 @@ pub struct BoardPlacement {
 impl BoardPlacement {
     /// Returns the placement of a body; `along` is the direction in the body's frame that becomes the part's x axis
     /// (bodies are drawn with their pins along x or along y).
+    ///
+    /// ```
+    /// use fabkit_geometry::{Angle, BoardPlacement, BoardSide, Pose, Vector3};
+    /// let quarter = Pose::rotation_z(Angle::from_deg(90.0).unwrap());
+    /// let sensor_from_led = Pose::translation(7.0, 0.0, -2.0).then_in(quarter);
+    /// let place = BoardPlacement::from_body_pose(&sensor_from_led, Vector3::x(), BoardSide::Top);
+    /// assert_eq!((place.at_mm, place.turn_rad), ([7.0, 0.0], std::f64::consts::FRAC_PI_2));
+    /// ```
     pub fn from_body_pose(sensor_from_body: &Pose, along: Vector3<f64>, side: BoardSide) -> Self {
         let at = sensor_from_body.point(Point3::origin());
         let along = sensor_from_body.vector(along);
@@ -63,6 +71,13 @@ impl BoardPlacement {
     }
 
     /// Converts a point of the part to the sensor's x and y, mm.
+    ///
+    /// ```
+    /// use fabkit_geometry::{BoardPlacement, BoardSide};
+    /// let pin = |side| BoardPlacement { at_mm: [10.0, 0.0], turn_rad: 0.0, side }.point([1.0, 0.5]);
+    /// assert_eq!(pin(BoardSide::Top), [11.0, 0.5]);
+    /// assert_eq!(pin(BoardSide::Bottom), [11.0, -0.5]); // seen through the board
+    /// ```
     pub fn point(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.turn_rad.sin_cos();
         // Parts on the lower side are seen through the board: y is mirrored before the turn.
@@ -136,6 +151,21 @@ pub enum KeepOutRegion {
 }
 
 /// Calculation for equal resistors, each in series with LEDs that are connected in parallel.
+///
+/// ```
+/// let four_leds = fabkit_geometry::SeriesResistor {
+///     designators: vec!["R1".into()],
+///     supply_v: 5.0,
+///     forward_v: 3.0,
+///     leds: 4,
+///     led_rated_a: 0.020,
+///     target_current_a: Some(0.010),
+///     ohms: 51.0,
+///     rated_w: 0.1,
+///     source: "data sheet".into(),
+/// };
+/// assert!((four_leds.exact_ohms().unwrap() - 50.0).abs() < 1e-9); // 2 V at 40 mA
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeriesResistor {
     /// Designators of these resistors.

@@ -2,6 +2,15 @@
 
 /// Projection law of a lens: distance from the image centre as a function of the angle to the optical axis. In the
 /// formulas r is that distance, f the focal length and a the angle, rad.
+///
+/// ```
+/// use fabkit_geometry::Projection;
+/// let angle_rad = 40f64.to_radians();
+/// assert_eq!(Projection::Equidistant.radius(angle_rad), angle_rad);
+/// let [sin, tan] = [20f64.to_radians().sin(), 20f64.to_radians().tan()];
+/// assert!((Projection::Equisolid.radius(angle_rad) - 2.0 * sin).abs() < 1e-5);
+/// assert!((Projection::Stereographic.radius(angle_rad) - 2.0 * tan).abs() < 1e-5);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Projection {
     /// r = f a.

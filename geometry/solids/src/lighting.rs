@@ -80,6 +80,15 @@ pub struct LiquidColumn {
 
 impl Lighting {
     /// Creates a lighting mode in which all placements of one body emit colourless light.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Lighting, VisibleEffect};
+    /// let coat = VisibleEffect::Slopes { coat: "coat".into(), printed: None };
+    /// let mut light = Lighting::from_body("white", "led", coat);
+    /// assert!(!light.is_colored());
+    /// light.light_sources[0].colors = vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    /// assert!(light.is_colored());
+    /// ```
     pub fn from_body(name: &'static str, lamp: impl Into<String>, effect: VisibleEffect) -> Self {
         let light_sources = vec![LightSourceGroup { body: lamp.into(), colors: vec![WHITE] }];
         Self { name, light_sources, effect, camera: None }
@@ -101,6 +110,14 @@ impl Lighting {
 
 impl LightSourceGroup {
     /// Returns the colour of a placement of the body, given its index among those in the finished sensor.
+    ///
+    /// ```
+    /// use fabkit_geometry::{LightSourceGroup, WHITE};
+    /// let (red, blue) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    /// let ring = LightSourceGroup { body: "led".into(), colors: vec![red, blue] };
+    /// assert_eq!([0, 1, 2, 3].map(|placement| ring.color(placement)), [red, blue, red, blue]);
+    /// assert_eq!(LightSourceGroup { body: "led".into(), colors: Vec::new() }.color(0), WHITE);
+    /// ```
     pub fn color(&self, placement: usize) -> Rgb {
         match self.colors.len() {
             0 => WHITE,

@@ -34,6 +34,14 @@ pub enum MarkerCarrier {
 impl Marker {
     /// Creates one marker per pose, in the order of the poses, whose z axes point outwards. Each marker lies `depth_mm`
     /// below its pose's origin and is named `word` and its number.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Marker, MarkerCarrier, Point3, Pose, Vector3};
+    /// let tip = Pose::translation(0.0, 0.0, 20.0);
+    /// let dots = Marker::place_below_poses("dot", &[tip], 1.5, 0.4, |_| MarkerCarrier::Gel);
+    /// assert_eq!((&*dots[0].name, dots[0].point), ("dot 1", Point3::new(0.0, 0.0, 18.5)));
+    /// assert_eq!(dots[0].axis, -Vector3::z()); // towards the camera below
+    /// ```
     pub fn place_below_poses(
         word: &str,
         poses: &[Pose],

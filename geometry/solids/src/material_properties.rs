@@ -83,6 +83,13 @@ impl MaterialClass {
 ///
 /// The scales overlap (a gel of 00-70 is a rubber of about A 20). Values are ordered by scale first, which separates
 /// soft from hard wherever limits lie in the middle of a scale.
+///
+/// ```
+/// use fabkit_geometry::Shore;
+/// assert!(Shore::OO(30.0) < Shore::A(10.0) && Shore::A(10.0) < Shore::A(30.0));
+/// assert!(Shore::OO(70.0) < Shore::A(10.0)); // by scale, although that gel is the harder one
+/// assert_eq!(Shore::A(30.0).to_string(), "Shore A 30");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub enum Shore {
     /// Shore 00, for gels.

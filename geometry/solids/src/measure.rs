@@ -17,6 +17,18 @@ pub struct VolumeEstimate {
 }
 
 /// Overlap of two bodies.
+///
+/// ```
+/// use fabkit_geometry::{CompiledSolid, Solid, measure::overlap_volume};
+/// let block = |z_mm| CompiledSolid::new(&Solid::cuboid(4.0, 4.0, 2.0).at_z(z_mm));
+/// let pressed = overlap_volume(&block(0.0)?, &block(1.5)?, 20_000)?;
+/// assert!((pressed.volume.value_mm3 - 4.0 * 4.0 * 0.5).abs() < 0.01);
+/// assert!(pressed.witness.is_some_and(|point| (1.5..=2.0).contains(&point.z)));
+/// // One on the other: they touch and share nothing.
+/// let stacked = overlap_volume(&block(0.0)?, &block(2.0)?, 20_000)?;
+/// assert_eq!((stacked.volume.value_mm3, stacked.witness), (0.0, None));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap {
     /// Common volume, mm^3; exactly 0 for bodies that are apart or only touch.
@@ -26,6 +38,16 @@ pub struct Overlap {
 }
 
 /// Reason why a volume cannot be computed.
+///
+/// ```
+/// use fabkit_geometry::measure::{MeasureError, ray_volume};
+/// use fabkit_geometry::{CompiledSolid, Solid};
+/// let table = Solid::below(0.0);
+/// assert_eq!(ray_volume(&CompiledSolid::new(&table)?, 1000), Err(MeasureError::Unbounded));
+/// let slab = table.and(Solid::cuboid_between([-1.0, -1.0, -2.0], [1.0, 1.0, 2.0]));
+/// assert!((ray_volume(&CompiledSolid::new(&slab)?, 20_000)?.value_mm3 - 8.0).abs() < 0.01);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MeasureError {
     /// Unbounded solid, such as a half-space.

@@ -75,6 +75,13 @@ impl Assembly {
 }
 
 /// Placement of a body in one assembly. A body may have several: a lid has one in each mold it closes.
+///
+/// ```
+/// use fabkit_geometry::{Assembly, Placement, Pose, Vector3};
+/// let raised = Placement::at(Assembly::sensor(), Pose::translation(0.0, 0.0, 12.0)).lifted(30.0);
+/// assert_eq!(raised.assembly_from_body, Pose::translation(0.0, 0.0, 12.0)); // stays in place
+/// assert_eq!(raised.explode_mm, Vector3::new(0.0, 0.0, 30.0));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placement {
     /// Assembly that the body is placed in.
@@ -130,6 +137,15 @@ impl Shells {
 }
 
 /// Change that a cut feature makes to a body.
+///
+/// ```
+/// use fabkit_geometry::{Body, CutFeature, Process, Solid};
+/// let bore =
+///     CutFeature { tools: vec![Solid::rod(1.5, [-0.1, 2.1])], handles: 1, ..CutFeature::default() };
+/// let plate = Body::made("plate", "holds the board", Process::Laser, Solid::cuboid(20.0, 20.0, 2.0));
+/// let plate = plate.cut(bore);
+/// assert_eq!((plate.solid.leaves().len(), plate.genus), (2, Some(1)));
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct CutFeature {
     /// Solids to subtract, in the frame of the body.
@@ -404,6 +420,14 @@ impl Body {
     }
 
     /// Sets the optical clarity, and the opacity in renderings to match.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Body, OpticalClarity, Solid};
+    /// let gel = Body::cast("gel", "soft core", Solid::sphere(10.0)).with_clarity(OpticalClarity::Clear);
+    /// assert_eq!(gel.opacity, 0.35);
+    /// let chosen = gel.opaque(0.2).with_clarity(OpticalClarity::Translucent);
+    /// assert_eq!(chosen.opacity, 0.2); // chosen by hand
+    /// ```
     #[must_use]
     pub fn with_clarity(mut self, clarity: OpticalClarity) -> Self {
         self.set_clarity(clarity);

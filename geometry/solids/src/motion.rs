@@ -16,6 +16,19 @@ pub struct Motion {
 }
 
 /// Leg of a path, in the assembly's frame.
+///
+/// ```
+/// use fabkit_geometry::{Angle, Motion, MotionLeg, Point3, Vector3};
+/// // A bayonet: down onto the base, then an eighth of a turn clockwise, seen from above.
+/// let lock = MotionLeg::Turn {
+///     point: Point3::origin(),
+///     axis: Vector3::z(),
+///     angle: Angle::from_deg(-45.0).unwrap(),
+///     rise_mm: 0.0,
+/// };
+/// let path = Motion::new(["tip".to_owned()], [MotionLeg::from_afar(-Vector3::z()), lock]);
+/// assert!(matches!(path.legs[0], MotionLeg::Straight { length_mm: None, .. })); // from outside of everything
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MotionLeg {
     /// Straight movement.
@@ -116,6 +129,15 @@ impl ToolAccess {
     }
 
     /// Adds an alternative space for the tool.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Occasion, Solid, ToolAccess};
+    /// let blade = || Solid::cuboid(6.0, 40.0, 1.0);
+    /// let pry = ToolAccess::new("screwdriver", blade().at(0.0, 25.0, 0.0))
+    ///     .with_alternative(blade().at(0.0, -25.0, 0.0))
+    ///     .with_occasion(Occasion::Removal);
+    /// assert_eq!(pry.spaces().count(), 2); // from either side
+    /// ```
     #[must_use]
     pub fn with_alternative(mut self, solid: Solid) -> Self {
         self.alternatives.push(solid);

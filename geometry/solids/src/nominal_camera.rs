@@ -20,6 +20,19 @@ pub struct NominalCamera {
 
 impl NominalCamera {
     /// Computes the focal length, px, such that the angle of view spans the image diagonal.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Angle, NominalCamera, NominalLens, Pose};
+    /// let camera = NominalCamera {
+    ///     sensor_from_camera: Pose::identity(),
+    ///     width_px: 640,
+    ///     height_px: 480,
+    ///     field_of_view: Angle::from_deg(160.0).unwrap(),
+    ///     lens: NominalLens::default(), // equidistant: r = f a
+    /// };
+    /// // Half the diagonal is 400 px and lies 80 degrees off the axis.
+    /// assert!((camera.focal_px() - 400.0 / 80f64.to_radians()).abs() < 1e-9);
+    /// ```
     pub fn focal_px(&self) -> f64 {
         let half_px = f64::from(self.width_px).hypot(f64::from(self.height_px)) / 2.0;
         half_px / self.lens.projection.radius(self.field_of_view.rad() / 2.0)

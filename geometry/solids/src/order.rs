@@ -36,6 +36,12 @@ pub struct Pack {
 
 impl Pack {
     /// Computes the number of packs that contain the needed quantity, in the pack's unit.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Pack, QuantityUnit};
+    /// let screws = Pack { amount: 100.0, unit: QuantityUnit::Piece };
+    /// assert_eq!([0.0, 1.0, 100.0, 101.0].map(|needed| screws.count(needed)), [0, 1, 1, 2]);
+    /// ```
     pub fn count(self, needed: f64) -> u32 {
         // Computed quantities carry rounding errors: ten times 0.1 must fit a pack of 1.
         const ROUNDING: f64 = 1e-9;
@@ -49,6 +55,15 @@ pub const UNSPECIFIED: &str = "any";
 /// Order of a bought body: article, size, and its data from the catalogue.
 ///
 /// The designer of a body gives article and size; one place fills in the rest from the catalogue.
+///
+/// ```
+/// use fabkit_geometry::{Order, UNSPECIFIED};
+/// let screw = Order::new("pan head screw ISO 7045", "M3x16").with_tool("screwdriver PH1");
+/// assert_eq!(screw.article_and_size(), "pan head screw ISO 7045 M3x16");
+/// assert_eq!((&*screw.maker, screw.price_eur), (UNSPECIFIED, None)); // the catalogue says more
+/// let tube = Order::new("silicone tube", "2x4").cut_to(35.0);
+/// assert_eq!(tube.length_mm, Some(35.0));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Order {
     /// Article name in the catalogue: `pan head screw ISO 7045`.

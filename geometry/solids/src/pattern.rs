@@ -14,7 +14,8 @@ pub const MAX_FEATURES: usize = 20_000;
 /// Pattern of repeated features.
 ///
 /// Each place is a [`Pose`] whose z axis is the feature's axis and whose x axis points away from the pattern's centre
-/// line. Places are listed from the centre outwards, in a fixed order.
+/// line; in a grid, all x axes are parallel to the pattern's. Places are listed from the centre outwards, in a fixed
+/// order.
 ///
 /// ```
 /// use fabkit_geometry::{Pattern, Point3};
@@ -75,6 +76,15 @@ pub enum Pattern {
 }
 
 /// Reason why a pattern is invalid.
+///
+/// ```
+/// use fabkit_geometry::{InvalidPattern, Pattern};
+/// let crowded = Pattern::Rings { spacing_mm: 2.0, counts: vec![3, 6] };
+/// assert_eq!(crowded.poses(), Err(InvalidPattern::CrowdedCentre { count: 3 }));
+/// let huge = Pattern::Grid { counts: [200, 200], spacing_mm: [1.0, 1.0] };
+/// let told = huge.poses().unwrap_err().to_string();
+/// assert_eq!(told, "the pattern holds 40000 features; the limit is 20000");
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidPattern {
     /// No feature.
@@ -124,6 +134,13 @@ fn positive(name: &'static str, value: f64) -> Result<(), InvalidPattern> {
 impl Pattern {
     /// Creates a pattern of the centre and `rings` circles around it with 6, 12, 18, ... places: every place is about
     /// `spacing_mm` from its neighbours.
+    ///
+    /// ```
+    /// use fabkit_geometry::Pattern;
+    /// assert_eq!(Pattern::six_per_ring(2, 1.5).count(), 1 + 6 + 12);
+    /// let alone = Pattern::Rings { spacing_mm: 1.5, counts: vec![1] };
+    /// assert_eq!(Pattern::six_per_ring(0, 1.5), alone);
+    /// ```
     pub fn six_per_ring(rings: u32, spacing_mm: f64) -> Self {
         let counts = (0..=rings).map(|k| if k == 0 { 1 } else { 6 * k }).collect();
         Self::Rings { spacing_mm, counts }
@@ -134,6 +151,18 @@ impl Pattern {
     ///
     /// # Errors
     /// Same as for [`Pattern::poses`].
+    ///
+    /// ```
+    /// use fabkit_geometry::{EllipsoidOffset, Pattern};
+    /// let ball = EllipsoidOffset { equatorial_mm: 10.0, polar_mm: 10.0, offset_mm: 0.0 };
+    /// let spacing_mm = 10.0 * 30f64.to_radians(); // a circle at every 30 degrees from the tip
+    /// let to_equator = Pattern::even_surface_rings(ball.clone(), 3, spacing_mm)?;
+    /// // Circles of radius 5, 8.66 and 10 mm have room for 6, 10.4 and 12 times 5.24 mm.
+    /// assert_eq!(to_equator.count(), 1 + 6 + 10 + 12);
+    /// // The far pole is 180 degrees from the tip: there is no seventh circle.
+    /// assert!(Pattern::even_surface_rings(ball, 7, spacing_mm).is_err());
+    /// # Ok::<(), fabkit_geometry::InvalidPattern>(())
+    /// ```
     pub fn even_surface_rings(
         surface: EllipsoidOffset,
         rings: u32,
@@ -225,6 +254,16 @@ impl Pattern {
     ///
     /// # Errors
     /// Same as for [`Pattern::poses`].
+    ///
+    /// ```
+    /// use fabkit_geometry::{Pattern, Solid};
+    /// let bolts = Pattern::Ring { count: 3, radius_mm: 8.0, phase_rad: 0.0 };
+    /// let holes = bolts.features("hole", &Solid::cylinder(1.5, 4.0).at_z(-1.0))?;
+    /// let plate = Solid::cylinder(12.0, 2.0).minus_all(holes);
+    /// let names: Vec<&str> = plate.leaves().iter().map(|leaf| leaf.feature).collect();
+    /// assert_eq!(names, ["", "hole 1", "hole 2", "hole 3"]);
+    /// # Ok::<(), fabkit_geometry::InvalidPattern>(())
+    /// ```
     pub fn features(&self, word: &str, feature: &Solid) -> Result<Vec<Solid>, InvalidPattern> {
         let place =
             |(i, pose)| feature.clone().placed(pose).named(format!("{word} {}", i + 1usize));

@@ -26,6 +26,15 @@ pub struct Pose {
 
 impl Pose {
     /// Creates a pose from its axes and origin; `None` unless the axes form a right-handed orthonormal frame.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Point3, Pose, Vector3};
+    /// let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
+    /// let looking_down = Pose::with_axes([x, -y, -z], Point3::new(0.0, 0.0, 50.0)).unwrap();
+    /// assert_eq!(looking_down.point(Point3::new(0.0, 0.0, 50.0)), Point3::origin());
+    /// assert!(Pose::with_axes([x, y, -z], Point3::origin()).is_none()); // left-handed
+    /// assert!(Pose::with_axes([2.0 * x, y, z], Point3::origin()).is_none()); // x is not of unit length
+    /// ```
     pub fn with_axes(axes: [Vector3<f64>; 3], origin: Point3<f64>) -> Option<Self> {
         Self::new(Matrix3::from_columns(&axes), origin.coords)
     }
@@ -69,6 +78,13 @@ impl Pose {
     /// The x axis follows by the smallest possible rotation, so that neighbouring axes get neighbouring frames
     /// everywhere but near -z (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017). `axis` need not be
     /// of unit length but must not be zero.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Point3, Pose, Vector3};
+    /// let seat = Pose::z_to(Vector3::new(0.0, 3.0, 0.0), Point3::new(0.0, 12.0, 5.0));
+    /// assert_eq!(seat.vector(Vector3::z()), Vector3::y());
+    /// assert_eq!(seat.point(Point3::new(0.0, 0.0, 2.0)), Point3::new(0.0, 14.0, 5.0));
+    /// ```
     pub fn z_to(axis: Vector3<f64>, point: Point3<f64>) -> Self {
         let n = axis.normalize();
         // The sign keeps the denominator below away from 0 for axes near -z.
@@ -85,6 +101,17 @@ impl Pose {
     }
 
     /// Composes two poses: `(a_from_b).then_in(b_from_c)` is `a_from_c`.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Angle, Point3, Pose};
+    /// let sensor_from_board = Pose::translation(0.0, 0.0, -10.0);
+    /// let board_from_led = Pose::translation(7.0, 0.0, 1.5);
+    /// let sensor_from_led = sensor_from_board.then_in(board_from_led);
+    /// assert_eq!(sensor_from_led.point(Point3::origin()), Point3::new(7.0, 0.0, -8.5));
+    /// // The right one acts first: with the board turned, the LED moves around the axis.
+    /// let turned = Pose::rotation_z(Angle::from_deg(90.0).unwrap()).then_in(board_from_led);
+    /// assert_eq!(turned.point(Point3::origin()), Point3::new(0.0, 7.0, 1.5));
+    /// ```
     #[must_use]
     pub fn then_in(&self, inner: Pose) -> Self {
         Self {
@@ -94,6 +121,15 @@ impl Pose {
     }
 
     /// Returns the inverse: `(a_from_b).inverse()` is `b_from_a`.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Angle, Point3, Pose};
+    /// let turn = Pose::rotation_z(Angle::from_deg(90.0).unwrap());
+    /// let sensor_from_camera = Pose::translation(0.0, 0.0, -30.0).then_in(turn);
+    /// let camera_from_sensor = sensor_from_camera.inverse();
+    /// assert_eq!(camera_from_sensor.point(Point3::new(0.0, 2.0, -30.0)), Point3::new(2.0, 0.0, 0.0));
+    /// assert_eq!(camera_from_sensor.then_in(sensor_from_camera), Pose::identity());
+    /// ```
     #[must_use]
     pub fn inverse(&self) -> Self {
         let back = self.rotation.transpose();
@@ -106,6 +142,13 @@ impl Pose {
     }
 
     /// Rotates a direction.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Point3, Pose, Vector3};
+    /// let lifted = Pose::translation(0.0, 0.0, 5.0);
+    /// assert_eq!(lifted.point(Point3::new(0.0, 0.0, 1.0)), Point3::new(0.0, 0.0, 6.0));
+    /// assert_eq!(lifted.vector(Vector3::z()), Vector3::z()); // a direction has no place
+    /// ```
     pub fn vector(&self, vector: Vector3<f64>) -> Vector3<f64> {
         self.rotation * vector
     }

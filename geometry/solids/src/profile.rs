@@ -119,6 +119,19 @@ impl Path {
     }
 
     /// Adds an arc of an axis-aligned ellipse.
+    ///
+    /// ```
+    /// use fabkit_geometry::{CompiledSolid, Path, Point3, Solid};
+    /// // A quarter of an ellipse, turned around z, is half an ellipsoid: 12 mm wide to each side, 15 mm high.
+    /// let quarter = Path::from([0.0, 0.0])
+    ///     .line([12.0, 0.0])
+    ///     .elliptic_arc([0.0, 15.0], [0.0, 0.0], [12.0, 15.0], true)
+    ///     .close();
+    /// let dome = CompiledSolid::new(&Solid::revolution(quarter))?;
+    /// assert!(dome.contains(&Point3::new(0.0, 0.0, 14.9)) && dome.contains(&Point3::new(0.0, 11.9, 0.1)));
+    /// assert!(!dome.contains(&Point3::new(12.0 * 0.8, 0.0, 15.0 * 0.61))); // 0.8^2 + 0.6^2 = 1
+    /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+    /// ```
     #[must_use]
     pub fn elliptic_arc(
         mut self,
@@ -162,6 +175,14 @@ impl Path {
     }
 
     /// Creates a closed polygon through the points.
+    ///
+    /// ```
+    /// use fabkit_geometry::Path;
+    /// let triangle = Path::polygon(&[[0.0, 0.0], [4.0, 0.0], [0.0, 3.0]]);
+    /// assert_eq!(triangle.signed_area_mm2(), 6.0); // counter-clockwise
+    /// let other_way = Path::polygon(&[[0.0, 0.0], [0.0, 3.0], [4.0, 0.0]]);
+    /// assert_eq!(other_way.signed_area_mm2(), -6.0);
+    /// ```
     pub fn polygon(points: &[[f64; 2]]) -> Self {
         let start = points.first().copied().unwrap_or_default();
         points.iter().skip(1).fold(Self::from(start), |path, &to| path.line(to)).close()
@@ -175,6 +196,14 @@ impl Path {
     }
 
     /// Creates an axis-aligned rectangle with rounded corners (sharp if `corner_mm` is 0).
+    ///
+    /// ```
+    /// use fabkit_geometry::Path;
+    /// let plate = Path::rectangle([0.0, 0.0], [20.0, 10.0], 2.0);
+    /// assert_eq!(plate.segments.len(), 8); // four edges, four corners
+    /// let lost_mm2 = (4.0 - std::f64::consts::PI) * 2.0 * 2.0; // four squares less one disc
+    /// assert!((plate.signed_area_mm2() - (200.0 - lost_mm2)).abs() < 1e-12);
+    /// ```
     pub fn rectangle(centre: [f64; 2], size_mm: [f64; 2], corner_mm: f64) -> Self {
         let [cx, cy] = centre;
         let (hx, hy, r) = (size_mm[0] / 2.0, size_mm[1] / 2.0, corner_mm);
@@ -200,6 +229,14 @@ impl Path {
     }
 
     /// Creates a slot with round ends: all points within `radius_mm` of the segment between two points.
+    ///
+    /// ```
+    /// use fabkit_geometry::Path;
+    /// let slot = Path::slot([0.0, 0.0], [3.0, 4.0], 1.5);
+    /// // A rectangle of 5 mm by 3 mm and two half discs.
+    /// let area_mm2 = 5.0 * 3.0 + std::f64::consts::PI * 1.5 * 1.5;
+    /// assert!((slot.signed_area_mm2() - area_mm2).abs() < 1e-12);
+    /// ```
     pub fn slot(from: [f64; 2], to: [f64; 2], radius_mm: f64) -> Self {
         let d = [to[0] - from[0], to[1] - from[1]];
         let scale = radius_mm / d[0].hypot(d[1]);
@@ -222,6 +259,14 @@ impl Path {
     /// Returns the path after an exact quarter turn counter-clockwise about the origin.
     ///
     /// Arcs of ellipses keep their half axes along x and y, which are exchanged.
+    ///
+    /// ```
+    /// use fabkit_geometry::Path;
+    /// let slot = Path::slot([0.0, 2.0], [6.0, 2.0], 1.0);
+    /// let turned = slot.quarter_turned();
+    /// assert_eq!(turned.start, [-1.0, 0.0]); // was [0, 1]
+    /// assert_eq!(turned.signed_area_mm2(), slot.signed_area_mm2());
+    /// ```
     #[must_use]
     pub fn quarter_turned(&self) -> Self {
         let mut turned = self.mapped(|[x, y]| [-y, x]);
@@ -308,6 +353,14 @@ impl Path {
     }
 
     /// Creates a sector of a ring around the origin, from `start` counter-clockwise to `end`.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Angle, Path};
+    /// let [start, end] = [30.0, 120.0].map(|deg| Angle::from_deg(deg).unwrap());
+    /// let sector = Path::ring_sector(3.0, 5.0, start, end);
+    /// let quarter_mm2 = std::f64::consts::PI * (5.0 * 5.0 - 3.0 * 3.0) / 4.0;
+    /// assert!((sector.signed_area_mm2() - quarter_mm2).abs() < 1e-12);
+    /// ```
     pub fn ring_sector(inner_mm: f64, outer_mm: f64, start: Angle, end: Angle) -> Self {
         let at = |r: f64, a: Angle| [r * a.rad().cos(), r * a.rad().sin()];
         Self::from(at(inner_mm, start))
@@ -322,6 +375,19 @@ impl Path {
 ///
 /// Paths must not cross themselves or each other, and holes lie inside the outer path and in no other hole; their
 /// direction does not matter.
+///
+/// ```
+/// use fabkit_geometry::{CompiledSolid, Path, Point3, Profile, Solid};
+/// let washer = Profile::new(Path::circle([0.0, 0.0], 5.0)).with_hole(Path::circle([0.0, 0.0], 2.0));
+/// let solid = CompiledSolid::new(&Solid::extrusion(washer, 1.0))?;
+/// assert!(
+///     solid.contains(&Point3::new(3.0, 0.0, 0.5)) && !solid.contains(&Point3::new(1.0, 0.0, 0.5))
+/// );
+/// // A hole outside of the outline is refused.
+/// let wrong = Profile::new(Path::circle([0.0, 0.0], 5.0)).with_hole(Path::circle([9.0, 0.0], 2.0));
+/// assert!(CompiledSolid::new(&Solid::extrusion(wrong, 1.0)).is_err());
+/// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Profile {

@@ -26,6 +26,14 @@ impl Profile {
     }
 
     /// Computes the length of all boundaries, mm. Lines and circular arcs only.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Path, Profile};
+    /// let plate = Profile::new(Path::rectangle([0.0, 0.0], [10.0, 6.0], 0.0));
+    /// assert_eq!(plate.boundary_mm(), 32.0);
+    /// let drilled = plate.with_hole(Path::circle([0.0, 0.0], 1.0));
+    /// assert!((drilled.boundary_mm() - (32.0 + 2.0 * std::f64::consts::PI)).abs() < 1e-12);
+    /// ```
     pub fn boundary_mm(&self) -> f64 {
         self.paths().map(path_length).sum()
     }

@@ -66,6 +66,16 @@ pub fn find_obstacle_boxes(
 
 /// Conservative raster of the projection of boxes along a direction: tells which of many parallel lines may pass one of
 /// the boxes. Some surplus cells are set.
+///
+/// ```
+/// use fabkit_geometry::{Aabb, Point3, Vector3, proofs::ProjectionRaster};
+/// // A box of 2 mm in the middle of a square of 20 mm, for lines along z.
+/// let small = Aabb { min: Point3::new(-1.0, -1.0, 0.0), max: Point3::new(1.0, 1.0, 3.0) };
+/// let across = [Vector3::x(), Vector3::y()];
+/// let raster = ProjectionRaster::from_boxes(&[small], &Point3::origin(), &across, [10.0, 10.0]);
+/// assert!(raster.may_meet_box([0.5, 0.5])); // through the middle
+/// assert!(!raster.may_meet_box([0.7, 0.5])); // at x = 4 mm
+/// ```
 #[derive(Clone, Debug)]
 pub struct ProjectionRaster {
     is_set: Vec<bool>,

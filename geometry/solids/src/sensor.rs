@@ -54,6 +54,21 @@ pub struct Detachable {
 /// Complete sensor, ready for export, rendering and checks.
 ///
 /// Sensor frame: origin at the centre of the sensing surface's base circle, +z toward the tip.
+///
+/// ```
+/// use fabkit_geometry::{Angle, Body, NominalCamera, NominalLens, Pose, Process, Sensor, Solid};
+/// let screw = Body::bought("screw", "M2 x 5", Solid::cylinder(1.0, 5.0));
+/// let base = Body::made("base", "carries all", Process::Fdm, Solid::cylinder(12.0, 3.0));
+/// let camera = NominalCamera {
+///     sensor_from_camera: Pose::translation(0.0, 0.0, -30.0),
+///     width_px: 640,
+///     height_px: 480,
+///     field_of_view: Angle::from_deg(120.0).unwrap(),
+///     lens: NominalLens::default(),
+/// };
+/// let sensor = Sensor::new("mine", "My sensor", "unpublished", camera, [screw, base]);
+/// assert_eq!((&*sensor.bodies[0].name, sensor.components().count()), ("base", 1)); // parts come first
+/// ```
 #[derive(Clone, Debug)]
 pub struct Sensor {
     /// Name, `[a-z0-9-]{1,64}`.
@@ -104,6 +119,18 @@ pub struct Sensor {
 }
 
 /// Sorts parts before layers before components, each in their own order. All lists and files use this order.
+///
+/// ```
+/// use fabkit_geometry::{Body, Process, Solid, sort_by_kind};
+/// let ball = || Solid::sphere(1.0);
+/// let led = Body::bought("led", "white, 0603", ball());
+/// let skin = Body::cast("skin", "black silicone", ball());
+/// let mold = Body::made("mold", "upper half", Process::Sla, ball());
+/// let core = Body::made("core", "inner half", Process::Sla, ball());
+/// let names: Vec<String> =
+///     sort_by_kind([led, skin, mold, core]).into_iter().map(|b| b.name).collect();
+/// assert_eq!(names, ["mold", "core", "skin", "led"]);
+/// ```
 pub fn sort_by_kind(bodies: impl IntoIterator<Item = Body>) -> Vec<Body> {
     // A separate non-generic function, so that it is compiled once and not for every iterator type.
     fn sorted(mut bodies: Vec<Body>) -> Vec<Body> {

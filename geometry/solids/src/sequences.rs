@@ -2,6 +2,15 @@
 //!
 //! All sampling, here and in dependent crates, uses this module, so that no result depends on a generator whose next
 //! version yields other numbers.
+//!
+//! ```
+//! use fabkit_geometry::sequences::halton;
+//! // Of eight points in a row, one lies in each eighth of the first axis.
+//! let mut eighths: Vec<u32> = (0..8).map(|index| (8.0 * halton(index, 2, 1)[0]) as u32).collect();
+//! eighths.sort_unstable();
+//! assert_eq!(eighths, [0, 1, 2, 3, 4, 5, 6, 7]);
+//! assert_eq!(halton(5, 2, 1), halton(5, 2, 1)); // no state: any point, at any time
+//! ```
 
 /// Golden angle, rad: `pi (3 - sqrt(5))`, the angle between successive points of a sunflower pattern (Vogel, Math.
 /// Biosciences 44, 1979).
@@ -180,6 +189,17 @@ impl SplitMix64 {
     }
 
     /// Shuffles items uniformly (Fisher-Yates).
+    ///
+    /// ```
+    /// use fabkit_geometry::sequences::SplitMix64;
+    /// let shuffled = |seed| {
+    ///     let mut order: Vec<u32> = (0..10).collect();
+    ///     SplitMix64::new(seed).shuffle(&mut order);
+    ///     order
+    /// };
+    /// assert_eq!(shuffled(3), shuffled(3));
+    /// assert_ne!(shuffled(3), shuffled(4));
+    /// ```
     pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for last in (1..items.len()).rev() {
             // The bias of the remainder is far below one in a billion.

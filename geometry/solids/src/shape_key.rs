@@ -5,6 +5,14 @@ use crate::{Path, Profile, Segment, Solid};
 impl Solid {
     /// Returns a key that is equal for two solids exactly if they are the same tree with the same numbers, apart from
     /// names.
+    ///
+    /// ```
+    /// use fabkit_geometry::Solid;
+    /// let hole = Solid::cylinder(1.0, 5.0);
+    /// assert_eq!(hole.clone().named("hole 1").shape_key(), hole.clone().named("hole 2").shape_key());
+    /// // The same points, but another tree.
+    /// assert_ne!(hole.clone().at_z(0.0).shape_key(), hole.shape_key());
+    /// ```
     pub fn shape_key(&self) -> Vec<u64> {
         let mut key = Vec::new();
         write(self, &mut key);

@@ -116,6 +116,21 @@ impl TouchSurface {
     }
 
     /// Computes the smallest radius of curvature, mm; infinite if the surface is flat.
+    ///
+    /// ```
+    /// use fabkit_geometry::{DomeSurface, EllipsoidOffset, FixtureGrip, Path, TouchSurface};
+    /// let grip = FixtureGrip {
+    ///     outline: Path::circle([0.0, 0.0], 12.0),
+    ///     top_z_mm: 0.0,
+    ///     bottom_z_mm: -20.0,
+    ///     clear_radius_mm: 10.0,
+    ///     key: None,
+    ///     threads: Vec::new(),
+    /// };
+    /// let dome = EllipsoidOffset { equatorial_mm: 12.0, polar_mm: 16.0, offset_mm: 0.0 };
+    /// let dome = DomeSurface { dome, centre_z_mm: 0.0, foot_z_mm: 0.0, max_indentation_mm: 1.5, grip };
+    /// assert_eq!(TouchSurface::from(dome).least_curvature_radius_mm(), 9.0); // 12^2 / 16, at the tip
+    /// ```
     pub fn least_curvature_radius_mm(&self) -> f64 {
         match self {
             Self::Dome(DomeSurface { dome, .. }) => {
@@ -240,6 +255,22 @@ impl DomeSurface {
     /// upwards; sensor frame.
     ///
     /// A positive offset gives the surface's clearance; a negative one gives the material that lies at least that deep.
+    ///
+    /// ```
+    /// use fabkit_geometry::{CompiledSolid, DomeSurface, EllipsoidOffset, FixtureGrip, Path};
+    /// let grip = FixtureGrip {
+    ///     outline: Path::circle([0.0, 0.0], 15.0),
+    ///     top_z_mm: 0.0,
+    ///     bottom_z_mm: -20.0,
+    ///     clear_radius_mm: 13.0,
+    ///     key: None,
+    ///     threads: Vec::new(),
+    /// };
+    /// let dome = EllipsoidOffset { equatorial_mm: 15.0, polar_mm: 15.0, offset_mm: 0.0 };
+    /// let dome = DomeSurface { dome, centre_z_mm: 6.0, foot_z_mm: 0.0, max_indentation_mm: 1.5, grip };
+    /// assert_eq!(CompiledSolid::new(&dome.solid(0.5, 0.0))?.bounds().max.z, 6.0 + 15.0 + 0.5);
+    /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+    /// ```
     pub fn solid(&self, by_mm: f64, from_z_mm: f64) -> Solid {
         let EllipsoidOffset { equatorial_mm, polar_mm, offset_mm } = self.dome;
         let offset_mm = offset_mm + by_mm;

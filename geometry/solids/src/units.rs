@@ -25,6 +25,14 @@ pub struct Length(f64);
 pub struct Angle(f64);
 
 /// Error in parsing a length or an angle.
+///
+/// ```
+/// use fabkit_geometry::{Angle, Length};
+/// let told = "12.5".parse::<Length>().unwrap_err().to_string();
+/// assert_eq!(told, "`12.5` has no unit; write for example `12.5 mm`");
+/// let told = "3 mm".parse::<Angle>().unwrap_err().to_string();
+/// assert_eq!(told, "`mm` is not a unit of angle; use deg or rad");
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum UnitError {
     /// Number without a unit, which would be ambiguous.
@@ -78,6 +86,13 @@ impl Angle {
     }
 
     /// Creates an angle from degrees; `None` if it is not finite.
+    ///
+    /// ```
+    /// use fabkit_geometry::Angle;
+    /// let right = Angle::from_deg(90.0).unwrap();
+    /// assert_eq!((right.rad(), right.to_string()), (std::f64::consts::FRAC_PI_2, "90 deg".into()));
+    /// assert!(Angle::from_deg(f64::NAN).is_none());
+    /// ```
     pub fn from_deg(deg: f64) -> Option<Self> {
         Self::from_rad(deg.to_radians())
     }

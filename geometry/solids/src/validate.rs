@@ -26,6 +26,15 @@ pub struct Violation {
 }
 
 /// Error of a tree that describes no solid, with all violations.
+///
+/// ```
+/// use fabkit_geometry::Solid;
+/// let plate = Solid::cuboid(10.0, 0.0, 2.0).minus(Solid::cylinder(-1.0, 4.0));
+/// let violations = plate.validate().unwrap_err().violations;
+/// let places: Vec<&str> = violations.iter().map(|violation| violation.place.as_str()).collect();
+/// assert_eq!(places, ["difference/of/cuboid", "difference/minus[0]/cylinder"]);
+/// assert!(violations[1].problem.starts_with("radius is -1 mm"));
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("not a solid: {}", list(.violations))]
 pub struct InvalidSolid {

@@ -7,6 +7,16 @@ use serde_json::{Value as Json, json};
 use crate::{Reader, Scalar, ValueKind};
 
 /// Parameter or section, as declared.
+///
+/// ```
+/// use fabkit_geometry::Length;
+/// use fabkit_text::{FieldDeclaration, FieldShape, Parameter};
+///
+/// let shape = Length::shape(&(1.0..=20.0));
+/// let radius = FieldDeclaration { name: "radius", summary: "Outer radius.".into(), shape };
+/// let FieldShape::Value { is_list, allowed, .. } = radius.shape else { panic!("it is a value") };
+/// assert_eq!((is_list, allowed.as_str()), (false, "1 mm to 20 mm"));
+/// ```
 #[derive(Clone, Debug)]
 pub struct FieldDeclaration {
     /// Key in YAML.
@@ -36,6 +46,27 @@ pub enum FieldShape {
 }
 
 /// Content that can stand behind a key: a section or a value.
+///
+/// ```
+/// use fabkit_geometry::Length;
+/// use fabkit_text::{Dialect, TextLayer, TextPlace, parameters, read_section};
+///
+/// parameters! {
+///     /// A gel.
+///     pub struct Gel {
+///         /// Hardness, Shore 00.
+///         hardness: Option<f64> = 0.0..=100.0,
+///         /// Diameters of dots.
+///         dots: Vec<Length> = (1..=3, 0.1..=5.0),
+///     }
+/// }
+/// const GEL: &Dialect = &Dialect::new("gel", 1, "");
+/// let place = TextPlace::new(TextLayer::File, "gel.yaml", GEL);
+/// let gel: Gel = read_section("format: 1\ndots: [0.5 mm, 1 mm]\n", &place)?;
+/// assert_eq!((gel.hardness, gel.dots.len()), (None, 2));
+/// assert!(read_section::<Gel>("format: 1\ndots: [0.5 mm, 9 mm]\n", &place).is_err());
+/// # Ok::<(), fabkit_text::InvalidDesign>(())
+/// ```
 pub trait Parameter: Sized + Clone {
     /// Type of the limits; `()` for sections and where the type itself is the limit.
     type Limits;
@@ -246,11 +277,21 @@ impl<T: Scalar> Parameter for Vec<T> {
 }
 
 /// Joins `surface` and `radius` to `surface.radius`.
+///
+/// ```
+/// assert_eq!(fabkit_text::join("surface", "radius"), "surface.radius");
+/// assert_eq!(fabkit_text::join("", "radius"), "radius");
+/// ```
 pub fn join(section: &str, key: &str) -> String {
     if section.is_empty() { key.to_owned() } else { format!("{section}.{key}") }
 }
 
 /// Returns the first paragraph of a documentation comment, given line by line.
+///
+/// ```
+/// let summary = fabkit_text::summary(&[" Radius of the", " dome.", "", " Details."]);
+/// assert_eq!(summary, "Radius of the dome.");
+/// ```
 pub fn summary(lines: &[&str]) -> String {
     let paragraph = lines.iter().map(|line| line.trim()).take_while(|line| !line.is_empty());
     paragraph.collect::<Vec<_>>().join(" ")

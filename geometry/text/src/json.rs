@@ -15,6 +15,20 @@ pub struct InvalidDocument {
 }
 
 /// Kind of JSON document.
+///
+/// ```
+/// use fabkit_text::{Json, JsonFormat};
+///
+/// const BOARD: JsonFormat =
+///     JsonFormat { what: "board", format: "board", version: 1, max_bytes: 1000 };
+/// let text = r#"{"format": "board", "version": 1, "squares": 8}"#;
+/// let board: Json = BOARD.read(text, &BOARD.parse(text)?)?;
+/// assert_eq!(board["squares"], 8);
+/// let newer = r#"{"format": "board", "version": 2}"#;
+/// let error = BOARD.read::<Json>(newer, &BOARD.parse(newer)?).unwrap_err();
+/// assert!(error.to_string().starts_with("not a board: format \"board\" version 2;"));
+/// # Ok::<(), fabkit_text::InvalidDocument>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct JsonFormat {
     /// Name of the kind, for messages.
@@ -37,6 +51,14 @@ impl JsonFormat {
     ///
     /// # Errors
     /// The problems, if there are any.
+    ///
+    /// ```
+    /// let board = fabkit_text::JsonFormat { what: "board", format: "board", version: 1, max_bytes: 1000 };
+    /// assert!(board.accept(Vec::new()).is_ok());
+    /// let problems = vec!["rows is 0; at least 2".to_owned(), "there is no pitch".to_owned()];
+    /// let error = board.accept(problems).unwrap_err();
+    /// assert_eq!(error.to_string(), "not a board: rows is 0; at least 2; there is no pitch");
+    /// ```
     pub fn accept(&self, problems: Vec<String>) -> Result<(), InvalidDocument> {
         if problems.is_empty() {
             Ok(())

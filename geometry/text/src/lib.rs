@@ -11,6 +11,30 @@
 //! limits ([`Reader`]); and last the rules that relate several values ([`RuleReport`]).
 //!
 //! serde is not used for these files because it stops at the first error and loses the positions of values.
+//!
+//! ```
+//! use fabkit_geometry::Length;
+//! use fabkit_text::{Dialect, TextLayer, TextPlace, parameters, read_section};
+//!
+//! parameters! {
+//!     /// A washer.
+//!     pub struct Washer {
+//!         /// Outer radius.
+//!         radius: Length = 1.0..=20.0,
+//!         /// Number of holes.
+//!         holes: u32 = 1..=4,
+//!     }
+//! }
+//! const WASHER: &Dialect = &Dialect::new("washer", 1, "");
+//! let place = TextPlace::new(TextLayer::File, "washer.yaml", WASHER);
+//! let washer: Washer = read_section("format: 1\nradius: 1.2 cm\nholes: 2\n", &place)?;
+//! assert_eq!((washer.radius.mm(), washer.holes), (12.0, 2));
+//! let invalid = read_section::<Washer>("format: 1\nradius: 12\nholes: 9\n", &place).unwrap_err();
+//! let says = "radius is `12`, which has no unit; it must be between 1 mm and 20 mm";
+//! assert_eq!(invalid.problems[0].to_string(), format!("washer.yaml:2:9: {says}"));
+//! assert_eq!(invalid.problems[1].hint.as_deref(), Some("the nearest allowed value is 4"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod declare;
 mod expression;

@@ -7,6 +7,18 @@ use crate::tree::{Position, YamlContent, YamlEntry, YamlNode};
 use crate::{InvalidDesign, ParameterTable, Reader, Scalar, Section, to_printable};
 
 /// Parses a text whose top level is a mapping. Reports the problem and returns `None` if it is not.
+///
+/// ```
+/// use fabkit_text::{Dialect, TextLayer, TextPlace, read_mapping};
+///
+/// const PINS: &Dialect = &Dialect::new("pin field", 1, " and `rows: N`");
+/// let place = TextPlace::new(TextLayer::File, "pins.yaml", PINS);
+/// let mut found = Vec::new();
+/// let entries = read_mapping("rows: 4\ncolumns: 5\n", &place, &mut found).unwrap_or_default();
+/// assert_eq!((entries.len(), entries[1].key.as_str(), found.len()), (2, "columns", 0));
+/// assert!(read_mapping("just words", &place, &mut found).is_none());
+/// assert_eq!(found[0].problem.hint.as_deref(), Some("begin with `format: 1` and `rows: N`"));
+/// ```
 pub fn read_mapping(
     yaml: &str,
     place: &TextPlace,
@@ -28,6 +40,18 @@ pub fn read_mapping(
 }
 
 /// Removes `format:` from the entries and reports a missing or wrong one.
+///
+/// ```
+/// use fabkit_text::{Dialect, TextLayer, TextPlace, read_mapping, take_format};
+///
+/// const PINS: &Dialect = &Dialect::new("pin field", 1, "");
+/// let place = TextPlace::new(TextLayer::File, "pins.yaml", PINS);
+/// let mut found = Vec::new();
+/// let mut entries = read_mapping("format: 2\nrows: 4\n", &place, &mut found).unwrap_or_default();
+/// take_format(&mut entries, &place, &mut found);
+/// assert_eq!((entries.len(), entries[0].key.as_str()), (1, "rows"));
+/// assert_eq!(found[0].problem.message, "format is `2`; this version of fabkit reads 1");
+/// ```
 pub fn take_format(
     entries: &mut Vec<YamlEntry>,
     place: &TextPlace,
@@ -54,6 +78,20 @@ pub fn take_format(
 
 /// Removes `key` from the entries and returns its word with its place. Reports a value that is not a single word;
 /// returns `None` without a report if the key is absent.
+///
+/// ```
+/// use fabkit_text::{Dialect, TextLayer, TextPlace, read_mapping, take_word};
+///
+/// const PINS: &Dialect = &Dialect::new("pin field", 1, "");
+/// let place = TextPlace::new(TextLayer::File, "pins.yaml", PINS);
+/// let mut found = Vec::new();
+/// let mut entries = read_mapping("name: fine\nrows: [1]\n", &place, &mut found).unwrap_or_default();
+/// let mut take = |key| take_word(&mut entries, key, &place, &mut found).map(|(word, _)| word);
+/// assert_eq!(take("name").as_deref(), Some("fine"));
+/// assert_eq!((take("columns"), take("rows")), (None, None));
+/// // Only the list is a mistake: a key may be absent.
+/// assert_eq!((found.len(), found[0].problem.path.as_str()), (1, "rows"));
+/// ```
 pub fn take_word(
     entries: &mut Vec<YamlEntry>,
     key: &str,
@@ -78,6 +116,25 @@ pub fn take_word(
 ///
 /// # Errors
 /// All problems, each with place, value, limit and a hint.
+///
+/// ```
+/// use fabkit_text::{Dialect, TextLayer, TextPlace, parameters, read_section};
+///
+/// parameters! {
+///     /// A field of pins.
+///     pub struct Pins {
+///         /// Rows.
+///         rows: u32 = 1..=9,
+///         /// Columns.
+///         columns: u32 = 1..=9,
+///     }
+/// }
+/// const PINS: &Dialect = &Dialect::new("pin field", 1, "");
+/// let place = TextPlace::new(TextLayer::File, "pins.yaml", PINS);
+/// let invalid = read_section::<Pins>("rows: 90\nrwos: 9\n", &place).unwrap_err();
+/// let paths: Vec<&str> = invalid.problems.iter().map(|problem| &*problem.path).collect();
+/// assert_eq!(paths, ["format", "columns", "rows", "rwos"]);
+/// ```
 pub fn read_section<P: Section>(yaml: &str, place: &TextPlace) -> Result<P, InvalidDesign> {
     let mut document = ParameterTable::new(P::fields(), place.clone());
     let mut found = Vec::new();
@@ -95,6 +152,20 @@ pub fn read_section<P: Section>(yaml: &str, place: &TextPlace) -> Result<P, Inva
 }
 
 /// Reader of single nodes that collects their problems.
+///
+/// ```
+/// use fabkit_text::{Dialect, NodeReader, TextLayer, TextPlace, parse};
+///
+/// const PINS: &Dialect = &Dialect::new("pin field", 1, "");
+/// let (tree, _) = parse("rows: 12\ncolumns: 5\n", PINS)?;
+/// let mut reader = NodeReader::new(TextPlace::new(TextLayer::File, "pins.yaml", PINS));
+/// let mut count = |key| tree.get(key).and_then(|node| reader.read_count(key, node, [1, 9]));
+/// assert_eq!([count("rows"), count("columns")], [None, Some(5)]);
+/// let invalid = reader.into_invalid();
+/// let says = "pins.yaml:1:7: rows is 12; it must be a whole number from 1 to 9";
+/// assert_eq!(invalid.problems[0].to_string(), says);
+/// # Ok::<(), fabkit_text::YamlFault>(())
+/// ```
 #[derive(Debug)]
 pub struct NodeReader {
     /// Place of the whole text.
@@ -124,6 +195,20 @@ impl NodeReader {
     }
 
     /// Parses one value and checks its limits; reports and returns `None` if it is wrong.
+    ///
+    /// ```
+    /// use fabkit_geometry::Length;
+    /// use fabkit_text::{Dialect, NodeReader, Position, TextLayer, TextPlace};
+    ///
+    /// const PIN: &Dialect = &Dialect::new("pin", 1, "");
+    /// let mut reader = NodeReader::new(TextPlace::new(TextLayer::File, "pin.yaml", PIN));
+    /// let at = Position { line: 2, column: 9 };
+    /// let radius = reader.read_value::<Length>(at, "radius", "9 cm", &(4.0..=60.0));
+    /// assert_eq!(radius, None);
+    /// let facts = &reader.found[0].problem.facts;
+    /// assert_eq!((facts.code, facts.at_most.as_deref()), ("out_of_range", Some("60 mm")));
+    /// assert_eq!(facts.suggestion.as_ref().map(|meant| meant.value.as_str()), Some("60 mm"));
+    /// ```
     pub fn read_value<T: Scalar>(
         &mut self,
         at: Position,
@@ -169,6 +254,18 @@ impl NodeReader {
     }
 
     /// Returns the items of a list.
+    ///
+    /// ```
+    /// use fabkit_text::{Dialect, NodeReader, TextLayer, TextPlace, parse};
+    ///
+    /// const PINS: &Dialect = &Dialect::new("pin field", 1, "");
+    /// let (tree, _) = parse("heights: [1 mm, 2 mm]\nnames: left\n", PINS)?;
+    /// let mut reader = NodeReader::new(TextPlace::new(TextLayer::File, "pins.yaml", PINS));
+    /// let mut items = |key| tree.get(key).map(|node| reader.read_list(key, node).len());
+    /// assert_eq!([items("heights"), items("names")], [Some(2), Some(0)]);
+    /// assert_eq!(reader.found[0].problem.message, "names must be a list");
+    /// # Ok::<(), fabkit_text::YamlFault>(())
+    /// ```
     pub fn read_list<'n>(&mut self, key: &str, node: &'n YamlNode) -> &'n [YamlNode] {
         if !node.is_list() {
             let hint = format!("write `{key}: [a, b]`");
@@ -195,6 +292,18 @@ impl NodeReader {
     ///
     /// # Errors
     /// All problems, in the order of the file.
+    ///
+    /// ```
+    /// use fabkit_text::{Dialect, NodeReader, Position, TextLayer, TextPlace};
+    ///
+    /// const PIN: &Dialect = &Dialect::new("pin", 1, "");
+    /// let reader = || NodeReader::new(TextPlace::new(TextLayer::File, "pin.yaml", PIN));
+    /// assert_eq!(reader().finish(Some(7))?, 7);
+    /// let mut strict = reader();
+    /// strict.report_problem(Position { line: 1, column: 1 }, "colour", "red", "unknown", "remove it");
+    /// assert!(strict.finish(Some(7)).is_err());
+    /// # Ok::<(), fabkit_text::InvalidDesign>(())
+    /// ```
     pub fn finish<T>(self, value: Option<T>) -> Result<T, InvalidDesign> {
         // A value may exist although problems were found.
         value.filter(|_| self.found.is_empty()).ok_or_else(|| self.into_invalid())

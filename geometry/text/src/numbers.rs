@@ -32,6 +32,23 @@ pub struct NumericParameter {
 
 impl NumericParameter {
     /// Formats a value as it would be written.
+    ///
+    /// ```
+    /// use fabkit_text::{NumericParameter, SourceKind, TextLayer, ValueKind};
+    ///
+    /// let radius = NumericParameter {
+    ///     path: "surface.radius".into(),
+    ///     kind: ValueKind::Length,
+    ///     range: [4.0, 60.0],
+    ///     source: SourceKind::Paper,
+    ///     layer: TextLayer::File,
+    ///     is_expression: false,
+    ///     value: Some(15.0),
+    ///     tolerance: None,
+    /// };
+    /// assert_eq!(radius.format_value(15.5), "15.5 mm");
+    /// assert_eq!(radius.format_value(-0.0), "0 mm");
+    /// ```
     pub fn format_value(&self, value: f64) -> String {
         // Adding 0 turns `-0` into `0`.
         let value = value + 0.0;
@@ -45,6 +62,25 @@ impl NumericParameter {
 
 impl ParameterTable {
     /// Replaces expressions by their values.
+    ///
+    /// ```
+    /// use fabkit_geometry::Length;
+    /// use fabkit_text::{
+    ///     Dialect, FieldDeclaration, Parameter, ParameterTable, TextLayer, TextPlace, apply_overrides,
+    /// };
+    ///
+    /// const WASHER: &Dialect = &Dialect::new("washer", 1, "");
+    /// let shape = Length::shape(&(0.1..=20.0));
+    /// let length = |name| FieldDeclaration { name, summary: String::new(), shape: shape.clone() };
+    /// let place = TextPlace::new(TextLayer::File, "washer.yaml", WASHER);
+    /// let mut table = ParameterTable::new(vec![length("radius"), length("wall"), length("lip")], place);
+    /// let set = ["radius=6 mm", "wall== radius / 4 + 0.5 mm", "lip== radius + 1"].map(String::from);
+    /// apply_overrides(&mut table, &set);
+    /// table.resolve();
+    /// assert_eq!(table.numbers()[1].value, Some(2.0));
+    /// // A length plus a plain number is nothing.
+    /// assert_eq!(table.found[0].problem.path, "lip");
+    /// ```
     pub fn resolve(&mut self) {
         resolve(self);
     }
@@ -89,6 +125,24 @@ impl ParameterTable {
     }
 
     /// Writes values over the present ones, as if they were overrides.
+    ///
+    /// ```
+    /// use std::collections::BTreeMap;
+    ///
+    /// use fabkit_geometry::Length;
+    /// use fabkit_text::{
+    ///     Dialect, FieldDeclaration, Parameter, ParameterTable, TextLayer, TextPlace, ValueKind,
+    /// };
+    ///
+    /// const WASHER: &Dialect = &Dialect::new("washer", 1, "");
+    /// let shape = Length::shape(&(1.0..=20.0));
+    /// let radius = FieldDeclaration { name: "radius", summary: "Radius.".into(), shape };
+    /// let place = TextPlace::new(TextLayer::File, "washer.yaml", WASHER);
+    /// let mut table = ParameterTable::new(vec![radius], place);
+    /// table.override_values(&BTreeMap::from([("radius".to_owned(), "0.8 cm".to_owned())]));
+    /// assert_eq!(table.number("radius", ValueKind::Length), Some(8.0));
+    /// assert_eq!(table.numbers()[0].layer, TextLayer::Override);
+    /// ```
     pub fn override_values(&mut self, values: &BTreeMap<String, String>) {
         let place = TextPlace::new(TextLayer::Override, OVERRIDE_FILE_NAME, self.root.dialect);
         for (path, text) in values {

@@ -11,6 +11,23 @@ use crate::{FieldShape, TextLayer, UNKNOWN_PARAMETER, ValueSource, to_printable}
 pub const OVERRIDE_FILE_NAME: &str = "--set";
 
 /// Merges `path=value` overrides over a document. Problems go to the document.
+///
+/// ```
+/// use fabkit_geometry::Length;
+/// use fabkit_text::{
+///     Dialect, FieldDeclaration, Parameter, ParameterTable, TextLayer, TextPlace, apply_overrides,
+/// };
+///
+/// const WASHER: &Dialect = &Dialect::new("washer", 1, "");
+/// let shape = Length::shape(&(1.0..=20.0));
+/// let radius = FieldDeclaration { name: "radius", summary: "Radius.".into(), shape };
+/// let place = TextPlace::new(TextLayer::File, "washer.yaml", WASHER);
+/// let mut table = ParameterTable::new(vec![radius], place);
+/// apply_overrides(&mut table, &["radius = 9 mm".into(), "raduis=8 mm".into(), "radius".into()]);
+/// assert_eq!(table.written("radius").map(|value| value.text.to_printable()), Some("9 mm".into()));
+/// let codes: Vec<&str> = table.found.iter().map(|found| found.problem.facts.code).collect();
+/// assert_eq!(codes, ["unknown_parameter", "bad_override"]);
+/// ```
 pub fn apply_overrides(document: &mut ParameterTable, overrides: &[String]) {
     let place = TextPlace::new(TextLayer::Override, OVERRIDE_FILE_NAME, document.root.dialect);
     // First value of each path, to report paths that are set twice.

@@ -15,6 +15,24 @@ use crate::{
 };
 
 /// All written values, from every layer.
+///
+/// ```
+/// use fabkit_geometry::Length;
+/// use fabkit_text::{
+///     Dialect, FieldDeclaration, Parameter, ParameterTable, TextLayer, TextPlace, read_mapping,
+/// };
+///
+/// const WASHER: &Dialect = &Dialect::new("washer", 1, "");
+/// let shape = Length::shape(&(1.0..=20.0));
+/// let radius = FieldDeclaration { name: "radius", summary: "Radius.".into(), shape };
+/// let place = TextPlace::new(TextLayer::File, "washer.yaml", WASHER);
+/// let mut table = ParameterTable::new(vec![radius], place.clone());
+/// let entries = read_mapping("radius: 7 mm\nradus: 8 mm\n", &place, &mut table.found);
+/// table.merge(entries.unwrap_or_default(), &place);
+/// assert_eq!(table.paths(), ["radius"]);
+/// assert_eq!(table.written("radius").map(|value| value.text.to_printable()), Some("7 mm".into()));
+/// assert_eq!(table.found[0].problem.hint.as_deref(), Some("did you mean `radius`?"));
+/// ```
 #[derive(Clone, Debug)]
 pub struct ParameterTable {
     /// Keys of the file. Shared by the copies that are made to try other values.
@@ -188,6 +206,27 @@ impl ParameterTable {
 
     /// Merges the entries of one text at the height of `layer`: over lower layers, but below `layer` itself and those
     /// above it.
+    ///
+    /// ```
+    /// use fabkit_text::{
+    ///     Dialect, FieldDeclaration, Parameter, ParameterTable, TextLayer, TextPlace, ValueKind,
+    ///     read_mapping,
+    /// };
+    ///
+    /// const PINS: &Dialect = &Dialect::new("pin field", 1, "");
+    /// let count = |name| FieldDeclaration { name, summary: String::new(), shape: u32::shape(&(1..=9)) };
+    /// let mut table = ParameterTable::new(
+    ///     vec![count("rows"), count("columns")],
+    ///     TextPlace::new(TextLayer::File, "pins.yaml", PINS),
+    /// );
+    /// let entries = |yaml, place| read_mapping(yaml, place, &mut Vec::new()).unwrap_or_default();
+    /// let base = TextPlace::new(TextLayer::Base, "built in", PINS);
+    /// let file = table.root.clone();
+    /// table.merge(entries("rows: 2\n", &file), &file);
+    /// table.merge_below(entries("rows: 5\ncolumns: 6\n", &base), &base, TextLayer::Base);
+    /// assert_eq!(table.number("rows", ValueKind::Count), Some(2.0));
+    /// assert_eq!(table.number("columns", ValueKind::Count), Some(6.0));
+    /// ```
     pub fn merge_below(&mut self, entries: Vec<YamlEntry>, place: &TextPlace, layer: TextLayer) {
         let mut laid = Self::new(Vec::new(), self.root.clone());
         laid.fields = Arc::clone(&self.fields);

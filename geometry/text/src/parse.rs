@@ -23,6 +23,20 @@ pub type Parsed = (YamlNode, Vec<YamlFault>);
 ///
 /// # Errors
 /// The first fault that makes the text unreadable: what follows it would be guesswork.
+///
+/// ```
+/// use fabkit_text::{Dialect, parse};
+///
+/// const PINS: &Dialect = &Dialect::new("pin field", 1, "");
+/// let (tree, repeated) = parse("rows: 4\nrows: 5\n", PINS)?;
+/// assert_eq!(tree.get("rows").and_then(|rows| rows.text()), Some("4"));
+/// assert_eq!(repeated.len(), 1);
+/// let tab = parse("pins:\n\trows: 4\n", PINS).unwrap_err();
+/// assert_eq!(tab.message, "a tab is used for indentation");
+/// // What could grow when it is read is refused where it stands.
+/// assert!(parse("a: &x 1\nb: *x\n", PINS).is_err());
+/// # Ok::<(), fabkit_text::YamlFault>(())
+/// ```
 pub fn parse(text: &str, dialect: &'static Dialect) -> Result<Parsed, YamlFault> {
     if text.len() > MAX_BYTES {
         let message = format!("the file has {} bytes; at most {MAX_BYTES} are read", text.len());

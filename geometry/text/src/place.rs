@@ -8,6 +8,17 @@ use crate::tree::{Dialect, Position, YamlFault};
 use crate::{Problem, ProblemFacts, Suggestion, ValueSource, to_printable};
 
 /// Place in one of the texts.
+///
+/// ```
+/// use fabkit_text::{Dialect, Position, TextLayer, TextPlace};
+///
+/// const WASHER: &Dialect = &Dialect::new("washer", 1, "");
+/// let place = TextPlace::new(TextLayer::File, "washer.yaml", WASHER);
+/// let at = place.at(Position { line: 2, column: 9 });
+/// let found = at.problem("radius", "0 mm", "radius is 0 mm".into()).hint("write at least 1 mm");
+/// assert_eq!(found.problem.to_string(), "washer.yaml:2:9: radius is 0 mm");
+/// assert_eq!(found.problem.hint.as_deref(), Some("write at least 1 mm"));
+/// ```
 #[derive(Clone, Debug)]
 pub struct TextPlace {
     /// Layer of the text.
@@ -72,6 +83,17 @@ impl LocatedProblem {
     }
 
     /// Sorts problems: those of the file in its order, then those of `--set`, then those of extended files.
+    ///
+    /// ```
+    /// use fabkit_text::{Dialect, LocatedProblem, TextLayer, TextPlace};
+    ///
+    /// const WASHER: &Dialect = &Dialect::new("washer", 1, "");
+    /// let problem =
+    ///     |layer, file| TextPlace::new(layer, file, WASHER).problem("radius", "0 mm", "too small".into());
+    /// let found = vec![problem(TextLayer::Override, "--set"), problem(TextLayer::File, "washer.yaml")];
+    /// let files = LocatedProblem::sort(found).into_iter().map(|problem| problem.file);
+    /// assert!(files.eq(["washer.yaml", "--set"]));
+    /// ```
     pub fn sort(mut found: Vec<Self>) -> Vec<Problem> {
         found.sort_by_key(|f| (f.layer, f.problem.line, f.problem.column));
         found.into_iter().map(|f| f.problem).collect()

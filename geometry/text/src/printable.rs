@@ -1,8 +1,16 @@
 //! Safe printing of foreign text on a terminal.
 
-/// Returns text from a file as it may be printed on a terminal: one line, no control characters, at most 60 characters.
+/// Returns text from a file as it may be printed on a terminal: one line, no control characters, cut after 60
+/// characters of the text.
+///
+/// ```
+/// use fabkit_text::to_printable;
+///
+/// assert_eq!(to_printable("7 mm\n\u{1b}[31m"), "7 mm\\n\\u{1b}[31m");
+/// assert_eq!(to_printable(&"x".repeat(1000)).chars().count(), 61);
+/// ```
 pub fn to_printable(text: &str) -> String {
-    /// Maximum length of the result, characters.
+    /// Number of characters of the text that are shown.
     const LONGEST: usize = 60;
     let mut safe = String::new();
     for (i, c) in text.chars().enumerate() {

@@ -5,6 +5,24 @@ use std::fmt;
 use crate::facts::ProblemFacts;
 
 /// One problem of a design.
+///
+/// ```
+/// use fabkit_text::{Problem, ProblemFacts};
+///
+/// let problem = Problem {
+///     file: "washer.yaml".into(),
+///     line: Some(2),
+///     column: Some(9),
+///     path: "radius".into(),
+///     value: "90 mm".into(),
+///     message: "radius is 90 mm; it must be between 1 mm and 20 mm".into(),
+///     hint: None,
+///     facts: ProblemFacts::new("out_of_range"),
+/// };
+/// assert_eq!(problem.to_string(), format!("washer.yaml:2:9: {}", problem.message));
+/// let nowhere = Problem { file: "--set".into(), line: None, column: None, ..problem };
+/// assert_eq!(nowhere.to_string(), format!("--set: {}", nowhere.message));
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// File name, or `--set`.

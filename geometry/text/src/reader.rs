@@ -14,6 +14,27 @@ use crate::{
 };
 
 /// Reader of parameters by path.
+///
+/// ```
+/// use fabkit_geometry::Length;
+/// use fabkit_text::{
+///     Dialect, FieldDeclaration, Parameter, ParameterTable, Reader, TextLayer, TextPlace,
+///     apply_overrides,
+/// };
+///
+/// const WASHER: &Dialect = &Dialect::new("washer", 1, "");
+/// let limits_mm = 1.0..=20.0;
+/// let shape = Length::shape(&limits_mm);
+/// let radius = FieldDeclaration { name: "radius", summary: "Radius.".into(), shape };
+/// let place = TextPlace::new(TextLayer::File, "washer.yaml", WASHER);
+/// let mut table = ParameterTable::new(vec![radius], place);
+/// apply_overrides(&mut table, &["radius=1.5 cm".into()]);
+/// let mut reader = Reader::new(table);
+/// let radius = Length::read(&mut reader, "radius", "Radius.", &limits_mm);
+/// assert_eq!(radius.map(Length::mm), Some(15.0));
+/// assert_eq!(reader.take_settings()[0].limits, "1 mm to 20 mm");
+/// assert!(reader.finish(None).is_clean());
+/// ```
 #[derive(Debug)]
 pub struct Reader {
     document: ParameterTable,
@@ -32,13 +53,23 @@ impl Reader {
         Self { document, settings: Vec::new(), missing: Vec::new(), found, known: None }
     }
 
-    /// Attaches data for look-ups by `Reader::known`.
+    /// Attaches data for look-ups by [`Reader::context`].
     #[must_use]
     pub fn with_context<K: Any + Send + Sync>(self, known: K) -> Self {
         Self { known: Some(Arc::new(known)), ..self }
     }
 
     /// Returns the attached data that values may name, for example materials.
+    ///
+    /// ```
+    /// use fabkit_text::{Dialect, ParameterTable, Reader, TextLayer, TextPlace};
+    ///
+    /// const WASHER: &Dialect = &Dialect::new("washer", 1, "");
+    /// let place = TextPlace::new(TextLayer::File, "washer.yaml", WASHER);
+    /// let reader = Reader::new(ParameterTable::new(Vec::new(), place)).with_context(vec!["brass"]);
+    /// assert_eq!(reader.context::<Vec<&str>>(), Some(&vec!["brass"]));
+    /// assert_eq!(reader.context::<String>(), None);
+    /// ```
     pub fn context<K: Any + Send + Sync>(&self) -> Option<&K> {
         self.known.as_deref()?.downcast_ref()
     }
@@ -50,6 +81,29 @@ impl Reader {
 
     /// Reads a text that names something else, and records the name that `fabkit show` prints for it. `allowed`
     /// describes the allowed texts for people.
+    ///
+    /// ```
+    /// use fabkit_text::{
+    ///     Dialect, FieldDeclaration, Parameter, ParameterTable, Reader, Refusal, TextLayer, TextPlace,
+    ///     apply_overrides,
+    /// };
+    ///
+    /// const PAD: &Dialect = &Dialect::new("pad", 1, "");
+    /// let shape = String::shape(&(1..=20));
+    /// let gel = FieldDeclaration { name: "gel", summary: "Gel.".into(), shape };
+    /// let place = TextPlace::new(TextLayer::File, "pad.yaml", PAD);
+    /// let mut table = ParameterTable::new(vec![gel], place);
+    /// apply_overrides(&mut table, &["gel=sofft".into()]);
+    /// let mut reader = Reader::new(table);
+    /// let young_mpa = reader.read_lookup("gel", "Gel.", "soft or hard", |name| match name {
+    ///     "soft" => Ok((0.1, name.to_owned())),
+    ///     "hard" => Ok((2.0, name.to_owned())),
+    ///     _ => Err(Refusal::not_a_choice(name, &["soft", "hard"])),
+    /// });
+    /// assert_eq!(young_mpa, None);
+    /// let invalid = reader.finish(None).into_invalid();
+    /// assert_eq!(invalid.problems[0].hint.as_deref(), Some("did you mean `soft`?"));
+    /// ```
     pub fn read_lookup<T>(
         &mut self,
         path: &str,
@@ -203,6 +257,29 @@ impl Reader {
     }
 
     /// Ends reading: reports missing parameters, with lines of the example, and returns the report for rules.
+    ///
+    /// ```
+    /// use fabkit_geometry::Length;
+    /// use fabkit_text::{
+    ///     Dialect, FieldDeclaration, Parameter, ParameterTable, Reader, TextLayer, TextPlace,
+    ///     apply_overrides, limits,
+    /// };
+    ///
+    /// const WASHER: &Dialect = &Dialect::new("washer", 1, "");
+    /// let shape = Length::shape(&(1.0..=20.0));
+    /// let radius = FieldDeclaration { name: "radius", summary: "Radius.".into(), shape };
+    /// let place = TextPlace::new(TextLayer::File, "washer.yaml", WASHER);
+    /// let mut table = ParameterTable::new(vec![radius], place);
+    /// apply_overrides(&mut table, &["radius=9 mm".into()]);
+    /// let mut reader = Reader::new(table);
+    /// let radius = Length::read(&mut reader, "radius", "Radius.", &(1.0..=20.0)).expect("it is valid");
+    /// let mut report = reader.finish(None);
+    /// limits! { report: radius <= 5.0, "the shaft is no longer"; }
+    /// let problem = &report.into_invalid().problems[0];
+    /// let says = "radius is 9 mm; it must be at most 5 mm, because the shaft is no longer";
+    /// assert_eq!(problem.message, says);
+    /// assert_eq!(problem.facts.at_most.as_deref(), Some("5 mm"));
+    /// ```
     pub fn finish(mut self, example: Option<&Example>) -> RuleReport {
         // All parameters missing from one section are reported as one problem.
         let mut by_section: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
@@ -290,6 +367,22 @@ impl Reader {
 }
 
 /// Built-in file that example values are taken from.
+///
+/// ```
+/// use std::collections::BTreeMap;
+///
+/// use fabkit_text::{Dialect, Example, Parameter, ParameterTable, Reader, TextLayer, TextPlace};
+///
+/// const PINS: &Dialect = &Dialect::new("pin field", 1, "");
+/// let place = TextPlace::new(TextLayer::File, "pins.yaml", PINS);
+/// let mut reader = Reader::new(ParameterTable::new(Vec::new(), place));
+/// assert_eq!(u32::read(&mut reader, "rows", "Rows.", &(1..=9)), None);
+/// let values = BTreeMap::from([("rows".to_owned(), "4".to_owned())]);
+/// let invalid = reader.finish(Some(&Example { name: "pins4", values })).into_invalid();
+/// assert_eq!(invalid.problems[0].message, "the file lacks `rows`");
+/// let hint = invalid.problems[0].hint.as_deref().unwrap_or_default();
+/// assert!(hint.starts_with("pins4 has `rows: 4`; `extends: pins4`"));
+/// ```
 #[derive(Debug)]
 pub struct Example {
     /// Name as written behind `extends:`.

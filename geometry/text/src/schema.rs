@@ -7,6 +7,25 @@ use serde_json::{Map, Value as Json, json};
 use crate::{FieldDeclaration, FieldShape, SourceKind, ValueKind, join};
 
 /// Input of the schema for one family.
+///
+/// ```
+/// use std::collections::BTreeSet;
+///
+/// use fabkit_text::{FamilySchema, FieldDeclaration, Parameter, root_schema};
+///
+/// let count = |name| FieldDeclaration { name, summary: String::new(), shape: u32::shape(&(1..=9)) };
+/// let family = FamilySchema {
+///     name: "pins",
+///     summary: "A field of pins.",
+///     fields: vec![count("rows"), count("columns")],
+///     sensors: vec!["pins4"],
+///     optional: BTreeSet::from(["columns".to_owned()]),
+/// };
+/// let schema = root_schema(1, &[family], &[]);
+/// assert_eq!(schema["definitions"]["pins"]["required"].as_array().map(Vec::len), Some(1));
+/// // A file that extends a sensor may leave out everything.
+/// assert!(schema["definitions"]["pins-variant"].get("required").is_none());
+/// ```
 pub struct FamilySchema<'a> {
     /// Word behind `family:`.
     pub name: &'a str,
@@ -93,6 +112,17 @@ pub fn root_schema(
 }
 
 /// Builds the schema of a section in which every key may be omitted.
+///
+/// ```
+/// use fabkit_text::{FieldDeclaration, Parameter, section_schema};
+///
+/// let shape = u32::shape(&(1..=9));
+/// let rows = FieldDeclaration { name: "rows", summary: "Rows of pins.".into(), shape };
+/// let schema = section_schema(&[rows], "A field of pins.");
+/// assert_eq!(schema["properties"]["rows"]["description"], "Rows of pins. Allowed: 1 to 9.");
+/// assert_eq!(schema["properties"]["rows"]["anyOf"][0]["maximum"], 9);
+/// assert_eq!(schema["additionalProperties"], false);
+/// ```
 pub fn section_schema(fields: &[FieldDeclaration], summary: &str) -> Json {
     build_section(fields, summary, None)
 }

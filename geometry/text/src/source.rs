@@ -40,6 +40,25 @@ impl fmt::Display for SourceKind {
 }
 
 /// Source of one value.
+///
+/// ```
+/// use fabkit_geometry::Length;
+/// use fabkit_text::{
+///     Dialect, FieldDeclaration, Parameter, ParameterTable, SourceKind, TextLayer, TextPlace,
+///     read_mapping,
+/// };
+///
+/// const WASHER: &Dialect = &Dialect::new("washer", 1, "");
+/// let shape = Length::shape(&(1.0..=20.0));
+/// let radius = FieldDeclaration { name: "radius", summary: "Radius.".into(), shape };
+/// let place = TextPlace::new(TextLayer::File, "washer.yaml", WASHER);
+/// let yaml = "radius: {value: 7 mm, source: paper, note: Table 1, tolerance: 0.1 mm}";
+/// let mut table = ParameterTable::new(vec![radius], place.clone());
+/// table.merge(read_mapping(yaml, &place, &mut Vec::new()).unwrap_or_default(), &place);
+/// let source = &table.written("radius").expect("it is written").source;
+/// assert_eq!((source.kind, source.note.as_str()), (SourceKind::Paper, "Table 1"));
+/// assert_eq!(table.numbers()[0].tolerance, Some(0.1));
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ValueSource {
     /// Kind of the source.

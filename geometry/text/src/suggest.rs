@@ -8,11 +8,20 @@ const MIN_SIMILARITY: f64 = 0.6;
 const MAX_SUGGESTIONS: usize = 3;
 
 /// Returns the known names that are similar to `written`, best first.
+///
+/// ```
+/// use fabkit_text::find_similar;
+///
+/// let known = ["radius", "wall_height"];
+/// assert_eq!(find_similar("raduis", known), ["radius"]);
+/// assert_eq!(find_similar("Wall-Height", known), ["wall_height"]);
+/// assert!(find_similar("pitch", known).is_empty());
+/// ```
 pub fn find_similar<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     find_similar_in(written, known.into_iter().collect())
 }
 
-/// Same as [`similar`], without type parameters, so that it is compiled once.
+/// Same as [`find_similar`], without type parameters, so that it is compiled once.
 fn find_similar_in<'a>(written: &str, known: Vec<&'a str>) -> Vec<&'a str> {
     // The comparison is quadratic in length, and a name this long is no typing error.
     if written.len() > 200 {
@@ -35,6 +44,14 @@ fn find_similar_in<'a>(written: &str, known: Vec<&'a str>) -> Vec<&'a str> {
 const LIST_LENGTH: usize = 120;
 
 /// Lists names separated by commas, cut after `LIST_LENGTH` characters with the number of the others.
+///
+/// ```
+/// use fabkit_text::list_names;
+///
+/// assert_eq!(list_names(&["base", "shell"]), "base, shell");
+/// let names = ["hexagonal-socket-screw"; 10];
+/// assert!(list_names(&names).ends_with(" and 5 more"));
+/// ```
 pub fn list_names(names: &[&str]) -> String {
     let mut list = String::new();
     for (i, name) in names.iter().enumerate() {
@@ -48,6 +65,14 @@ pub fn list_names(names: &[&str]) -> String {
 }
 
 /// Writes `did you mean ...?`, or lists all known names if none is similar.
+///
+/// ```
+/// use fabkit_text::suggestion;
+///
+/// let known = ["base", "shell"];
+/// assert_eq!(suggestion("shel", known, "parts"), "did you mean `shell`?");
+/// assert_eq!(suggestion("lens", known, "parts"), "parts: base, shell");
+/// ```
 pub fn suggest_or_list<'a>(
     written: &str,
     known: impl IntoIterator<Item = &'a str>,
@@ -61,6 +86,13 @@ pub fn suggest_or_list<'a>(
 }
 
 /// Writes ``did you mean `a` or `b`?``.
+///
+/// ```
+/// use fabkit_text::did_you_mean;
+///
+/// assert_eq!(did_you_mean(&["shell"]), "did you mean `shell`?");
+/// assert_eq!(did_you_mean(&["a", "b", "c"]), "did you mean `a`, `b` or `c`?");
+/// ```
 pub fn did_you_mean(names: &[&str]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     format!("did you mean {}?", join_words(&quoted, "or"))

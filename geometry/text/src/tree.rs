@@ -3,6 +3,22 @@
 use std::fmt;
 
 /// Kind of file: its name in messages, and the YAML features it may use.
+///
+/// ```
+/// use fabkit_text::{Dialect, ParameterTable, TextLayer, TextPlace, read_mapping};
+///
+/// const PAD: &Dialect = &Dialect {
+///     absent: &[("weight", "it follows from the materials")],
+///     ..Dialect::new("pad", 1, "")
+/// };
+/// let place = TextPlace::new(TextLayer::File, "pad.yaml", PAD);
+/// let mut table = ParameterTable::new(Vec::new(), place.clone());
+/// let entries = read_mapping("weight: 3\n", &place, &mut table.found).unwrap_or_default();
+/// table.merge(entries, &place);
+/// assert_eq!(table.found[0].problem.message, "`weight` is not a key of a pad");
+/// let hint = table.found[0].problem.hint.as_deref().unwrap_or_default();
+/// assert!(hint.starts_with("fabkit has none: it follows from the materials;"));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dialect {
     /// Noun for one file's subject, for example `sensor`.
@@ -37,6 +53,18 @@ pub struct Position {
 }
 
 /// One YAML value.
+///
+/// ```
+/// use fabkit_text::{Dialect, Position, parse};
+///
+/// const PINS: &Dialect = &Dialect::new("pin field", 1, "");
+/// let (tree, _) = parse("name: fine\nheights: [1 mm, 2 mm]\n", PINS)?;
+/// assert_eq!(tree.get("name").and_then(|name| name.text()), Some("fine"));
+/// let heights = tree.get("heights").map(|heights| heights.items()).unwrap_or_default();
+/// assert_eq!(heights[1].text(), Some("2 mm"));
+/// assert_eq!(heights[1].position, Position { line: 2, column: 17 });
+/// # Ok::<(), fabkit_text::YamlFault>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct YamlNode {
     /// Position of its first character.
@@ -84,6 +112,19 @@ impl YamlNode {
 }
 
 /// Content of a YAML node.
+///
+/// ```
+/// use fabkit_text::{Dialect, YamlContent, parse};
+///
+/// const PINS: &Dialect = &Dialect::new("pin field", 1, "");
+/// let (tree, _) = parse("empty: null\nword: \"null\"\nnumber: 1.50\n", PINS)?;
+/// let contents: Vec<_> = tree.entries().iter().map(|entry| &entry.value.content).collect();
+/// assert_eq!(contents[0], &YamlContent::Nothing);
+/// assert_eq!(contents[1], &YamlContent::Scalar("null".into()));
+/// // Numbers stay as they were written.
+/// assert_eq!(contents[2], &YamlContent::Scalar("1.50".into()));
+/// # Ok::<(), fabkit_text::YamlFault>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum YamlContent {
     /// Missing value, as in `radius:` or `radius: null`.
@@ -108,6 +149,15 @@ pub struct YamlEntry {
 }
 
 /// Reason why a text cannot be read.
+///
+/// ```
+/// use fabkit_text::{Position, YamlFault};
+///
+/// let at = Position { line: 3, column: 7 };
+/// let fault = YamlFault::new(at, "lens.k1", "not a number").hint("write for example `0.1`");
+/// assert_eq!(fault.to_string(), "line 3: lens.k1: not a number (write for example `0.1`)");
+/// assert_eq!(fault.in_file("camera.yaml").to_string(), "camera.yaml:3:7: not a number");
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct YamlFault {
     /// Position, if it is one place.

@@ -7,6 +7,17 @@ use fabkit_geometry::{Angle, Length, UnitError};
 use serde_json::{Value as Json, json};
 
 /// Reason why a text is not the expected value.
+///
+/// ```
+/// use fabkit_geometry::Length;
+/// use fabkit_text::Scalar;
+///
+/// let refusal = <Length as Scalar>::parse("12.5").unwrap_err();
+/// assert_eq!((refusal.says.as_str(), refusal.code), ("has no unit", "missing_unit"));
+/// assert_eq!(refusal.instead.as_deref(), Some("12.5 mm"));
+/// let other = <Length as Scalar>::parse("3 kg").unwrap_err();
+/// assert_eq!((other.code, other.instead), ("wrong_unit", None));
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
     /// Completes the sentence "`surface.radius` is `12.5`, which ...".
@@ -32,6 +43,16 @@ impl Refusal {
     }
 
     /// Creates the refusal of a word that is none of the declared `words`.
+    ///
+    /// ```
+    /// use fabkit_text::Refusal;
+    ///
+    /// let refusal = Refusal::not_a_choice("sqare", &["round", "square"]);
+    /// assert_eq!(refusal.hint.as_deref(), Some("did you mean `square`?"));
+    /// assert_eq!(refusal.instead.as_deref(), Some("square"));
+    /// let stranger = Refusal::not_a_choice("oval", &["round", "square"]);
+    /// assert_eq!(stranger.hint.as_deref(), Some("write one of: round, square"));
+    /// ```
     pub fn not_a_choice(written: &str, words: &[&str]) -> Self {
         let hint = crate::suggestion(written, words.iter().copied(), "write one of");
         // The most similar word, as a correction for programs.
@@ -61,6 +82,20 @@ pub enum ValueKind {
 }
 
 /// Single value: one YAML scalar.
+///
+/// ```
+/// use fabkit_geometry::{Angle, Length};
+/// use fabkit_text::Scalar;
+///
+/// let limits_mm = 4.0..=60.0;
+/// let radius = <Length as Scalar>::parse("7 cm")?;
+/// assert!(!radius.is_within(&limits_mm));
+/// assert_eq!(radius.nearest(&limits_mm).map(Length::mm), Some(60.0));
+/// assert_eq!(Length::allowed(&limits_mm), "4 mm to 60 mm");
+/// // Limits of angles are in degrees, whatever unit was written.
+/// assert!(<Angle as Scalar>::parse("1.5 rad")?.is_within(&(80.0..=90.0)));
+/// # Ok::<(), fabkit_text::Refusal>(())
+/// ```
 pub trait Scalar: Sized + Clone {
     /// Kind of the value.
     const KIND: ValueKind;
@@ -81,6 +116,15 @@ pub trait Scalar: Sized + Clone {
 
     /// Returns other values within the limits, to find out what depends on this one. Numbers change by `share` of their
     /// size (taken as at least 1), counts by one; choices return all other choices, texts nothing.
+    ///
+    /// ```
+    /// use fabkit_text::Scalar;
+    ///
+    /// assert_eq!(Scalar::neighbours(&8.0, &(0.0..=10.0), 0.25), [6.0, 10.0]);
+    /// assert_eq!(Scalar::neighbours(&0.0, &(-1.0..=1.0), 0.25), [-0.25, 0.25]);
+    /// // A count at its upper limit has only one neighbour.
+    /// assert_eq!(Scalar::neighbours(&64, &(1..=64), 0.25), [63]);
+    /// ```
     fn neighbours(&self, _limits: &Self::Limits, _share: f64) -> Vec<Self> {
         Vec::new()
     }
@@ -440,6 +484,16 @@ impl Scalar for String {
 }
 
 /// Name that is also a file name: `[a-z0-9-]{1,64}`.
+///
+/// ```
+/// use fabkit_text::{FileSafeName, Scalar};
+///
+/// assert_eq!(FileSafeName::parse("rtac0-wide")?.as_str(), "rtac0-wide");
+/// for unsafe_name in ["../secret", "Wide", "", "a b"] {
+///     assert!(FileSafeName::parse(unsafe_name).is_err());
+/// }
+/// # Ok::<(), fabkit_text::Refusal>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileSafeName(String);
 

@@ -8,6 +8,21 @@ use fabkit_geometry::{Aabb, CompiledSolid, Crossing, Point3, Pose, Ray, Vector3}
 pub(crate) const BOX_SLACK_MM: f64 = 1e-6;
 
 /// Placed bodies with a bounding-volume hierarchy over their boxes.
+///
+/// ```
+/// use fabkit_depth::Scene;
+/// use fabkit_geometry::{CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
+///
+/// // Two balls of radius 2 mm around x = 5 mm and x = 15 mm, seen from the origin.
+/// let ball = CompiledSolid::new(&Solid::sphere(2.0))?;
+/// let scene = Scene::new([15.0, 5.0].map(|x_mm| (&ball, Pose::translation(x_mm, 0.0, 0.0))));
+/// let ray = Ray { origin: Point3::origin(), direction: Vector3::x() };
+/// let hit = |range| scene.first_hit(&ray, range, &mut Default::default()).map(|hit| (hit.body, hit.crossing.t));
+/// // The nearer ball is the second of the list. From its middle on, the other one comes first.
+/// assert_eq!((hit(0.0..f64::INFINITY), hit(5.0..f64::INFINITY)), (Some((1, 3.0)), Some((0, 13.0))));
+/// assert_eq!(hit(0.0..2.0), None);
+/// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Scene<'a> {
     bodies: Vec<PlacedBody<'a>>,
@@ -96,6 +111,22 @@ impl<'a> Scene<'a> {
     ///
     /// `visit` receives the body's index and its crossings (in order along the ray, normals in the scene frame). It
     /// returns the `t` beyond which no further bodies are needed: infinity to visit all.
+    ///
+    /// ```
+    /// use fabkit_depth::Scene;
+    /// use fabkit_geometry::{CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
+    ///
+    /// // A line through a ball of radius 2 mm in 5 mm distance: it enters, and leaves.
+    /// let ball = CompiledSolid::new(&Solid::sphere(2.0))?;
+    /// let scene = Scene::new([(&ball, Pose::translation(5.0, 0.0, 0.0))]);
+    /// let (ray, mut found) = (Ray { origin: Point3::origin(), direction: Vector3::x() }, Vec::new());
+    /// scene.visit_crossings(&ray, &mut Default::default(), |_, crossings| {
+    ///     found.extend(crossings.iter().map(|crossing| (crossing.t, crossing.entering)));
+    ///     f64::INFINITY
+    /// });
+    /// assert_eq!(found, [(3.0, true), (7.0, false)]);
+    /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+    /// ```
     pub fn visit_crossings(
         &self,
         ray: &Ray,

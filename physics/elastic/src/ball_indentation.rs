@@ -64,6 +64,15 @@ pub struct BallModulus {
 }
 
 /// Errors of fitting a modulus.
+///
+/// ```
+/// use fabkit_elastic::{BallIndentationError, BallIndentationTest, IndentationReading};
+///
+/// // One weight read three times does not tell a modulus.
+/// let readings = vec![IndentationReading { force_n: 0.5, gap_mm: 19.8 }; 3];
+/// let test = BallIndentationTest { ball_radius_mm: 3.0, thickness_mm: 10.0, radius_mm: 20.0, readings };
+/// assert_eq!(test.fit().unwrap_err(), BallIndentationError::TooFewLoads { different: 1 });
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BallIndentationError {
     /// Fewer than three different loads, or all of similar size.
@@ -76,9 +85,7 @@ pub enum BallIndentationError {
     },
     /// Readings that no modulus explains.
     #[error(
-        "no modulus explains these readings: the ball would have to be less than {least_mm:.2} mm or more than \
-         {most_mm:.2} mm deep at the heaviest load; the deepest that the law holds for is 0.3 of the gel's \
-         thickness, and 0.6 of the ball's radius"
+        "no modulus explains these readings: at the heaviest load the ball must be {least_mm:.2} to {most_mm:.2} mm deep; the law holds up to 0.3 of the gel's thickness and 0.6 of the ball's radius"
     )]
     OutsideLaw {
         /// Depth of the shallowest press that is tried, mm.

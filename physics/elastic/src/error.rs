@@ -7,6 +7,15 @@
 pub const MAX_POISSON_RATIO: f64 = 0.4999;
 
 /// Errors of a body, a mesh, a press or an iteration.
+///
+/// ```
+/// use fabkit_elastic::{ElasticError, ElasticMaterial};
+///
+/// // Errors say what to do.
+/// let error = ElasticMaterial::new(0.2, 0.5).unwrap_err();
+/// assert_eq!(error, ElasticError::Poisson { poisson: 0.5 });
+/// assert!(error.to_string().ends_with("take 0.495 for silicone, or 0.4999 for what is incompressible"));
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ElasticError {
     /// Young's modulus that is not positive and finite.

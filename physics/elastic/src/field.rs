@@ -129,11 +129,44 @@ impl DisplacementField {
     }
 
     /// Returns the displacements along the touched surface, away from the pole and around the axis, mm.
+    ///
+    /// ```
+    /// use fabkit_elastic::{BallIndenter, DisplacementField, ElasticLayer, ElasticMaterial, ElasticStack};
+    /// use fabkit_elastic::{LayeredBody, MeshDensity, Press};
+    /// use fabkit_geometry::{Point3, Vector3};
+    ///
+    /// // A ball on the axis: beside it the gel moves away from the axis, and nowhere around it.
+    /// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+    /// let pad = LayeredBody::pad(10.0, vec![(gel, 2.0)]);
+    /// let stack = ElasticStack::new(&pad, &MeshDensity::around_pole(0.1, 3.0, 0), 1)?;
+    /// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 9.0), 3.0)?;
+    /// let outcome = stack.press(&ball, &Press::along(-Vector3::z(), 0.3)?)?;
+    /// let [along_mm, around_mm] = DisplacementField::new(&stack, &outcome, 0).sideways_mm(0.2, 1.0);
+    /// assert!(along_mm > 0.0 && around_mm.abs() < 1e-12);
+    /// # Ok::<(), fabkit_elastic::ElasticError>(())
+    /// ```
     pub fn sideways_mm(&self, s: f64, azimuth: f64) -> [f64; 2] {
         [self.at(1, s, azimuth), self.at(2, s, azimuth)]
     }
 
     /// Returns the contact pressure at the nearest node of the touched surface, MPa; 0 beyond the rim.
+    ///
+    /// ```
+    /// use fabkit_elastic::{BallIndenter, DisplacementField, ElasticLayer, ElasticMaterial, ElasticStack};
+    /// use fabkit_elastic::{LayeredBody, MeshDensity, Press};
+    /// use fabkit_geometry::{Point3, Vector3};
+    ///
+    /// // Largest below the ball, none beside it; s = 1 is the pad's rim at 10 mm.
+    /// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+    /// let pad = LayeredBody::pad(10.0, vec![(gel, 2.0)]);
+    /// let stack = ElasticStack::new(&pad, &MeshDensity::around_pole(0.1, 3.0, 0), 1)?;
+    /// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 9.0), 3.0)?;
+    /// let outcome = stack.press(&ball, &Press::along(-Vector3::z(), 0.3)?)?;
+    /// let field = DisplacementField::new(&stack, &outcome, 0);
+    /// assert!(field.pressure_mpa(0.0, 0.0) > field.pressure_mpa(0.08, 0.0));
+    /// assert!(field.pressure_mpa(0.08, 0.0) > 0.0 && field.pressure_mpa(0.5, 0.0) == 0.0);
+    /// # Ok::<(), fabkit_elastic::ElasticError>(())
+    /// ```
     pub fn pressure_mpa(&self, s: f64, azimuth: f64) -> f64 {
         let after = self.rings.partition_point(|ring| ring.s < s);
         let near = after.saturating_sub(1)..(after + 1).min(self.rings.len());

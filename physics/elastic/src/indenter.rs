@@ -7,6 +7,20 @@ use fabkit_geometry::{CompiledSolid, Point3, Pose, Ray, Scratch, Vector3};
 use crate::ElasticError;
 
 /// A rigid indenter as the touched surface needs it: by its gap along a line.
+///
+/// ```
+/// use fabkit_elastic::{BallIndenter, Indenter};
+/// use fabkit_geometry::{Point3, Vector3};
+///
+/// // A plate 4 mm above the origin, as a function: the distance along the normal.
+/// let plate = |place: &Point3<f64>, outward: &Vector3<f64>, _: f64| (4.0 - place.z) / outward.z;
+/// assert_eq!(plate.gap_mm(&Point3::new(1.0, 0.0, 3.0), &Vector3::z(), 9.0), 1.0);
+/// // Of two balls the nearer counts.
+/// let ball = |z_mm| BallIndenter::new(Point3::new(0.0, 0.0, z_mm), 2.0);
+/// let both = vec![ball(5.0)?, ball(8.0)?];
+/// assert_eq!(both.gap_mm(&Point3::origin(), &Vector3::z(), 9.0), 3.0);
+/// # Ok::<(), fabkit_elastic::ElasticError>(())
+/// ```
 pub trait Indenter {
     /// Returns the distance from `place` along the unit vector `outward` (out of the soft body) to the indenter, mm.
     ///
@@ -30,6 +44,19 @@ fn first_begin(stretches: impl IntoIterator<Item = [f64; 2]>, reach_mm: f64) -> 
 }
 
 /// A spherical indenter.
+///
+/// ```
+/// use fabkit_elastic::{BallIndenter, Indenter};
+/// use fabkit_geometry::{Point3, Vector3};
+///
+/// // A ball of radius 3 mm, whose lowest point is 1 mm above the origin.
+/// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 4.0), 3.0)?;
+/// let gap_mm = |x_mm, z_mm| ball.gap_mm(&Point3::new(x_mm, 0.0, z_mm), &Vector3::z(), 5.0);
+/// assert_eq!(gap_mm(0.0, 0.0), 1.0);
+/// // Half a millimetre inside, the gap is negative; beside the ball there is none.
+/// assert_eq!((gap_mm(0.0, 1.5), gap_mm(3.5, 0.0)), (-0.5, f64::INFINITY));
+/// # Ok::<(), fabkit_elastic::ElasticError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BallIndenter {
     centre_mm: Point3<f64>,
@@ -69,6 +96,18 @@ impl Indenter for BallIndenter {
 }
 
 /// An indenter of any exact solid at a pose. It holds scratch memory, so each thread needs one of its own.
+///
+/// ```
+/// use fabkit_elastic::{Indenter, SolidIndenter};
+/// use fabkit_geometry::{CompiledSolid, Point3, Pose, Solid, Vector3};
+///
+/// // A punch of radius 2 mm and length 10 mm, drawn from z = 0 up, held with its lower face at z = 3 mm.
+/// let punch = CompiledSolid::new(&Solid::cylinder(2.0, 10.0))?;
+/// let held = SolidIndenter::new(&punch, &Pose::translation(0.0, 0.0, 3.0));
+/// assert_eq!(held.gap_mm(&Point3::new(1.5, 0.0, 0.0), &Vector3::z(), 5.0), 3.0);
+/// assert_eq!(held.gap_mm(&Point3::new(2.5, 0.0, 0.0), &Vector3::z(), 5.0), f64::INFINITY);
+/// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+/// ```
 #[derive(Debug)]
 pub struct SolidIndenter<'a> {
     solid: &'a CompiledSolid,
@@ -120,6 +159,21 @@ pub struct Press {
 
 impl Press {
     /// Creates a press of an indenter that already stands at its final pose.
+    ///
+    /// ```
+    /// use fabkit_elastic::{BallIndenter, ElasticLayer, ElasticMaterial, ElasticStack, LayeredBody};
+    /// use fabkit_elastic::{MeshDensity, Press};
+    /// use fabkit_geometry::Point3;
+    ///
+    /// // The pad's face is at z = 2 mm; the ball's lowest point already stands 0.2 mm below it.
+    /// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+    /// let pad = LayeredBody::pad(10.0, vec![(gel, 2.0)]);
+    /// let stack = ElasticStack::new(&pad, &MeshDensity::around_pole(0.1, 2.0, 0), 1)?;
+    /// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 4.8), 3.0)?;
+    /// let outcome = stack.press(&ball, &Press::in_place())?;
+    /// assert!((outcome.depth_mm - 0.2).abs() < 1e-12);
+    /// # Ok::<(), fabkit_elastic::ElasticError>(())
+    /// ```
     pub fn in_place() -> Self {
         Self { approach: None, friction: 0.0, shear_mm: Vector3::zeros(), shear_steps: 1 }
     }
@@ -129,6 +183,17 @@ impl Press {
     ///
     /// # Errors
     /// A depth that is not positive and finite, or a direction without length.
+    ///
+    /// ```
+    /// use fabkit_elastic::Press;
+    /// use fabkit_geometry::Vector3;
+    ///
+    /// // Only the direction counts, not the length of the vector.
+    /// assert_eq!(Press::along(-2.0 * Vector3::z(), 0.5)?, Press::along(-Vector3::z(), 0.5)?);
+    /// let error = Press::along(-Vector3::z(), -0.5).unwrap_err();
+    /// assert_eq!(error.to_string(), "a depth of -0.5 is not positive and finite, in mm");
+    /// # Ok::<(), fabkit_elastic::ElasticError>(())
+    /// ```
     pub fn along(direction: Vector3<f64>, depth_mm: f64) -> Result<Self, ElasticError> {
         if !(depth_mm > 0.0 && depth_mm.is_finite()) {
             let hint = "positive and finite, in mm";
@@ -148,6 +213,23 @@ impl Press {
     ///
     /// # Errors
     /// A friction coefficient that is negative or not finite, a displacement that is not finite, or zero steps.
+    ///
+    /// ```
+    /// use fabkit_elastic::{BallIndenter, ElasticLayer, ElasticMaterial, ElasticStack, LayeredBody};
+    /// use fabkit_elastic::{MeshDensity, Press};
+    /// use fabkit_geometry::{Point3, Vector3};
+    ///
+    /// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+    /// let pad = LayeredBody::pad(10.0, vec![(gel, 2.0)]);
+    /// let stack = ElasticStack::new(&pad, &MeshDensity::around_pole(0.3, 1.5, 6), 1)?;
+    /// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 9.0), 3.0)?;
+    /// // Pressed down, then dragged along x by so much that it slides: the friction is half of the normal force.
+    /// let dragged = Press::along(-Vector3::z(), 0.2)?.with_shear(0.5, 3.0 * Vector3::x(), 1)?;
+    /// let outcome = stack.press(&ball, &dragged)?;
+    /// assert!((outcome.force_n.x / -outcome.force_n.z - 0.5).abs() < 0.05);
+    /// assert_eq!(outcome.stick_area_mm2, 0.0);
+    /// # Ok::<(), fabkit_elastic::ElasticError>(())
+    /// ```
     pub fn with_shear(
         self,
         friction: f64,

@@ -20,7 +20,7 @@ impl MeridianCurve {
     ///
     /// ```
     /// use fabkit_elastic::MeridianCurve;
-    /// // A half ellipsoid, 12 mm wide and 10 mm high.
+    /// // A half ellipsoid, 24 mm wide at its rim and 10 mm high.
     /// let dome = MeridianCurve::new(|s| {
     ///     let angle = s * std::f64::consts::FRAC_PI_2;
     ///     [12.0 * angle.sin(), 10.0 * angle.cos()]
@@ -32,11 +32,27 @@ impl MeridianCurve {
     }
 
     /// Creates a disc: the meridian of a flat pad's face.
+    ///
+    /// ```
+    /// use fabkit_elastic::MeridianCurve;
+    ///
+    /// // The face of a pad of radius 8 mm, 3 mm above the origin.
+    /// let face = MeridianCurve::disc(8.0, 3.0);
+    /// assert_eq!((face.at(0.0), face.at(0.5), face.at(1.0)), ([0.0, 3.0], [4.0, 3.0], [8.0, 3.0]));
+    /// ```
     pub fn disc(radius_mm: f64, height_mm: f64) -> Self {
         Self::new(move |s| [s * radius_mm, height_mm])
     }
 
     /// Interpolates between two curves: a `share` of 0 returns the first, 1 the second.
+    ///
+    /// ```
+    /// use fabkit_elastic::MeridianCurve;
+    ///
+    /// // A quarter of the way from the touched face, at 3 mm, to the floor.
+    /// let (face, floor) = (MeridianCurve::disc(8.0, 3.0), MeridianCurve::disc(8.0, 0.0));
+    /// assert_eq!(MeridianCurve::between(&face, &floor, 0.25).at(0.5), [4.0, 2.25]);
+    /// ```
     #[must_use]
     pub fn between(first: &Self, second: &Self, share: f64) -> Self {
         let (first, second) = (first.clone(), second.clone());
@@ -68,6 +84,21 @@ pub struct ElasticLayer {
 }
 
 /// Boundary condition of an interface.
+///
+/// ```
+/// use fabkit_elastic::{BoundaryCondition, ElasticError, ElasticLayer, ElasticMaterial, ElasticStack};
+/// use fabkit_elastic::{LayeredBody, MeshDensity};
+///
+/// // A pad of which only a ring outside of half of its radius is glued on. If nothing is, there is no solution.
+/// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+/// let mut pad = LayeredBody::pad(10.0, vec![(gel, 2.0)]);
+/// pad.inner = BoundaryCondition::BondedBeyond(0.5);
+/// assert!(ElasticStack::new(&pad, &MeshDensity::uniform(0.5, 0), 1).is_ok());
+/// pad.inner = BoundaryCondition::Free;
+/// let error = ElasticStack::new(&pad, &MeshDensity::uniform(0.5, 0), 1).unwrap_err();
+/// assert_eq!(error, ElasticError::NotBonded);
+/// # Ok::<(), ElasticError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BoundaryCondition {
     /// Free: no traction.
@@ -110,6 +141,22 @@ impl LayeredBody {
     /// Creates a pad of one or more flat layers, the touched one first, on a rigid floor at z = 0 with a free rim.
     ///
     /// Thicknesses are in mm.
+    ///
+    /// ```
+    /// use fabkit_elastic::{ElasticLayer, ElasticMaterial, LayeredBody};
+    ///
+    /// // A skin of 0.5 mm on 2 mm of softer gel: the touched face lies at 2.5 mm, the floor at 0.
+    /// let layer = |name: &str, young_mpa| {
+    ///     Ok::<_, fabkit_elastic::ElasticError>(ElasticLayer {
+    ///         name: name.to_owned(),
+    ///         material: ElasticMaterial::new(young_mpa, 0.49)?,
+    ///     })
+    /// };
+    /// let pad = LayeredBody::pad(10.0, vec![(layer("skin", 1.0)?, 0.5), (layer("gel", 0.1)?, 2.0)]);
+    /// let heights_mm: Vec<f64> = pad.interfaces.iter().map(|face| face.at(0.0)[1]).collect();
+    /// assert_eq!(heights_mm, [2.5, 2.0, 0.0]);
+    /// # Ok::<(), fabkit_elastic::ElasticError>(())
+    /// ```
     pub fn pad(radius_mm: f64, layers: Vec<(ElasticLayer, f64)>) -> Self {
         let mut height_mm: f64 = layers.iter().map(|(_, thickness_mm)| thickness_mm).sum();
         let mut interfaces = vec![MeridianCurve::disc(radius_mm, height_mm)];

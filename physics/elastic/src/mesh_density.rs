@@ -14,6 +14,19 @@ const MAX_THROUGH: usize = 60;
 ///
 /// Nodes of the touched surface are `spacing_mm` apart up to `reach_mm` from the pole, along the meridian. Beyond,
 /// elements (each has two spacings) grow by the factor `growth` from one to the next.
+///
+/// ```
+/// use fabkit_elastic::{ElasticLayer, ElasticMaterial, ElasticStack, LayeredBody, MeshDensity};
+///
+/// // Nodes 0.5 mm apart on a disc of radius 10 mm: 21 rings. Without harmonics each is one node.
+/// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+/// let pad = LayeredBody::pad(10.0, vec![(gel, 2.0)]);
+/// let nodes = |density: &MeshDensity| Ok(ElasticStack::new(&pad, density, 1)?.surface_nodes());
+/// assert_eq!(nodes(&MeshDensity::uniform(0.5, 0))?, 21);
+/// // What is coarse far from the press needs fewer.
+/// assert!(nodes(&MeshDensity::around_pole(0.5, 2.0, 0))? < 21);
+/// # Ok::<(), fabkit_elastic::ElasticError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshDensity {
     /// Distance of neighbouring nodes of the touched surface, mm.

@@ -69,6 +69,23 @@ pub enum ContactState {
 }
 
 /// Result of a press, in the body's frame.
+///
+/// ```
+/// use fabkit_elastic::{BallIndenter, ContactState, ElasticLayer, ElasticMaterial, ElasticStack};
+/// use fabkit_elastic::{LayeredBody, MeshDensity, Press};
+/// use fabkit_geometry::{Point3, Vector3};
+///
+/// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+/// let pad = LayeredBody::pad(10.0, vec![(gel, 2.0)]);
+/// let stack = ElasticStack::new(&pad, &MeshDensity::around_pole(0.1, 2.0, 0), 1)?;
+/// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 9.0), 3.0)?;
+/// let outcome = stack.press(&ball, &Press::along(-Vector3::z(), 0.3)?)?;
+/// // Pressures over areas make up the force. Without friction all that touches slips.
+/// let sum_n: f64 = outcome.nodes.iter().map(|node| node.pressure_mpa * node.area_mm2).sum();
+/// assert!((sum_n / -outcome.force_n.z - 1.0).abs() < 0.02);
+/// assert!(outcome.nodes.iter().all(|node| node.touch != ContactState::Sticking));
+/// # Ok::<(), fabkit_elastic::ElasticError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct PressOutcome {
     mesh: Arc<Mesh>,
@@ -231,6 +248,22 @@ impl PressOutcome {
 
     /// Returns the displacement of an interface (0 is the touched surface), mm, at an azimuth, radians, and a parameter
     /// s of its curve, from 0 on the axis to 1 at the rim. Zero for interfaces that do not exist or cannot move.
+    ///
+    /// ```
+    /// use fabkit_elastic::{BallIndenter, ElasticLayer, ElasticMaterial, ElasticStack, LayeredBody};
+    /// use fabkit_elastic::{MeshDensity, Press};
+    /// use fabkit_geometry::{Point3, Vector3};
+    ///
+    /// // Two layers of 1 mm each: interface 0 is touched, 1 lies between them, 2 is bonded to the floor.
+    /// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+    /// let pad = LayeredBody::pad(10.0, vec![(gel.clone(), 1.0), (gel, 1.0)]);
+    /// let stack = ElasticStack::new(&pad, &MeshDensity::around_pole(0.1, 2.0, 0), 1)?;
+    /// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 9.0), 3.0)?;
+    /// let outcome = stack.press(&ball, &Press::along(-Vector3::z(), 0.3)?)?;
+    /// let [touched, middle, floor] = [0, 1, 2].map(|i| outcome.displacement_mm(i, 0.0, 0.0).z);
+    /// assert!((touched + 0.3).abs() < 0.003 && touched < middle && middle < 0.0 && floor == 0.0);
+    /// # Ok::<(), fabkit_elastic::ElasticError>(())
+    /// ```
     pub fn displacement_mm(&self, interface: usize, azimuth: f64, s: f64) -> Vector3<f64> {
         if interface >= self.mesh.moving_interfaces() {
             return Vector3::zeros();
@@ -255,6 +288,30 @@ impl PressOutcome {
     }
 
     /// Returns the unit normal out of the undeformed touched surface.
+    ///
+    /// ```
+    /// # use fabkit_elastic::{BallIndenter, BoundaryCondition, ElasticLayer, ElasticMaterial, ElasticStack};
+    /// # use fabkit_elastic::{LayeredBody, MeridianCurve, MeshDensity, Press};
+    /// # use fabkit_geometry::{Point3, Vector3};
+    /// // A half ball of radius 10 mm on a core of radius 8 mm: s runs from the tip to the rim, in quarters of a turn.
+    /// let round = |radius_mm: f64| {
+    ///     MeridianCurve::new(move |s| {
+    ///         let (sin, cos) = (s * std::f64::consts::FRAC_PI_2).sin_cos();
+    ///         [radius_mm * sin, radius_mm * cos]
+    ///     })
+    /// };
+    /// # let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+    /// # let (interfaces, inner) = (vec![round(10.0), round(8.0)], BoundaryCondition::Bonded);
+    /// # let body = LayeredBody { interfaces, layers: vec![gel], inner, is_rim_bonded: true, kinks: vec![] };
+    /// let stack = ElasticStack::new(&body, &MeshDensity::uniform(0.25, 0), 1)?;
+    /// # let ball = BallIndenter::new(Point3::new(0.0, 0.0, 20.0), 3.0)?;
+    /// let outcome = stack.press(&ball, &Press::along(-Vector3::z(), 0.2)?)?;
+    /// // Half way down, at azimuth 0: 45 degrees between up and +x. Places are those before the press.
+    /// let way = Vector3::new(1.0, 0.0, 1.0).normalize();
+    /// assert!((outcome.outward(0.0, 0.5) - way).norm() < 1e-3);
+    /// assert!((outcome.place_mm(0, 0.0, 0.5).coords - 10.0 * way).norm() < 1e-2);
+    /// # Ok::<(), fabkit_elastic::ElasticError>(())
+    /// ```
     pub fn outward(&self, azimuth: f64, s: f64) -> Vector3<f64> {
         let (column, values) = self.mesh.interpolation(s);
         let part = |k: usize| {

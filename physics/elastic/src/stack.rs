@@ -20,6 +20,22 @@ use crate::{ElasticError, LayeredBody, MeshDensity};
 const MAX_GAP_SLOPE: f64 = 4.0;
 
 /// A meshed body with cached compliances: built once for a design, then pressed any number of times.
+///
+/// ```
+/// use fabkit_elastic::{BallIndenter, ElasticLayer, ElasticMaterial, ElasticStack, LayeredBody};
+/// use fabkit_elastic::{MeshDensity, Press};
+/// use fabkit_geometry::{Point3, Vector3};
+///
+/// // Gel so thick that a small press follows Hertz: 4/3 E / (1 - nu^2) sqrt(R) d^1.5.
+/// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.1, 0.3)? };
+/// let block = LayeredBody::pad(40.0, vec![(gel, 40.0)]);
+/// let stack = ElasticStack::new(&block, &MeshDensity::around_pole(0.05, 1.5, 0), 1)?;
+/// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 50.0), 4.0)?;
+/// let outcome = stack.press(&ball, &Press::along(-Vector3::z(), 0.25)?)?;
+/// let hertz_n = 4.0 / 3.0 * 0.1 / (1.0 - 0.3 * 0.3) * 2.0 * 0.125;
+/// assert!((-outcome.force_n.z / hertz_n - 1.0).abs() < 0.03);
+/// # Ok::<(), fabkit_elastic::ElasticError>(())
+/// ```
 #[derive(Debug)]
 pub struct ElasticStack {
     pub(crate) mesh: Arc<Mesh>,
@@ -68,6 +84,24 @@ impl ElasticStack {
     ///
     /// # Errors
     /// Matrices that exceed the memory limit.
+    ///
+    /// ```
+    /// use fabkit_elastic::{BallIndenter, ElasticLayer, ElasticMaterial, ElasticStack, LayeredBody};
+    /// use fabkit_elastic::{MeshDensity, Press};
+    /// use fabkit_geometry::{Point3, Vector3};
+    ///
+    /// // It costs time once, and changes no result.
+    /// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+    /// let pad = LayeredBody::pad(10.0, vec![(gel, 2.0)]);
+    /// let density = MeshDensity::around_pole(0.2, 2.0, 0);
+    /// let stack = ElasticStack::new(&pad, &density, 1)?;
+    /// let solved = ElasticStack::new(&pad, &density, 1)?.solve_everywhere(false)?;
+    /// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 9.0), 3.0)?;
+    /// let press = Press::along(-Vector3::z(), 0.3)?;
+    /// let [first, second] = [stack.press(&ball, &press)?, solved.press(&ball, &press)?];
+    /// assert!((first.force_n.z - second.force_n.z).abs() < 1e-12);
+    /// # Ok::<(), fabkit_elastic::ElasticError>(())
+    /// ```
     pub fn solve_everywhere(self, is_dragged: bool) -> Result<Self, ElasticError> {
         self.compliances(&(0..self.rings.rings.len()), is_dragged)?;
         Ok(self)
@@ -102,6 +136,21 @@ impl ElasticStack {
     }
 
     /// Returns the number of unknown displacements of one harmonic, and the highest harmonic.
+    ///
+    /// ```
+    /// use fabkit_elastic::{ElasticLayer, ElasticMaterial, ElasticStack, LayeredBody, MeshDensity};
+    ///
+    /// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+    /// let pad = LayeredBody::pad(10.0, vec![(gel, 2.0)]);
+    /// let unknowns = |spacing_mm| {
+    ///     let stack = ElasticStack::new(&pad, &MeshDensity::uniform(spacing_mm, 8), 1)?;
+    ///     Ok(stack.unknowns_and_max_harmonic())
+    /// };
+    /// // Two elements through the gel: four rows of nodes that move, with three displacements each, above the floor.
+    /// assert_eq!(unknowns(1.0)?, [3 * 4 * 11, 8]);
+    /// assert_eq!(unknowns(0.5)?, [3 * 4 * 21, 8]);
+    /// # Ok::<(), fabkit_elastic::ElasticError>(())
+    /// ```
     pub fn unknowns_and_max_harmonic(&self) -> [usize; 2] {
         let free = self.mesh.is_fixed.iter().filter(|is_fixed| !**is_fixed).count();
         [3 * free, self.rings.harmonics()]
@@ -119,6 +168,22 @@ impl ElasticStack {
     ///
     /// # Errors
     /// An indenter whose path misses the surface, or that starts inside the body.
+    ///
+    /// ```
+    /// use fabkit_elastic::{BallIndenter, ElasticError, ElasticLayer, ElasticMaterial, ElasticStack};
+    /// use fabkit_elastic::{LayeredBody, MeshDensity};
+    /// use fabkit_geometry::{Point3, Vector3};
+    ///
+    /// // The pad's face is at z = 2 mm; the lowest point of the ball at 10 mm - 3 mm.
+    /// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+    /// let pad = LayeredBody::pad(10.0, vec![(gel, 2.0)]);
+    /// let stack = ElasticStack::new(&pad, &MeshDensity::uniform(0.5, 0), 1)?;
+    /// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 10.0), 3.0)?;
+    /// assert!((stack.touching_mm(&ball, &-Vector3::z())? - 5.0).abs() < 1e-9);
+    /// // Upwards there is nothing to touch: the pad lies behind the ball.
+    /// assert!(matches!(stack.touching_mm(&ball, &Vector3::z()), Err(ElasticError::StartsInside { .. })));
+    /// # Ok::<(), ElasticError>(())
+    /// ```
     pub fn touching_mm(
         &self,
         presser: &dyn Indenter,
@@ -170,6 +235,24 @@ impl ElasticStack {
     /// # Errors
     /// An indenter that does not touch, goes deeper than the soft layers, or is too small for the nodes; a contact that
     /// does not converge.
+    ///
+    /// ```
+    /// use fabkit_elastic::{BallIndenter, ElasticError, ElasticLayer, ElasticMaterial, ElasticStack};
+    /// use fabkit_elastic::{LayeredBody, MeshDensity, Press};
+    /// use fabkit_geometry::{Point3, Vector3};
+    ///
+    /// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+    /// let pad = LayeredBody::pad(10.0, vec![(gel, 2.0)]);
+    /// let stack = ElasticStack::new(&pad, &MeshDensity::around_pole(0.1, 2.0, 0), 1)?;
+    /// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 9.0), 3.0)?;
+    /// let press = |depth_mm| stack.press(&ball, &Press::along(-Vector3::z(), depth_mm)?);
+    /// // The gel is pushed down, and what is pressed away bulges beside the ball.
+    /// let outcome = press(0.3)?;
+    /// assert!(outcome.force_n.z < 0.0 && outcome.bulge_mm > 0.0);
+    /// assert!((outcome.max_indentation_mm - 0.3).abs() < 0.003);
+    /// assert!(matches!(press(2.5), Err(ElasticError::TooDeep { .. })));
+    /// # Ok::<(), ElasticError>(())
+    /// ```
     pub fn press(
         &self,
         presser: &dyn Indenter,

@@ -4,6 +4,21 @@ use fabkit_geometry::Vector3;
 
 /// Reflection model of a coat: a diffuse part (Lambert) and a glossy part (Blinn 1977, scaled so that it reflects no
 /// more than its share).
+///
+/// ```
+/// use fabkit_geometry::Vector3;
+/// use fabkit_light::Coat;
+///
+/// // Light falls in at 45 degrees; seen from the mirror direction, a glossy coat outshines a diffuse one.
+/// let (matt, glossy) =
+///     (Coat { diffuse: 0.5, gloss: 0.0, exponent: 1.0 }, Coat { diffuse: 0.0, gloss: 0.5, exponent: 100.0 });
+/// let arrives = Vector3::new(1.0, 0.0, -1.0).normalize();
+/// let [mirrored, back] = [Vector3::new(1.0, 0.0, 1.0).normalize(), -arrives];
+/// let seen = |coat: Coat, to_viewer| coat.reflect(&Vector3::z(), &arrives, &to_viewer);
+/// assert!(seen(glossy, mirrored) > 10.0 * seen(matt, mirrored));
+/// // From where the light comes, there is no gloss, and the diffuse coat looks as from everywhere.
+/// assert!(seen(glossy, back) < 1e-6 && seen(matt, back) == seen(matt, mirrored));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coat {
     /// Diffusely reflected part of the light.

@@ -33,6 +33,20 @@ pub fn blur_diameter_px(pupil_mm: f64, focus_mm: f64, at_mm: f64, focal_px: f64)
 ///
 /// A uniform image stays uniform up to its edge: each value is a mean of the points whose disks reach it, weighted by
 /// the disk area that lies there. Where neighbouring disks are equally wide, the total light is kept.
+///
+/// ```
+/// use fabkit_light::Defocus;
+///
+/// // A bright point in the middle of 9 x 9 pixels, and disks of 3 px everywhere.
+/// let mut light = vec![[0.0]; 81];
+/// light[40] = [100.0];
+/// let defocus = Defocus::new(&[3.0; 81], 9).ok_or("everything is sharp")?;
+/// defocus.apply(&mut light);
+/// // The middle keeps a pixel's share of the disk: 1 / (pi 1.5^2). No light is lost.
+/// assert!((light[40][0] - 100.0 / (2.25 * std::f64::consts::PI)).abs() < 0.1);
+/// assert!((light.iter().map(|[grey]| grey).sum::<f64>() - 100.0).abs() < 1e-9);
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Defocus {
     width: usize,
@@ -91,6 +105,14 @@ fn covered_area(radius: f64, [x, y]: [f64; 2]) -> f64 {
 impl Defocus {
     /// Builds the blur of an image with `width` columns from the disk diameter of each point, row by row, in grid
     /// points. Returns `None` if everything is sharp.
+    ///
+    /// ```
+    /// use fabkit_light::Defocus;
+    ///
+    /// // A disk within its pixel blurs nothing.
+    /// assert!(Defocus::new(&[0.0, 0.5, 1.0, 0.5], 2).is_none());
+    /// assert!(Defocus::new(&[0.0, 0.5, 2.0, 0.5], 2).is_some());
+    /// ```
     pub fn new(diameters: &[f64], width: usize) -> Option<Self> {
         let step_of = |diameter: &f64| (diameter / 2.0 / RADIUS_STEP).round().max(0.0) as u32;
         let steps: Vec<u32> = diameters.iter().map(step_of).collect();

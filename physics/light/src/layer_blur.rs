@@ -31,6 +31,18 @@ pub struct LayerBlur {
 
 impl LayerBlur {
     /// Creates the blur for an image with `width` columns and a standard deviation in px.
+    ///
+    /// ```
+    /// use fabkit_light::LayerBlur;
+    ///
+    /// // A standard deviation of zero leaves values alone.
+    /// let mut values = [0.0, 9.0, 0.0];
+    /// LayerBlur::new(vec![true; 3], 3, 0.0).apply(&mut values);
+    /// assert_eq!(values, [0.0, 9.0, 0.0]);
+    /// // With one of 1 px, neighbours of one row get the same share.
+    /// LayerBlur::new(vec![true; 3], 3, 1.0).apply(&mut values);
+    /// assert!(values[1] > values[0] && (values[0] - values[2]).abs() < 1e-12);
+    /// ```
     pub fn new(is_layer: Vec<bool>, width: usize, sigma_px: f64) -> Self {
         let reach = (REACH * sigma_px).ceil();
         // The negated comparison catches NaN too.
@@ -52,6 +64,16 @@ impl LayerBlur {
     }
 
     /// Blurs values in place, row by row. If most are zero, only the rows and columns around the others are visited.
+    ///
+    /// ```
+    /// use fabkit_light::LayerBlur;
+    ///
+    /// // A uniform layer stays as it is, up to its edge: pixels beside it take no light.
+    /// let blur = LayerBlur::new(vec![true, true, true, false], 4, 1.0);
+    /// let mut values = [7.0, 7.0, 7.0, 0.0];
+    /// blur.apply(&mut values);
+    /// assert!(values[..3].iter().all(|value| (value - 7.0).abs() < 1e-12) && values[3] == 0.0);
+    /// ```
     pub fn apply(&self, values: &mut [f64]) {
         let Some((rows, columns)) = self.nonzero_range(values) else { return };
         // Pixels outside the layer give no light.

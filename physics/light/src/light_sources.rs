@@ -28,10 +28,26 @@ const RAY_OFFSET_MM: f64 = 1e-3;
 const MIN_COSINE: f64 = 0.05;
 
 /// Reason why the illumination of a sensor cannot be computed.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, NominalCamera, Pose};
+/// # let camera = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+/// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+/// # };
+/// use fabkit_geometry::{Lighting, Sensor, VisibleEffect};
+/// use fabkit_light::Emitters;
+///
+/// // Lamps that are not drawn give no light.
+/// let effect = VisibleEffect::Markers { marks: "dots".to_owned() };
+/// let sensor = Sensor::new("dark", "A dark one", "", camera, []);
+/// let error = Emitters::new(&sensor, &Lighting::from_body("white", "led", effect)).unwrap_err();
+/// assert_eq!(error.to_string(), "`dark` has no lamps that shine at its surface");
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LightingError {
     /// Sensor without light sources.
-    #[error("`{sensor}` has no lamps that shine at its surface")]
+    #[error("`{sensor}` has no light sources that shine at its surface")]
     NoLamps {
         /// Name of the sensor.
         sensor: String,
@@ -60,6 +76,29 @@ pub struct Emitter {
 }
 
 /// All emitting faces of a sensor, and the bodies that block or refract their light.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, NominalCamera, Pose};
+/// # let camera = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+/// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+/// # };
+/// use fabkit_geometry::{Assembly, Body, Lighting, Placement, Point3, Sensor, Solid, Vector3, VisibleEffect};
+/// use fabkit_light::Emitters;
+///
+/// // An LED of 0.1 x 0.1 mm, whose upper face at z = 0 shines up.
+/// let led = Body::bought("led", "LED", Solid::cuboid(0.1, 0.1, 0.1).at_z(-0.1))
+///     .as_light_source()
+///     .placed([Placement::in_place(Assembly::sensor())]);
+/// let sensor = Sensor::new("lit", "A lit one", "", camera, [led]);
+/// let effect = VisibleEffect::Markers { marks: "dots".to_owned() };
+/// let emitters = Emitters::new(&sensor, &Lighting::from_body("white", "led", effect))?;
+/// // At twice the distance a quarter arrives: 0.01 mm2 / (10 mm)^2 and (20 mm)^2.
+/// let [near, far] = [10.0, 20.0].map(|z_mm| (Point3::new(0.0, 0.0, z_mm), -Vector3::z()));
+/// let light = emitters.irradiance(&[near, far]);
+/// assert!((light[0][0] - 1e-4).abs() < 1e-7 && (light[0][0] / light[1][0] - 4.0).abs() < 0.01);
+/// # Ok::<(), fabkit_light::LightingError>(())
+/// ```
 #[derive(Debug)]
 pub struct Emitters {
     emitters: Vec<Emitter>,
@@ -147,17 +186,64 @@ impl Emitters {
         if spread.is_empty() {
             return Ok(own);
         }
-        let what = format!("{}, as bright as the lamps make it from behind", diffuser.name);
+        let what = format!("{}, as bright as the light sources make it from behind", diffuser.name);
         Ok(Self { emitters: spread, description: what, ..own })
     }
 
     /// Returns the emitting pieces.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, NominalCamera, Pose};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// use fabkit_geometry::{Assembly, Body, Lighting, Placement, Sensor, Solid, Vector3, VisibleEffect};
+    /// use fabkit_light::Emitters;
+    ///
+    /// let led = Body::bought("led", "LED", Solid::cuboid(2.0, 3.0, 1.0))
+    ///     .as_light_source()
+    ///     .placed([Placement::in_place(Assembly::sensor())]);
+    /// let effect = VisibleEffect::Markers { marks: "dots".to_owned() };
+    /// let sensor = Sensor::new("lit", "A lit one", "", camera, [led]);
+    /// let emitters = Emitters::new(&sensor, &Lighting::from_body("white", "led", effect))?;
+    /// // The pieces share the upper face: 2 mm x 3 mm, all of it facing up.
+    /// let power: f64 = emitters.pieces().iter().map(|piece| piece.power).sum();
+    /// assert!((power - 6.0).abs() < 1e-9);
+    /// assert!(emitters.pieces().iter().all(|piece| piece.outward == Vector3::z()));
+    /// # Ok::<(), fabkit_light::LightingError>(())
+    /// ```
     pub fn pieces(&self) -> &[Emitter] {
         &self.emitters
     }
 
     /// Computes the arrival of a piece's light at a point below the layer of interest; `None` if an opaque body hides
     /// it. The density is that of the whole piece.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, NominalCamera, Pose};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// use fabkit_geometry::{Assembly, Body, Lighting, Placement, Point3, Sensor, Solid, VisibleEffect};
+    /// use fabkit_light::Emitters;
+    ///
+    /// // A small LED below a disc of radius 1 mm, half way to the points at z = 10 mm.
+    /// let led = Body::bought("led", "LED", Solid::cuboid(0.1, 0.1, 0.1).at_z(-0.1)).as_light_source();
+    /// let disc = Body::bought("disc", "steel", Solid::cylinder(1.0, 0.1).at_z(5.0));
+    /// let bodies = [led, disc].map(|body| body.placed([Placement::in_place(Assembly::sensor())]));
+    /// let sensor = Sensor::new("lit", "A lit one", "", camera, bodies);
+    /// # let effect = VisibleEffect::Markers { marks: "dots".to_owned() };
+    /// let emitters = Emitters::new(&sensor, &Lighting::from_body("white", "led", effect))?;
+    /// let is_lit = |x_mm| {
+    ///     let place = Point3::new(x_mm, 0.0, 10.0);
+    ///     emitters.arrival(&emitters.pieces()[0], &place, &mut emitters.tracer()).is_some()
+    /// };
+    /// // The shadow is twice as wide as the disc.
+    /// assert_eq!([is_lit(1.8), is_lit(2.2)], [false, true]);
+    /// # Ok::<(), fabkit_light::LightingError>(())
+    /// ```
     pub fn arrival(
         &self,
         emitter: &Emitter,
@@ -192,6 +278,29 @@ impl Emitters {
     /// Computes the same irradiance with each contribution multiplied by its path length through a layer of refractive
     /// index `index`, relative to the thickness. Light from air is refracted where it enters; light from level plates
     /// has been refracted already.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, NominalCamera, Pose};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// # use fabkit_geometry::{Assembly, Body, Lighting, Placement, Point3, Sensor, Solid, Vector3, VisibleEffect};
+    /// # let led = Body::bought("led", "LED", Solid::cuboid(0.1, 0.1, 0.1).at_z(-0.1))
+    /// #     .as_light_source()
+    /// #     .placed([Placement::in_place(Assembly::sensor())]);
+    /// # let sensor = Sensor::new("lit", "A lit one", "", camera, [led]);
+    /// # let lighting = Lighting::from_body("white", "led", VisibleEffect::Markers { marks: "dots".to_owned() });
+    /// // A small LED at the origin lights a place at 60 degrees from its normal.
+    /// let emitters = fabkit_light::Emitters::new(&sensor, &lighting)?;
+    /// let place = [(Point3::new(10.0 * 3_f64.sqrt(), 0.0, 10.0), -Vector3::z())];
+    /// let plain = emitters.irradiance(&place)[0][0];
+    /// let longer = |index| emitters.irradiance_times_path(&place, index)[0][0] / plain;
+    /// // In air the way through a layer is 1 / cos 60 degrees; in gel, into which light is bent, less.
+    /// assert!((longer(1.0) - 2.0).abs() < 0.01);
+    /// assert!((longer(1.41) - 1.0 / (1.0 - 0.75 / 1.41_f64.powi(2)).sqrt()).abs() < 0.01);
+    /// # Ok::<(), fabkit_light::LightingError>(())
+    /// ```
     pub fn irradiance_times_path(
         &self,
         places: &[(Point3<f64>, Vector3<f64>)],

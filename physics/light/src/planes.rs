@@ -11,6 +11,18 @@ const HEIGHT_TOLERANCE_MM: f64 = 1e-6;
 const BISECTIONS: u32 = 60;
 
 /// Level faces between media, from the camera to the layer of interest.
+///
+/// ```
+/// use fabkit_geometry::Point3;
+/// use fabkit_light::Planes;
+///
+/// // Gel of index 1.41 from z = 4 mm on; the lamp is in the air below.
+/// let gel = Planes::new(vec![(4.0, 1.41)]);
+/// let found = gel.arrival(&Point3::origin(), &Point3::new(6.0, 0.0, 8.0)).unwrap();
+/// // Snell's law: the sine shrinks by the index, at the face.
+/// assert!((found.departure_direction.x / found.arrival_direction.x - 1.41).abs() < 1e-9);
+/// assert!((found.refraction_points[0].z - 4.0).abs() < 1e-9);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Planes {
     /// Height of each face, mm, and the refractive index above it, from below. Air lies below all of them.
@@ -18,6 +30,17 @@ pub struct Planes {
 }
 
 /// Arrival of a small light source's light at a point.
+///
+/// ```
+/// use fabkit_geometry::{Point3, Vector3};
+/// use fabkit_light::Planes;
+///
+/// // 3 mm aside and 4 mm up, without any face between: 5 mm of straight light.
+/// let found = Planes::default().arrival(&Point3::origin(), &Point3::new(3.0, 0.0, 4.0)).unwrap();
+/// assert!((found.arrival_direction - Vector3::new(0.6, 0.0, 0.8)).norm() < 1e-15);
+/// assert!((found.density - 1.0 / 25.0).abs() < 1e-15);
+/// assert_eq!(found.refraction_points, [Point3::origin(); 2]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
     /// Direction in which the light leaves the source, unit.
@@ -36,6 +59,25 @@ impl Planes {
     ///
     /// # Errors
     /// If light cannot be traced through the bodies.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, NominalCamera, Pose};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// use fabkit_geometry::{Assembly, Body, MaterialProperties, OpticalClarity, Placement, Sensor, Solid};
+    /// use fabkit_light::Planes;
+    ///
+    /// // A pane of glass from z = 5 mm to 7 mm: into index 1.5, and back into air.
+    /// let mut pane = Body::bought("pane", "glass", Solid::cylinder(20.0, 2.0).at_z(5.0))
+    ///     .with_clarity(OpticalClarity::Clear)
+    ///     .placed([Placement::in_place(Assembly::sensor())]);
+    /// pane.substance = MaterialProperties { refractive_index: Some(1.5), ..MaterialProperties::default() };
+    /// let planes = Planes::from_sensor(&Sensor::new("window", "A window", "", camera, [pane]))?;
+    /// assert_eq!(planes, Planes::new(vec![(5.0, 1.5), (7.0, 1.0)]));
+    /// # Ok::<(), fabkit_optics::InvalidStack>(())
+    /// ```
     pub fn from_sensor(sensor: &Sensor) -> Result<Self, InvalidStack> {
         let stack = OpticalStack::from_sensor(sensor)?;
         let mut tracer = Tracer::new(&stack);

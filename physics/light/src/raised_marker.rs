@@ -3,6 +3,20 @@
 use fabkit_geometry::{Point3, Vector3};
 
 /// Cylinder that ends in a hemisphere.
+///
+/// ```
+/// use fabkit_geometry::{Point3, Vector3};
+/// use fabkit_light::RaisedMarker;
+///
+/// // A pin that hangs down from a coat above: its round end of radius 0.5 mm is around z = 4 mm.
+/// let pin = RaisedMarker { centre: Point3::new(0.0, 0.0, 4.0), axis: -Vector3::z(), radius_mm: 0.5 };
+/// let tip = pin.entry(&Point3::origin(), &Vector3::z()).unwrap();
+/// assert_eq!((tip.at_mm, tip.normal), (3.5, -Vector3::z()));
+/// // Above the round end there is the cylinder, which has no upper end.
+/// let side = pin.entry(&Point3::new(-2.0, 0.0, 9.0), &Vector3::x()).unwrap();
+/// assert_eq!((side.at_mm, side.normal), (1.5, -Vector3::x()));
+/// assert_eq!(pin.entry(&Point3::new(0.6, 0.0, 0.0), &Vector3::z()), None);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RaisedMarker {
     /// Centre of the hemisphere, mm.

@@ -11,12 +11,33 @@ pub struct TwoStream {
 impl TwoStream {
     /// Returns the reflectance for diffuse light of a layer of this thickness, mm: 0 for no layer, nearly 1 for a thick
     /// one.
+    ///
+    /// ```
+    /// use fabkit_light::TwoStream;
+    ///
+    /// // Where a layer is thin, twice the thickness is nearly twice as bright; where it is thick, hardly brighter.
+    /// let gel = TwoStream { scatter_per_mm: 1.0 };
+    /// let gain = |thickness_mm: f64| gel.reflectance(2.0 * thickness_mm) / gel.reflectance(thickness_mm);
+    /// assert!(gain(0.01) > 1.98 && gain(100.0) < 1.01);
+    /// // Without a layer, only the black ground is left.
+    /// assert_eq!(gel.reflectance(0.0), 0.0);
+    /// ```
     pub fn reflectance(self, thickness_mm: f64) -> f64 {
         let sent = self.scatter_per_mm * thickness_mm.max(0.0);
         sent / (1.0 + sent)
     }
 
     /// Returns the thickness, mm, of a layer with this reflectance; infinite at 1 and above.
+    ///
+    /// ```
+    /// use fabkit_light::TwoStream;
+    ///
+    /// // Half of the light comes back from 2 mm, two thirds from 4 mm.
+    /// let gel = TwoStream { scatter_per_mm: 0.5 };
+    /// assert_eq!(gel.thickness_mm(0.5), 2.0);
+    /// assert!((gel.thickness_mm(2.0 / 3.0) - 4.0).abs() < 1e-12);
+    /// assert_eq!(gel.thickness_mm(1.0), f64::INFINITY);
+    /// ```
     pub fn thickness_mm(self, reflectance: f64) -> f64 {
         let part = reflectance.clamp(0.0, 1.0);
         part / (1.0 - part) / self.scatter_per_mm

@@ -5,6 +5,18 @@ pub const ACCEPTED: &str =
     "Conv, Relu, Clip, Sigmoid, Identity, and Add, Sub, Mul, Div with a constant";
 
 /// Reason why a file is not a network that can be evaluated, or an image does not suit it.
+///
+/// ```
+/// use fabkit_network::writer::{ChainLayer, write_chain};
+/// use fabkit_network::{Network, NetworkError};
+///
+/// // Two channels would be two maps; messages name the node that is at fault.
+/// let two = ChainLayer::convolution([2, 1, 1, 1], 1, &[1.0; 2], &[0.0; 2]);
+/// let error = Network::read(&write_chain(&[two])).unwrap_err();
+/// assert_eq!(error, NetworkError::Channels { channels: 2 });
+/// let cut_off = &write_chain(&[ChainLayer::operator("Relu")])[..20];
+/// assert!(Network::read(cut_off).is_err());
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NetworkError {
     /// Bytes that are not an ONNX model.

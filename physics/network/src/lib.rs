@@ -50,6 +50,18 @@ pub use error::NetworkError;
 pub use tiles::TILE_PX;
 
 /// Network that can be evaluated.
+///
+/// ```
+/// use fabkit_network::Network;
+/// use fabkit_network::writer::{ChainLayer, write_chain};
+///
+/// // A mean of 3 x 3 pixels: outside of the image there are zeros, so that a corner keeps four ninths.
+/// let mean = ChainLayer::convolution([1, 1, 3, 3], 1, &[1.0 / 9.0; 9], &[0.0]);
+/// let network = Network::read(&write_chain(&[mean]))?;
+/// let means = network.run(&[9.0; 9], 3)?;
+/// assert!((means[4] - 9.0).abs() < 1e-5 && (means[0] - 4.0).abs() < 1e-5);
+/// # Ok::<(), fabkit_network::NetworkError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Network {
     chain: Chain,
@@ -62,6 +74,17 @@ impl Network {
     ///
     /// # Errors
     /// If the bytes are not an ONNX model, or the graph is not such a chain; the message names the node.
+    ///
+    /// ```
+    /// use fabkit_network::writer::{ChainLayer, write_chain};
+    /// use fabkit_network::{Network, NetworkError};
+    ///
+    /// assert_eq!(Network::read(b"no model").err(), Some(NetworkError::NotOnnx));
+    /// // What is not read is named.
+    /// let scale = ChainLayer::convolution([1, 1, 1, 1], 1, &[2.0], &[0.0]);
+    /// let pooled = write_chain(&[scale, ChainLayer::operator("MaxPool")]);
+    /// assert!(Network::read(&pooled).unwrap_err().to_string().contains("MaxPool is not known"));
+    /// ```
     pub fn read(bytes: &[u8]) -> Result<Self, NetworkError> {
         let chain = chain::read_chain(bytes)?;
         // Each weight is multiplied once per pixel; each output has a bias.
@@ -73,6 +96,19 @@ impl Network {
     }
 
     /// Returns the number of learned parameters of the convolutions.
+    ///
+    /// ```
+    /// use fabkit_network::Network;
+    /// use fabkit_network::writer::{ChainLayer, write_chain};
+    ///
+    /// // One channel to two by windows of 5 x 5, and back to one by 1 x 1.
+    /// let wide = ChainLayer::convolution([2, 1, 5, 5], 1, &[0.1; 50], &[0.0; 2]);
+    /// let back = ChainLayer::convolution([1, 2, 1, 1], 1, &[1.0; 2], &[0.0]);
+    /// let network = Network::read(&write_chain(&[wide, back]))?;
+    /// // 50 weights and 2 biases, then 2 weights and 1 bias; biases are added, not multiplied.
+    /// assert_eq!((network.parameters(), network.multiplications_per_pixel()), (55, 52));
+    /// # Ok::<(), fabkit_network::NetworkError>(())
+    /// ```
     pub fn parameters(&self) -> usize {
         self.parameters
     }
@@ -83,6 +119,17 @@ impl Network {
     }
 
     /// Returns how many pixels to each side influence an output pixel: rows and columns, px.
+    ///
+    /// ```
+    /// use fabkit_network::Network;
+    /// use fabkit_network::writer::{ChainLayer, write_chain};
+    ///
+    /// // Windows of 3 rows x 5 columns, twice: each adds half of itself.
+    /// let blur = ChainLayer::convolution([1, 1, 3, 5], 1, &[0.1; 15], &[0.0]);
+    /// let network = Network::read(&write_chain(&[blur.clone(), blur]))?;
+    /// assert_eq!(network.reach_px(), [2, 4]);
+    /// # Ok::<(), fabkit_network::NetworkError>(())
+    /// ```
     pub fn reach_px(&self) -> [usize; 2] {
         let of =
             |k: usize| self.chain.stages.iter().map(|stage| stage.convolution.kernel[k] / 2).sum();
@@ -98,6 +145,20 @@ impl Network {
     ///
     /// # Errors
     /// If the values do not form complete rows, or are not finite.
+    ///
+    /// ```
+    /// use fabkit_network::writer::{ChainLayer, write_chain};
+    /// use fabkit_network::{Network, NetworkError};
+    ///
+    /// let double = ChainLayer::convolution([1, 1, 1, 1], 1, &[2.0], &[0.5]);
+    /// let network = Network::read(&write_chain(&[double]))?;
+    /// assert_eq!(network.run(&[1.0, 2.0, 3.0, 4.0], 2)?, [2.5, 4.5, 6.5, 8.5]);
+    /// // Four values are no rows of three.
+    /// let error = network.run(&[1.0, 2.0, 3.0, 4.0], 3).unwrap_err();
+    /// assert_eq!(error, NetworkError::ImageShape { values: 4, columns: 3 });
+    /// assert_eq!(network.run(&[f32::NAN], 1).unwrap_err(), NetworkError::NotFinite);
+    /// # Ok::<(), fabkit_network::NetworkError>(())
+    /// ```
     pub fn run(&self, image: &[f32], columns: usize) -> Result<Vec<f32>, NetworkError> {
         self.evaluate(image, columns, OutputRegion::Everything)
     }
@@ -107,6 +168,19 @@ impl Network {
     ///
     /// # Errors
     /// As for [`Self::run`].
+    ///
+    /// ```
+    /// use fabkit_network::Network;
+    /// use fabkit_network::writer::{ChainLayer, write_chain};
+    ///
+    /// // A bias makes even untouched pixels deep; they are set to zero.
+    /// let biased = ChainLayer::convolution([1, 1, 1, 1], 1, &[2.0], &[0.5]);
+    /// let network = Network::read(&write_chain(&[biased]))?;
+    /// let difference = [0.0, 1.0, 0.0, -1.0];
+    /// assert_eq!(network.run(&difference, 2)?, [0.5, 2.5, 0.5, -1.5]);
+    /// assert_eq!(network.run_nonzero(&difference, 2)?, [0.0, 2.5, 0.0, -1.5]);
+    /// # Ok::<(), fabkit_network::NetworkError>(())
+    /// ```
     pub fn run_nonzero(&self, image: &[f32], columns: usize) -> Result<Vec<f32>, NetworkError> {
         self.evaluate(image, columns, OutputRegion::Nonzero)
     }

@@ -12,6 +12,17 @@ pub struct ChainLayer {
 
 impl ChainLayer {
     /// Creates a convolution from weights (outputs x inputs of a group x rows x columns), padded by half of its window.
+    ///
+    /// ```
+    /// use fabkit_network::Network;
+    /// use fabkit_network::writer::{ChainLayer, write_chain};
+    ///
+    /// // Weights lie row by row; they are not flipped, so the last of three looks at the pixel on the right.
+    /// let right = ChainLayer::convolution([1, 1, 1, 3], 1, &[0.0, 0.0, 1.0], &[0.0]);
+    /// let network = Network::read(&write_chain(&[right]))?;
+    /// assert_eq!(network.run(&[1.0, 2.0, 3.0], 3)?, [2.0, 3.0, 0.0]);
+    /// # Ok::<(), fabkit_network::NetworkError>(())
+    /// ```
     pub fn convolution(shape: [usize; 4], groups: usize, weights: &[f32], bias: &[f32]) -> Self {
         let [outputs, _, rows, columns] = shape;
         let half = [rows / 2, columns / 2, rows / 2, columns / 2].map(|px| px as i64);
@@ -28,12 +39,33 @@ impl ChainLayer {
     }
 
     /// Adds an attribute of integers: `group` is written as one number, other keys as a list.
+    ///
+    /// ```
+    /// use fabkit_network::Network;
+    /// use fabkit_network::writer::{ChainLayer, write_chain};
+    ///
+    /// // A stride of 2 would halve the image; maps that keep their size are read only.
+    /// let halving = ChainLayer::convolution([1, 1, 1, 1], 1, &[1.0], &[0.0]).with_attribute("strides", &[2, 2]);
+    /// assert!(Network::read(&write_chain(&[halving])).unwrap_err().to_string().contains("strides"));
+    /// ```
     pub fn with_attribute(mut self, key: &'static str, numbers: &[i64]) -> Self {
         self.integers.push((key, numbers.to_vec()));
         self
     }
 
     /// Adds a constant input.
+    ///
+    /// ```
+    /// use fabkit_network::Network;
+    /// use fabkit_network::writer::{ChainLayer, write_chain};
+    ///
+    /// // Intensities of 0 to 255 as parts of 1.
+    /// let part = ChainLayer::operator("Div").with_constant(&[1], &[255.0]);
+    /// let same = ChainLayer::convolution([1, 1, 1, 1], 1, &[1.0], &[0.0]);
+    /// let network = Network::read(&write_chain(&[part, same]))?;
+    /// assert_eq!(network.run(&[0.0, 51.0, 255.0], 3)?, [0.0, 0.2, 1.0]);
+    /// # Ok::<(), fabkit_network::NetworkError>(())
+    /// ```
     pub fn with_constant(mut self, shape: &[usize], values: &[f32]) -> Self {
         self.constants.push((shape.to_vec(), values.to_vec()));
         self

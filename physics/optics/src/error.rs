@@ -3,10 +3,27 @@
 use fabkit_geometry::{InvalidSolid, Point3};
 
 /// Reason why light cannot be traced through the bodies of a sensor.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, Assembly, Body, NominalCamera, OpticalClarity, Placement, Pose, Sensor, Solid};
+/// # let camera = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+/// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+/// # };
+/// use fabkit_optics::OpticalStack;
+///
+/// // Nobody says what the pane is made from.
+/// let pane = Body::bought("pane", "clear", Solid::cylinder(20.0, 2.0).at(0.0, 0.0, 5.0))
+///     .with_clarity(OpticalClarity::Clear)
+///     .placed([Placement::in_place(Assembly::sensor())]);
+/// let error = OpticalStack::from_sensor(&Sensor::new("window", "A window", "", camera, [pane])).unwrap_err();
+/// assert!(error.to_string().starts_with("pane: light passes it, but nobody says"));
+/// assert!(error.hint().contains("refractive_index"));
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidStack {
     /// Clear body with an unknown refractive index.
-    #[error("{body}: light passes it, but nobody says how {} bends light", material_or_unknown(.material))]
+    #[error("{body}: light passes it, but the refractive index of {} is not known", material_or_unknown(.material))]
     UnknownIndex {
         /// Name of the body.
         body: String,
@@ -23,7 +40,7 @@ pub enum InvalidStack {
     },
     /// Overlap of two media.
     #[error(
-        "{} and {} overlap by {depth_mm:.3} mm at ({:.3}, {:.3}, {:.3}) mm: light has two media there",
+        "{} and {} overlap by {depth_mm:.3} mm at ({:.3}, {:.3}, {:.3}) mm: a place can have only one medium",
         .bodies[0], .bodies[1], .place_in_sensor.x, .place_in_sensor.y, .place_in_sensor.z
     )]
     Overlap {
@@ -85,5 +102,5 @@ impl InvalidStack {
 
 /// Returns the name of the material, or words that stand for an unknown one.
 fn material_or_unknown(material: &str) -> &str {
-    if material.is_empty() { "what it is made from" } else { material }
+    if material.is_empty() { "its material" } else { material }
 }

@@ -24,6 +24,39 @@ const MAX_GUESSES: usize = 24;
 const MIN_SHARE: f64 = 0.9;
 
 /// Refracting interface between a camera and its sensing surface.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, Assembly, Body, FixtureGrip, MaterialProperties, NominalCamera};
+/// # use fabkit_geometry::{OpticalClarity, Path, Placement, PlaneSurface, Pose, Sensor, Solid};
+/// # let nominal = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 64, height_px: 48,
+/// #     field_of_view: Angle::from_deg(60.0).unwrap(), lens: Default::default(),
+/// # };
+/// # let outline = Path::circle([0.0, 0.0], 20.0);
+/// # let grip = FixtureGrip {
+/// #     outline: outline.clone(), top_z_mm: 0.0, bottom_z_mm: -9.0, clear_radius_mm: 8.0,
+/// #     key: None, threads: Vec::new(),
+/// # };
+/// # let touch = PlaneSurface { outline, top_z_mm: 11.0, foot_z_mm: 10.0, max_indentation_mm: 1.0, grip };
+/// # let skin = Body::cast("skin", "", Solid::cylinder(20.0, 1.0).at(0.0, 0.0, 10.0)).as_deformable();
+/// # let mut pane = Body::bought("pane", "glass", Solid::cylinder(20.0, 2.0).at(0.0, 0.0, 5.0))
+/// #     .with_clarity(OpticalClarity::Clear);
+/// # pane.substance = MaterialProperties { refractive_index: Some(1.5), ..MaterialProperties::default() };
+/// # let [skin, pane] = [skin, pane].map(|body| body.placed([Placement::in_place(Assembly::sensor())]));
+/// use fabkit_camera::{Camera, Interface};
+/// use fabkit_optics::{FirstInterface, OpticalStack, ViewStacks};
+///
+/// // A pane of glass, 2 mm thick, 5 mm before the camera; behind it, in air, the skin that is touched.
+/// let mut sensor = Sensor::new("window", "A window", "", nominal, [pane, skin]);
+/// sensor.touch = Some(touch.into());
+/// let sights = ViewStacks::new(OpticalStack::from_sensor(&sensor)?);
+/// let camera = Camera::equidistant(64, 48, 60_f64.to_radians())?;
+/// let found = FirstInterface::from_camera(&camera, &Pose::identity(), &sights);
+/// let FirstInterface::Single { interface: Interface::Flat(flat), share, again } = found else { panic!() };
+/// assert!((flat.distance_mm - 5.0).abs() < 1e-6 && (flat.glass_thickness_mm - 2.0).abs() < 1e-6);
+/// assert_eq!((flat.index_glass, share, again), (1.5, 1.0, false));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FirstInterface {
     /// No ray reaches the sensing surface.
@@ -115,6 +148,22 @@ impl OpticalStack {
     ///
     /// # Errors
     /// [`InvalidStack::NoInterface`].
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, NominalCamera, Pose, Sensor};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// use fabkit_optics::{FirstInterface, InvalidStack, OpticalStack};
+    ///
+    /// // Where nothing is drawn there is no interface to begin behind.
+    /// let stack = OpticalStack::from_sensor(&Sensor::new("air", "Air", "", camera, []))?;
+    /// assert!(!stack.starts_behind_interface());
+    /// let behind = stack.starting_behind(&FirstInterface::NothingVisible, &Pose::identity());
+    /// assert_eq!(behind.unwrap_err(), InvalidStack::NoInterface);
+    /// # Ok::<(), fabkit_optics::InvalidStack>(())
+    /// ```
     pub fn starting_behind(
         mut self,
         window: &FirstInterface,

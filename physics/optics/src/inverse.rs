@@ -71,6 +71,28 @@ struct Fan {
 }
 
 /// Ray that passes through a point if nothing opaque blocks it.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, Assembly, Body, NominalCamera, Placement, Point3, Pose, Sensor, Solid};
+/// # let camera = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+/// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+/// # };
+/// # let lid = Body::bought("lid", "steel", Solid::cylinder(20.0, 1.0).at(0.0, 0.0, 10.0))
+/// #     .placed([Placement::in_place(Assembly::sensor())]);
+/// use fabkit_optics::{OpticalStack, RayEnd, ViewStacks};
+///
+/// // A lid at z = 10 mm hides what lies behind it; it is found nevertheless.
+/// let sights = ViewStacks::new(OpticalStack::from_sensor(&Sensor::new("box", "A box", "", camera, [lid]))?);
+/// let mut solver = sights.sight_line_solver();
+/// let pupil = Point3::origin();
+/// let behind = solver.find_sight_line(&pupil, &Point3::new(0.0, 0.0, 15.0)).unwrap();
+/// assert_eq!((behind.way_mm, behind.hidden_by(1e-6)), (15.0, Some(RayEnd::Body(0))));
+/// // A point on the lid is not hidden by it.
+/// let before = solver.find_sight_line(&pupil, &Point3::new(3.0, 0.0, 10.0)).unwrap();
+/// assert_eq!(before.hidden_by(1e-6), None);
+/// # Ok::<(), fabkit_optics::InvalidStack>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct SightLine {
     /// Unit direction at the pupil, sensor frame.
@@ -105,6 +127,26 @@ impl ViewStacks {
     }
 
     /// Returns whether any body refracts light.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, MaterialProperties, NominalCamera, OpticalClarity};
+    /// # use fabkit_geometry::{Placement, Pose, Sensor, Solid};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// # let mut pane = Body::bought("pane", "glass", Solid::cylinder(20.0, 2.0).at(0.0, 0.0, 5.0))
+    /// #     .with_clarity(OpticalClarity::Clear)
+    /// #     .placed([Placement::in_place(Assembly::sensor())]);
+    /// # pane.substance = MaterialProperties { refractive_index: Some(1.5), ..MaterialProperties::default() };
+    /// use fabkit_optics::{OpticalStack, ViewStacks};
+    ///
+    /// // A pane of glass, taken as glass, and taken as air.
+    /// let sensor = Sensor::new("window", "A window", "", camera, [pane]);
+    /// assert!(ViewStacks::new(OpticalStack::from_sensor(&sensor)?).bends());
+    /// assert!(!ViewStacks::new(OpticalStack::without_refraction(&sensor)?).bends());
+    /// # Ok::<(), fabkit_optics::InvalidStack>(())
+    /// ```
     pub fn bends(&self) -> bool {
         self.stack.refracts()
     }
@@ -151,6 +193,32 @@ impl SightLineSolver<'_> {
     /// Finds a ray from a pupil through a point, sensor frame, mm. If there are several, one that nothing hides is
     /// preferred; the search begins at the straight line, so it usually finds the ray closest to that. Returns `None`
     /// if there is none, because light from the point is totally reflected or bent past the pupil.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, MaterialProperties, NominalCamera, OpticalClarity};
+    /// # use fabkit_geometry::{Placement, Point3, Pose, Sensor, Solid};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// # let mut pane = Body::bought("pane", "glass", Solid::cylinder(20.0, 2.0).at(0.0, 0.0, 5.0))
+    /// #     .with_clarity(OpticalClarity::Clear)
+    /// #     .placed([Placement::in_place(Assembly::sensor())]);
+    /// # pane.substance = MaterialProperties { refractive_index: Some(1.5), ..MaterialProperties::default() };
+    /// use fabkit_optics::{OpticalStack, ViewStacks};
+    ///
+    /// // Behind a pane of 2 mm, a point 12 mm away and 9 mm aside.
+    /// let sights = ViewStacks::new(OpticalStack::from_sensor(&Sensor::new("pane", "A pane", "", camera, [pane]))?);
+    /// let mut solver = sights.sight_line_solver();
+    /// let point = Point3::new(9.0, 0.0, 12.0);
+    /// let sight = solver.find_sight_line(&Point3::origin(), &point).unwrap();
+    /// // Glass lifts what lies behind it: the ray is flatter than the straight line, whose slope is 9 to 12.
+    /// assert!(sight.direction.x / sight.direction.z > 0.75);
+    /// // Both faces are parallel, and so are the ray's first and last piece.
+    /// assert!((sight.direction_at_point - sight.direction).norm() < 1e-12);
+    /// assert_eq!(solver.corners(&Point3::origin(), &point, &sight).len(), 4);
+    /// # Ok::<(), fabkit_optics::InvalidStack>(())
+    /// ```
     pub fn find_sight_line(
         &mut self,
         pupil: &Point3<f64>,
@@ -261,6 +329,25 @@ impl SightLineSolver<'_> {
     /// Computes the derivative of a ray's direction at the pupil by the point, 1/mm, along the two vectors across it
     /// that [`SightLine::transverse_axes`] returns. Returns `None` on a caustic, where light from neighbouring points arrives along
     /// one ray.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, NominalCamera, Point3, Pose, Sensor};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// use fabkit_optics::{OpticalStack, ViewStacks};
+    ///
+    /// // In air: a millimetre across the ray, 20 mm away, turns it by a twentieth; along it, by nothing.
+    /// let sights = ViewStacks::new(OpticalStack::from_sensor(&Sensor::new("air", "Air", "", camera, []))?);
+    /// let mut solver = sights.sight_line_solver();
+    /// let (pupil, point) = (Point3::origin(), Point3::new(0.0, 0.0, 20.0));
+    /// let sight = solver.find_sight_line(&pupil, &point).unwrap();
+    /// let by_point = solver.direction_by_point(&pupil, &point, &sight).unwrap();
+    /// assert!((by_point.column(0).norm() - 0.05).abs() < 1e-9);
+    /// assert!(by_point.column(2).norm() < 1e-9);
+    /// # Ok::<(), fabkit_optics::InvalidStack>(())
+    /// ```
     pub fn direction_by_point(
         &mut self,
         pupil: &Point3<f64>,

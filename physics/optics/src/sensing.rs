@@ -17,6 +17,26 @@ const PRISM_DEPTH_MM: f64 = 1e4;
 const CORE_SLACK_MM: f64 = 1e-6;
 
 /// Volume within the sensing surface, extended downwards without end, so that every ray from a camera starts in it.
+///
+/// ```
+/// # use fabkit_geometry::{DomeSurface, EllipsoidOffset, FixtureGrip, Path, Point3, Ray, Vector3};
+/// # let grip = FixtureGrip {
+/// #     outline: Path::circle([0.0, 0.0], 10.0), top_z_mm: 0.0, bottom_z_mm: -20.0, clear_radius_mm: 8.0,
+/// #     key: None, threads: Vec::new(),
+/// # };
+/// use fabkit_optics::SensingSurface;
+///
+/// // A hemisphere of radius 10 mm around (0, 0, 4) on a straight wall; its foot is at z = 0.
+/// let dome = EllipsoidOffset { equatorial_mm: 10.0, polar_mm: 10.0, offset_mm: 0.0 };
+/// let touch = DomeSurface { dome, centre_z_mm: 4.0, foot_z_mm: 0.0, max_indentation_mm: 1.0, grip };
+/// let surface = SensingSurface::new(&touch.into())?;
+/// let exit = |origin, direction| surface.exit(&Ray { origin, direction }, &mut Default::default());
+/// assert_eq!(exit(Point3::origin(), Vector3::z()), Some((14.0, Vector3::z())));
+/// assert_eq!(exit(Point3::new(0.0, 0.0, 1.0), Vector3::x()), Some((10.0, Vector3::x())));
+/// // Below the foot is the housing.
+/// assert_eq!(exit(Point3::new(0.0, 0.0, -1.0), Vector3::x()), None);
+/// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct SensingSurface(SensingVolume);
 

@@ -29,6 +29,26 @@ const OVERLAP_RAYS: usize = 2_048;
 const MIN_OVERLAP_MM: f64 = 1e-6;
 
 /// Optical role of a body.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, Body, MaterialProperties, NominalCamera, OpticalClarity, Pose, Sensor, Solid};
+/// # let camera = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+/// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+/// # };
+/// use fabkit_optics::OpticalRole;
+///
+/// let mut gel = Body::cast("gel", "Clear gel", Solid::cylinder(9.0, 3.0)).with_clarity(OpticalClarity::Clear);
+/// gel.substance = MaterialProperties { refractive_index: Some(1.41), ..MaterialProperties::default() };
+/// let paint = Body::cast("paint", "Grey paint", Solid::cylinder(9.0, 0.1).at(0.0, 0.0, 3.0));
+/// let mut sensor = Sensor::new("pad", "A pad", "", camera, [gel, paint]);
+/// // The camera is meant to see the paint, through the gel.
+/// sensor.visible_bodies = vec!["paint".to_owned()];
+/// let role = |name| OpticalRole::from_body(&sensor, sensor.body(name).unwrap());
+/// assert_eq!(role("gel")?, OpticalRole::Medium { index: 1.41, is_skin: false });
+/// assert_eq!(role("paint")?, OpticalRole::Skin);
+/// # Ok::<(), fabkit_optics::InvalidStack>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum OpticalRole {
     /// Body that light passes; it may also show the touch.
@@ -61,6 +81,25 @@ pub(crate) struct Item {
 }
 
 /// Bodies of a sensor as light meets them. See the model of the crate.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, Assembly, Body, NominalCamera, Placement, Point3, Pose, Ray, Sensor, Solid, Vector3};
+/// # let camera = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+/// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+/// # };
+/// use fabkit_optics::{OpticalStack, Tracer};
+///
+/// // An opaque lid, 10 mm above the pupil.
+/// let lid = Body::bought("lid", "steel", Solid::cylinder(20.0, 1.0).at(0.0, 0.0, 10.0))
+///     .placed([Placement::in_place(Assembly::sensor())]);
+/// let stack = OpticalStack::from_sensor(&Sensor::new("box", "A box", "", camera, [lid]))?;
+/// assert_eq!(stack.names(), ["lid"]);
+/// let up = Ray { origin: Point3::origin(), direction: Vector3::z() };
+/// let path = Tracer::new(&stack).follow(&up);
+/// assert_eq!((stack.name_of(path.end), path.end_mm), ("lid", 10.0));
+/// # Ok::<(), fabkit_optics::InvalidStack>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct OpticalStack {
     pub(crate) items: Vec<Item>,
@@ -127,6 +166,28 @@ impl OpticalStack {
     ///
     /// # Errors
     /// As for [`OpticalStack::from_sensor`], except for those about media.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, NominalCamera, OpticalClarity, Placement, Point3, Pose};
+    /// # use fabkit_geometry::{Ray, Sensor, Solid, Vector3};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// use fabkit_optics::{OpticalStack, Tracer};
+    ///
+    /// // No refractive index is needed: slanted rays pass the pane as if it were air.
+    /// let pane = Body::bought("pane", "glass", Solid::cylinder(20.0, 2.0).at(0.0, 0.0, 5.0))
+    ///     .with_clarity(OpticalClarity::Clear)
+    ///     .placed([Placement::in_place(Assembly::sensor())]);
+    /// let sensor = Sensor::new("window", "A window", "", camera, [pane]);
+    /// assert!(OpticalStack::from_sensor(&sensor).is_err());
+    /// let stack = OpticalStack::without_refraction(&sensor)?;
+    /// let ray = Ray { origin: Point3::origin(), direction: Vector3::new(0.6, 0.0, 0.8) };
+    /// let path = Tracer::new(&stack).follow(&ray);
+    /// assert!((path.last.direction - ray.direction).norm() < 1e-12);
+    /// # Ok::<(), fabkit_optics::InvalidStack>(())
+    /// ```
     pub fn without_refraction(sensor: &Sensor) -> Result<Self, InvalidStack> {
         let mut sensor = sensor.clone();
         for body in &mut sensor.bodies {
@@ -167,6 +228,23 @@ impl OpticalStack {
     ///
     /// # Errors
     /// [`InvalidStack::CameraInside`].
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, NominalCamera, Placement, Point3, Pose, Sensor, Solid};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// use fabkit_optics::OpticalStack;
+    ///
+    /// // A lid from z = 10 mm to 11 mm. A calibrated pose may put the pupil elsewhere than the drawing does.
+    /// let lid = Body::bought("lid", "steel", Solid::cylinder(20.0, 1.0).at(0.0, 0.0, 10.0))
+    ///     .placed([Placement::in_place(Assembly::sensor())]);
+    /// let stack = OpticalStack::from_sensor(&Sensor::new("box", "A box", "", camera, [lid]))?;
+    /// assert!(stack.check_pupil(&Point3::new(0.0, 0.0, 2.0)).is_ok());
+    /// assert!(stack.check_pupil(&Point3::new(0.0, 0.0, 10.5)).is_err());
+    /// # Ok::<(), fabkit_optics::InvalidStack>(())
+    /// ```
     pub fn check_pupil(&self, place_in_sensor: &Point3<f64>) -> Result<(), InvalidStack> {
         let around = |item: &&Item| {
             !matches!(item.part, OpticalRole::Medium { .. }) && item.solid.contains(place_in_sensor)

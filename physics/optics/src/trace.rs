@@ -14,6 +14,30 @@ pub(crate) const TOUCH_TOLERANCE_MM: f64 = 1e-7;
 const MAX_REFRACTIONS: u32 = 64;
 
 /// End of a ray.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, Assembly, Body, MaterialProperties, NominalCamera, OpticalClarity};
+/// # use fabkit_geometry::{Placement, Point3, Pose, Ray, Sensor, Solid, Vector3};
+/// # let camera = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+/// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+/// # };
+/// # let mut block = Body::bought("block", "glass", Solid::cylinder(20.0, 4.0).at(0.0, 0.0, -2.0))
+/// #     .with_clarity(OpticalClarity::Clear)
+/// #     .placed([Placement::in_place(Assembly::sensor())]);
+/// # block.substance = MaterialProperties { refractive_index: Some(1.5), ..MaterialProperties::default() };
+/// use fabkit_optics::{OpticalStack, RayEnd, Tracer};
+///
+/// // The pupil lies within glass of index 1.5, which light leaves up to arcsin(1 / 1.5) = 41.8 degrees.
+/// let stack = OpticalStack::from_sensor(&Sensor::new("block", "A block", "", camera, [block]))?;
+/// let end = |deg: f64| {
+///     let (sin, cos) = deg.to_radians().sin_cos();
+///     let ray = Ray { origin: Point3::origin(), direction: Vector3::new(sin, 0.0, cos) };
+///     Tracer::new(&stack).follow(&ray).end
+/// };
+/// assert_eq!([end(41.0), end(43.0)], [RayEnd::Nothing, RayEnd::TotalReflection(0)]);
+/// # Ok::<(), fabkit_optics::InvalidStack>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayEnd {
     /// Sensing surface.
@@ -27,6 +51,31 @@ pub enum RayEnd {
 }
 
 /// Path of a ray.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, Assembly, Body, MaterialProperties, NominalCamera, OpticalClarity};
+/// # use fabkit_geometry::{Placement, Point3, Pose, Ray, Sensor, Solid, Vector3};
+/// # let camera = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+/// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+/// # };
+/// # let [pane, lid] = [("pane", 5.0), ("lid", 10.0)].map(|(name, z_mm)| {
+/// #     Body::bought(name, "", Solid::cylinder(20.0, 2.0).at(0.0, 0.0, z_mm))
+/// #         .placed([Placement::in_place(Assembly::sensor())])
+/// # });
+/// # let mut pane = pane.with_clarity(OpticalClarity::Clear);
+/// # pane.substance = MaterialProperties { refractive_index: Some(1.5), ..MaterialProperties::default() };
+/// use fabkit_optics::{OpticalStack, Tracer};
+///
+/// // Glass from z = 5 mm to 7 mm, and a lid at 10 mm.
+/// let stack = OpticalStack::from_sensor(&Sensor::new("box", "A box", "", camera, [pane, lid]))?;
+/// let up = Ray { origin: Point3::origin(), direction: Vector3::z() };
+/// let path = Tracer::new(&stack).follow(&up);
+/// // The last piece begins where the ray leaves the glass, so that the lid is 7 mm + 3 mm away.
+/// assert!((path.lead_mm - 7.0).abs() < 1e-12 && (path.end_mm - 3.0).abs() < 1e-12);
+/// assert_eq!(stack.name_of(path.end), "lid");
+/// # Ok::<(), fabkit_optics::InvalidStack>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightPath {
     /// Last straight piece, from the last refraction.
@@ -107,11 +156,52 @@ impl<'a> Tracer<'a> {
     }
 
     /// Returns the start of the last traced ray and its points of refraction, in order, sensor frame, mm.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, NominalCamera, Pose, Sensor};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// use fabkit_geometry::{Point3, Ray, Vector3};
+    /// use fabkit_optics::{OpticalStack, RayEnd, Tracer};
+    ///
+    /// // Where nothing is, a ray has no corner but its start, and no end.
+    /// let stack = OpticalStack::from_sensor(&Sensor::new("air", "Air", "", camera, []))?;
+    /// let mut tracer = Tracer::new(&stack);
+    /// let path = tracer.follow(&Ray { origin: Point3::origin(), direction: Vector3::x() });
+    /// assert_eq!((path.end, path.end_mm), (RayEnd::Nothing, f64::INFINITY));
+    /// assert_eq!(tracer.corners(), [Point3::origin()]);
+    /// # Ok::<(), fabkit_optics::InvalidStack>(())
+    /// ```
     pub fn corners(&self) -> &[Point3<f64>] {
         &self.corners
     }
 
     /// Returns the refractions of the last traced ray, in order.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, MaterialProperties, NominalCamera, OpticalClarity};
+    /// # use fabkit_geometry::{Placement, Point3, Pose, Ray, Sensor, Solid, Vector3};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// # let mut pane = Body::bought("pane", "glass", Solid::cylinder(20.0, 2.0).at(0.0, 0.0, 5.0))
+    /// #     .with_clarity(OpticalClarity::Clear)
+    /// #     .placed([Placement::in_place(Assembly::sensor())]);
+    /// # pane.substance = MaterialProperties { refractive_index: Some(1.5), ..MaterialProperties::default() };
+    /// use fabkit_optics::{OpticalStack, Tracer};
+    ///
+    /// // A pane from z = 5 mm to 7 mm: light goes from air into glass, and out again.
+    /// let stack = OpticalStack::from_sensor(&Sensor::new("window", "A window", "", camera, [pane]))?;
+    /// let mut tracer = Tracer::new(&stack);
+    /// tracer.follow(&Ray { origin: Point3::origin(), direction: Vector3::new(0.6, 0.0, 0.8) });
+    /// let [enters, leaves] = [tracer.bends()[0], tracer.bends()[1]];
+    /// assert_eq!((enters.indices, leaves.indices), ([1.0, 1.5], [1.5, 1.0]));
+    /// assert!((enters.place.z - 5.0).abs() < 1e-12 && (leaves.place.z - 7.0).abs() < 1e-12);
+    /// # Ok::<(), fabkit_optics::InvalidStack>(())
+    /// ```
     pub fn bends(&self) -> &[Refraction] {
         &self.bends
     }

@@ -17,6 +17,14 @@ pub const REFRACTION: &str = "refraction";
 const END_TOLERANCE_MM: f64 = 1e-6;
 
 /// Reason why a point is not seen.
+///
+/// ```
+/// use fabkit_optics::{InvisibleReason, RayEnd};
+///
+/// // A body hides a point; light that never comes near it was bent away.
+/// assert_eq!(InvisibleReason::from_end(RayEnd::Body(3)), InvisibleReason::Hidden(3));
+/// assert_eq!(InvisibleReason::from_end(RayEnd::TotalReflection(3)), InvisibleReason::Refraction);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum InvisibleReason {
     /// A body hides it; index into the names of the stack.
@@ -51,6 +59,29 @@ impl CameraView<'_> {
     ///
     /// # Errors
     /// The reason why it is not seen.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, NominalCamera, Placement, Point3, Pose, Sensor, Solid};
+    /// # let nominal = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// # let lid = Body::bought("lid", "steel", Solid::cylinder(20.0, 1.0).at(0.0, 0.0, 10.0))
+    /// #     .placed([Placement::in_place(Assembly::sensor())]);
+    /// use fabkit_camera::Camera;
+    /// use fabkit_optics::{CameraView, InvisibleReason, OpticalStack, ViewStacks};
+    ///
+    /// // A lid at z = 10 mm, and a camera that sees up to 45 degrees from its axis.
+    /// let sights = ViewStacks::new(OpticalStack::from_sensor(&Sensor::new("box", "A box", "", nominal, [lid]))?);
+    /// let camera = Camera::equidistant(640, 480, 90_f64.to_radians())?;
+    /// let mut view = CameraView::new(&camera, &Pose::identity(), &sights);
+    /// assert!(view.visible_pixel(&Point3::new(0.0, 0.0, 9.0)).is_ok());
+    /// let hidden = view.visible_pixel(&Point3::new(0.0, 0.0, 15.0)).unwrap_err();
+    /// assert_eq!((hidden, hidden.label(sights.stack())), (InvisibleReason::Hidden(0), "lid"));
+    /// let beside = view.visible_pixel(&Point3::new(15.0, 0.0, 5.0)).unwrap_err();
+    /// assert_eq!(beside, InvisibleReason::OutsideImage);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn visible_pixel(
         &mut self,
         place_in_sensor: &Point3<f64>,

@@ -25,6 +25,16 @@ use faer::sparse::{Argsort, Pair, SparseColMat, SymbolicSparseColMat, Triplet};
 use faer::{MatMut, Side};
 
 /// Failure of a factorisation, in the words of `faer`: a pivot that is not positive, or no memory.
+///
+/// ```
+/// use fabkit_sparse::SymmetricPattern;
+///
+/// // A spring of 1 N/mm beside one of -1 N/mm: together they hold nothing.
+/// let pattern = SymmetricPattern::new(1, [[0, 0], [0, 0]])?;
+/// let error = pattern.factorise(&[1.0, -1.0]).unwrap_err();
+/// assert!(!error.to_string().is_empty());
+/// # Ok::<(), fabkit_sparse::SparseError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct SparseError(String);
@@ -50,6 +60,15 @@ impl SymmetricPattern {
     ///
     /// # Errors
     /// If an entry lies outside the matrix, or memory is lacking.
+    ///
+    /// ```
+    /// use fabkit_sparse::SymmetricPattern;
+    ///
+    /// // Only places on and below the diagonal are named: what lies at [1, 0] counts at [0, 1] too.
+    /// assert!(SymmetricPattern::new(2, [[0, 0], [1, 0], [1, 1]]).is_ok());
+    /// // Rows and columns are counted from 0, so a matrix of two unknowns has no row 2.
+    /// assert!(SymmetricPattern::new(2, [[2, 0]]).is_err());
+    /// ```
     pub fn new(
         size: usize,
         places: impl IntoIterator<Item = [usize; 2]>,
@@ -76,6 +95,21 @@ impl SymmetricPattern {
     ///
     /// # Panics
     /// If the number of values differs from the number of entries.
+    ///
+    /// ```
+    /// use fabkit_sparse::{RightHandSides, SymmetricPattern};
+    ///
+    /// // The pattern is analysed once; springs of 2 N/mm, then of 4 N/mm, use it again.
+    /// let pattern = SymmetricPattern::new(1, [[0, 0]])?;
+    /// for (stiffness_n_mm, stretch_mm) in [(2.0, 1.5), (4.0, 0.75)] {
+    ///     let factors = pattern.factorise(&[stiffness_n_mm])?;
+    ///     let mut forces_n = RightHandSides::new(1, 1);
+    ///     forces_n.column_mut(0)[0] = 3.0;
+    ///     factors.solve(&mut forces_n);
+    ///     assert!((forces_n.column(0)[0] - stretch_mm).abs() < 1e-12);
+    /// }
+    /// # Ok::<(), fabkit_sparse::SparseError>(())
+    /// ```
     pub fn factorise(&self, values: &[f64]) -> Result<Factors, SparseError> {
         let matrix = SparseColMat::new_from_argsort(self.entries.clone(), &self.order, values)
             .map_err(SparseError::from_error)?;
@@ -100,6 +134,14 @@ impl Factors {
 ///
 /// # Errors
 /// If the matrix is singular, an entry lies outside it, or memory is lacking.
+///
+/// ```
+/// // Unknowns change places: 2 y = 1, and 5 x = 2, whose 5 is given as 4 + 1.
+/// let mut side = [1.0, 2.0];
+/// fabkit_sparse::solve_general(&[(0, 1, 2.0), (1, 0, 4.0), (1, 0, 1.0)], &mut side)?;
+/// assert!((side[0] - 0.4).abs() < 1e-15 && (side[1] - 0.5).abs() < 1e-15);
+/// # Ok::<(), fabkit_sparse::SparseError>(())
+/// ```
 pub fn solve_general(entries: &[(usize, usize, f64)], side: &mut [f64]) -> Result<(), SparseError> {
     let size = side.len();
     let entries: Vec<_> =
@@ -112,6 +154,17 @@ pub fn solve_general(entries: &[(usize, usize, f64)], side: &mut [f64]) -> Resul
 }
 
 /// Right-hand sides, one per column.
+///
+/// ```
+/// use fabkit_sparse::RightHandSides;
+///
+/// // Two load cases of three unknowns each.
+/// let mut loads = RightHandSides::new(3, 2);
+/// loads.column_mut(1)[2] = 5.0;
+/// assert_eq!((loads.column(0), loads.column(1)), (&[0.0; 3][..], &[0.0, 0.0, 5.0][..]));
+/// loads.clear();
+/// assert_eq!(loads.column(1), [0.0; 3]);
+/// ```
 #[derive(Clone, Debug)]
 pub struct RightHandSides {
     size: usize,

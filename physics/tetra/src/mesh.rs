@@ -42,6 +42,44 @@ pub struct MeshLayer {
 }
 
 /// Tetrahedral mesh of the soft layers of a sensor, which are bonded to each other.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, Assembly, Body, Elasticity, FixtureGrip, MaterialProperties, NominalCamera};
+/// # use fabkit_geometry::{Path, Placement, PlaneSurface, Pose, Sensor, Solid};
+/// # let camera = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+/// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+/// # };
+/// # let outline = Path::circle([0.0, 0.0], 15.0);
+/// # let grip = FixtureGrip {
+/// #     outline: outline.clone(), top_z_mm: 0.0, bottom_z_mm: -9.0, clear_radius_mm: 8.0,
+/// #     key: None, threads: Vec::new(),
+/// # };
+/// # let touch = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, max_indentation_mm: 1.0, grip };
+/// # let elasticity = Some(Elasticity {
+/// #     young_mpa: 0.2, young_range_mpa: [0.1, 0.3], poissons_ratio: 0.49, friction: None, source: String::new(),
+/// # });
+/// # let mut gel = Body::cast("gel", "", Solid::cylinder(15.0, 3.0));
+/// # gel.substance = MaterialProperties { elasticity, ..MaterialProperties::default() };
+/// # let plate = Body::bought("plate", "", Solid::cylinder(15.0, 2.0).at_z(-2.0));
+/// # let [gel, plate] = [gel, plate].map(|body| body.placed([Placement::in_place(Assembly::sensor())]));
+/// # let mut sensor = Sensor::new("pad", "A pad", "", camera, [gel, plate]);
+/// # sensor.touch = Some(touch.into());
+/// use fabkit_elastic::SoftStack;
+/// use fabkit_tetra::Tetrahedra;
+///
+/// // What a solver needs of a pad 3 mm thick: where it is pressed, where it is held, and of which material it is.
+/// let soft = SoftStack::at_tip(&sensor)?;
+/// let mesh = Tetrahedra::new(&soft, sensor.touch.as_ref().unwrap(), 3.0)?;
+/// let heights_mm = |faces: &[[u32; 3]]| -> Vec<f64> {
+///     let nodes = Tetrahedra::collect_nodes(faces);
+///     nodes.iter().map(|node| mesh.points_mm[*node as usize][2]).collect()
+/// };
+/// assert!(heights_mm(&mesh.touched_faces).iter().all(|z_mm| (z_mm - 3.0).abs() < 1e-9));
+/// assert!(heights_mm(&mesh.bonded_faces).iter().all(|z_mm| z_mm.abs() < 1e-9));
+/// assert_eq!((mesh.layers[0].young_mpa, mesh.cell_layers.len()), (0.2, mesh.cells.len()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tetrahedra {
     /// Nodes, sensor frame, mm.
@@ -63,6 +101,39 @@ pub struct Tetrahedra {
 }
 
 /// Reason why there is no mesh.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, Assembly, Body, Elasticity, FixtureGrip, MaterialProperties, NominalCamera};
+/// # use fabkit_geometry::{Path, Placement, PlaneSurface, Pose, Sensor, Solid};
+/// # let camera = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+/// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+/// # };
+/// # let outline = Path::circle([0.0, 0.0], 15.0);
+/// # let grip = FixtureGrip {
+/// #     outline: outline.clone(), top_z_mm: 0.0, bottom_z_mm: -9.0, clear_radius_mm: 8.0,
+/// #     key: None, threads: Vec::new(),
+/// # };
+/// # let touch = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, max_indentation_mm: 1.0, grip };
+/// # let elasticity = Some(Elasticity {
+/// #     young_mpa: 0.2, young_range_mpa: [0.1, 0.3], poissons_ratio: 0.49, friction: None, source: String::new(),
+/// # });
+/// # let mut gel = Body::cast("gel", "", Solid::cylinder(15.0, 3.0));
+/// # gel.substance = MaterialProperties { elasticity, ..MaterialProperties::default() };
+/// # let plate = Body::bought("plate", "", Solid::cylinder(15.0, 2.0).at_z(-2.0));
+/// # let [gel, plate] = [gel, plate].map(|body| body.placed([Placement::in_place(Assembly::sensor())]));
+/// # let mut sensor = Sensor::new("pad", "A pad", "", camera, [gel, plate]);
+/// # sensor.touch = Some(touch.into());
+/// use fabkit_elastic::SoftStack;
+/// use fabkit_tetra::{TetraError, Tetrahedra};
+///
+/// // Edges have a length, and those of a hundredth of a millimetre make too many tetrahedra of a pad of 30 mm.
+/// let soft = SoftStack::at_tip(&sensor)?;
+/// let error = |edge_mm| Tetrahedra::new(&soft, sensor.touch.as_ref().unwrap(), edge_mm).unwrap_err();
+/// assert_eq!(error(0.0).to_string(), "an edge of 0 mm; it must be positive and finite");
+/// assert!(matches!(error(0.01), TetraError::TooMany { .. }));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, thiserror::Error)]
 pub enum TetraError {
     /// Invalid edge length.
@@ -137,6 +208,13 @@ impl Tetrahedra {
     }
 
     /// Returns the nodes of a set of triangles, each once, in ascending order.
+    ///
+    /// ```
+    /// use fabkit_tetra::Tetrahedra;
+    ///
+    /// // Two triangles with a common edge have four corners.
+    /// assert_eq!(Tetrahedra::collect_nodes(&[[7, 2, 5], [5, 2, 9]]), [2, 5, 7, 9]);
+    /// ```
     pub fn collect_nodes(faces: &[[u32; 3]]) -> Vec<u32> {
         let mut nodes: Vec<u32> = faces.iter().flatten().copied().collect();
         nodes.sort_unstable();

@@ -5,6 +5,24 @@ use nalgebra::Vector3;
 use crate::mesh::Tetrahedra;
 
 /// Measured quality of a mesh.
+///
+/// ```
+/// use fabkit_tetra::{MeshLayer, Tetrahedra};
+///
+/// // One corner of a cube of 1 mm: a sixth of its volume, and three right angles where its edges meet.
+/// let gel = MeshLayer { name: "gel".into(), material: "".into(), young_mpa: 0.2, poissons_ratio: 0.49 };
+/// let corner = Tetrahedra {
+///     points_mm: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+///     cells: vec![[0, 1, 2, 3]],
+///     cell_layers: vec![0],
+///     layers: vec![gel],
+/// #   touched_faces: vec![], bonded_faces: vec![], edge_mm: 1.0, simplifications: vec![],
+/// };
+/// let quality = corner.quality();
+/// assert!((quality.volume_mm3[0] - 1.0 / 6.0).abs() < 1e-12);
+/// assert!((quality.most_dihedral_deg - 90.0).abs() < 1e-9);
+/// assert!((quality.least_dihedral_deg - 2_f64.sqrt().atan().to_degrees()).abs() < 1e-9);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quality {
     /// Volume of each layer, mm3.

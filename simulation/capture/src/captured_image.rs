@@ -40,6 +40,16 @@ impl Explained for SizeMismatch {
 ///
 /// # Errors
 /// [`SizeMismatch`].
+///
+/// ```
+/// use std::path::Path;
+///
+/// use fabkit_capture::{CapturedImage, check_size};
+/// let image = CapturedImage { size_px: [2, 1], channels: 1, values: vec![0.5; 2] };
+/// assert!(check_size(Path::new("a.png"), &image, [2, 1]).is_ok());
+/// let error = check_size(Path::new("a.png"), &image, [640, 480]).unwrap_err();
+/// assert_eq!(error.to_string(), "a.png: 2 x 1 px; the camera takes 640 x 480 px");
+/// ```
 pub fn check_size(
     file: &Path,
     image: &CapturedImage,
@@ -57,6 +67,14 @@ const LUMINANCE_WEIGHTS: [f32; 3] = [0.2126, 0.7152, 0.0722];
 const MAX_PIXELS: u64 = 64 << 20;
 
 /// An image with values from 0 to 1, row by row.
+///
+/// ```
+/// use fabkit_capture::CapturedImage;
+/// // A green pixel and a white one.
+/// let image = CapturedImage { size_px: [2, 1], channels: 3, values: vec![0.0, 1.0, 0.0, 1.0, 1.0, 1.0] };
+/// let grey = image.grey();
+/// assert!((grey[0] - 0.7152).abs() < 1e-6 && (grey[1] - 1.0).abs() < 1e-6);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct CapturedImage {
     /// Number of columns and rows.

@@ -202,7 +202,7 @@ impl<'a> CoatScene<'a> {
         let coat = Coat { diffuse: diffuse.value, gloss: shine.value, exponent: exponent.value };
         let marks = match (printed, sensor.marks.len()) {
             (_, 0) => String::new(),
-            (Some(_), count) => format!(" with {count} dark marks"),
+            (Some(_), count) => format!(" with {count} dark markers"),
             (None, count) => format!(" with {count} dimples"),
         };
         let words = [format!("slopes of {coat}{marks}", coat = body.name), emitters.description];

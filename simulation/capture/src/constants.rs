@@ -41,6 +41,20 @@ pub struct Constant {
 }
 
 /// Optical constants of captures in any lighting.
+///
+/// ```
+/// use fabkit_capture::{LightConstants, Provenance};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// let sensor = &project.design.sensor;
+/// let constants = LightConstants::for_sensor(sensor);
+/// assert_eq!(constants.scatter_per_mm.known, Provenance::Fitted);
+/// // Light that shows the thickness of layers depends on their scattering, and not on how a coat shines.
+/// let names: Vec<&str> = constants.all(&sensor.lightings[0].effect).iter().map(|one| one.name).collect();
+/// assert!(names.contains(&"scatter_per_mm") && !names.contains(&"coat_shine"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightConstants {
     /// Scattering coefficient of the layer, 1/mm.
@@ -229,6 +243,15 @@ impl LightConstants {
     }
 
     /// Returns the reflectance model of the layer.
+    ///
+    /// ```
+    /// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+    /// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+    /// let constants = fabkit_capture::LightConstants::for_sensor(&project.design.sensor);
+    /// // A path p scatters back s p / (1 + s p) of the light, here with s = 0.14 per mm.
+    /// assert!((constants.layer().reflectance(2.0) - 0.28 / 1.28).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn layer(&self) -> TwoStream {
         TwoStream { scatter_per_mm: self.scatter_per_mm.value }
     }

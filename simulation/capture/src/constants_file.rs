@@ -46,6 +46,16 @@ impl Explained for ConstantsError {
 ///
 /// # Errors
 /// Returns an error for a file that cannot be read or is not of this format.
+///
+/// ```
+/// use std::path::Path;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// let missing = fabkit_capture::read_constants(&project.design.sensor, Path::new("no-such-light.json"));
+/// assert!(missing.unwrap_err().to_string().contains("no-such-light.json"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn read_constants(sensor: &Sensor, path: &Path) -> Result<LightConstants, Error> {
     let expected = ExpectedFile { what: "constants of light", max_bytes: 1 << 20, hint: HINT };
     let text = reading::read_text(path, expected)?;

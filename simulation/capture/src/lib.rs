@@ -3,6 +3,27 @@
 //! Each lighting of a sensor states what its images show: the thickness of translucent layers, the slopes of a coat,
 //! glowing layers, or markers. Optical paths, layers, markers and light sources are those of the design's bodies;
 //! [`fabkit_scene::press_simulation`] computes how a press moves them.
+//!
+//! ```
+//! use fabkit_capture::{CaptureRequest, LightConstants, find_lighting};
+//! use fabkit_scene::{Cast, press_simulation::ContactModel};
+//!
+//! # let yaml = fabkit_designs::builtin_yaml("9dtact").ok_or("no such sensor")?;
+//! # let project = fabkit_fixtures::load("9dtact.yaml", yaml, &[])?;
+//! # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+//! # let viewpoint = viewpoint.resized([41, 31])?;
+//! # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+//! // `scene` is the view of a 9DTact by its camera with 41 x 31 pixels.
+//! let sensor = &scene.project.design.sensor;
+//! let (lighting, constants) = (find_lighting(sensor, None)?, &LightConstants::for_sensor(sensor));
+//! let cast = Cast::at_rest(ContactModel::Rigid);
+//! let request = CaptureRequest { cast, lighting, constants, seed: None };
+//! let image = request.render(&scene, |_| Ok(()))?;
+//! assert_eq!((image.size_px, image.channels), ([41, 31], 1));
+//! // The exposure puts the middle of the surface at an intensity of 151.
+//! assert!((image.grey[15 * 41 + 20] - 151.0).abs() < 5.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod captured_image;
 mod coat;
@@ -65,7 +86,7 @@ use fabkit_scene::{Cast, CastResult, SensorView};
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
     /// A sensor without a known lighting, or without what that lighting shows.
-    #[error("nobody says how `{sensor}` is lit, or what of it that shows")]
+    #[error("`{sensor}` has no known light, or its light shows nothing known")]
     UnknownLighting {
         /// Name of the sensor.
         sensor: String,
@@ -97,7 +118,7 @@ pub enum CaptureError {
         light: &'static str,
     },
     /// A press with a contact model that does not move markers, in a lighting that shows markers.
-    #[error("`rigid` contact does not say where marks go, which `{light}` light shows")]
+    #[error("`rigid` contact does not move markers, which `{light}` light shows")]
     RigidMarks {
         /// Name of the lighting.
         light: &'static str,
@@ -125,7 +146,7 @@ pub enum CaptureError {
     NoLight(#[from] LightingError),
     /// Light sources whose light does not reach the surface.
     #[error(
-        "no light of `{sensor}`'s lamps reaches what its camera looks at: opaque bodies are in the way"
+        "no light of `{sensor}`'s light sources reaches the bodies in view: opaque bodies are in the way"
     )]
     Dark {
         /// Name of the sensor.
@@ -152,7 +173,7 @@ impl Explained for CaptureError {
             }
             Self::NotFlat { .. } => "render its images with `fabkit capture` or `fabkit dataset`",
             Self::RigidMarks { .. } => "take `linear` contact",
-            Self::NoLight(LightingError::NoLamps { .. }) => "draw its lamps",
+            Self::NoLight(LightingError::NoLamps { .. }) => "draw its light sources",
             Self::Dark { .. } => "`fabkit check` says what is in the way",
             Self::NoLight(_) => return None,
         };
@@ -165,6 +186,26 @@ impl Explained for CaptureError {
 }
 
 /// Options of a capture.
+///
+/// ```
+/// # use fabkit_capture::{CaptureRequest, LightConstants, find_lighting};
+/// # use fabkit_scene::{Cast, press_simulation::ContactModel};
+/// # let yaml = fabkit_designs::builtin_yaml("9dtact").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("9dtact.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([20, 15])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// let sensor = &scene.project.design.sensor;
+/// let constants = &LightConstants::for_sensor(sensor);
+/// let cast = Cast::at_rest(ContactModel::Rigid);
+/// let clean = CaptureRequest { cast, lighting: find_lighting(sensor, None)?, constants, seed: None };
+/// let noisy = CaptureRequest { seed: Some(1), ..clean.clone() };
+/// let first = noisy.render(&scene, |_| Ok(()))?;
+/// // The same seed gives the same noise.
+/// assert_eq!(first.grey, noisy.render(&scene, |_| Ok(()))?.grey);
+/// assert_ne!(first.grey, clean.render(&scene, |_| Ok(()))?.grey);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct CaptureRequest<'a> {
     /// Presses, contact model and samples. A sample is one ray; a pixel records the mean of its samples.
@@ -461,6 +502,18 @@ fn reflectance(body: Option<&Body>, [light, dark]: [f64; 2]) -> f64 {
 const UNKNOWN_REFLECTANCE: f64 = 0.3;
 
 /// Returns a sensor's markers at their places during a press; at rest without a solution.
+///
+/// ```
+/// use fabkit_capture::displaced_markers;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("gelsight-like.yaml", yaml, &[])?;
+/// let at_rest = displaced_markers(&project.design.sensor, None);
+/// // 9 x 7 dots, which do not move without contact.
+/// assert_eq!(at_rest.len(), 63);
+/// assert!(at_rest.iter().all(|mark| mark.displacement_mm.is_some_and(|mm| mm.norm() == 0.0)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn displaced_markers(
     sensor: &Sensor,
     answer: Option<&ContactSolution<'_>>,
@@ -477,6 +530,24 @@ pub fn displaced_markers(
 }
 
 /// Projects markers to pixels; `None` for markers outside the image or of unknown place.
+///
+/// ```
+/// use fabkit_capture::{displaced_markers, project_markers};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("gelsight-like.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([640, 480])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// let mut marks = displaced_markers(&scene.project.design.sensor, None);
+/// marks[0].displacement_mm = None;
+/// let pixels = project_markers(&scene.viewpoint, scene.sights(), &marks);
+/// assert_eq!(pixels[0], None);
+/// // The dot in the middle of 9 x 7 is in the middle of the image.
+/// let [column, row] = pixels[31].ok_or("outside the image")?;
+/// assert!((column - 319.5).abs() < 0.01 && (row - 239.5).abs() < 0.01);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn project_markers(
     viewpoint: &Viewpoint,
     sights: &ViewStacks,
@@ -487,6 +558,25 @@ pub fn project_markers(
 }
 
 /// Returns the median distance, mm, between the surface points of neighbouring rays in a row; infinity without any.
+///
+/// ```
+/// use fabkit_capture::ray_spacing_mm;
+/// use fabkit_scene::{Cast, press_simulation::ContactModel};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("gelsight-like.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([64, 48])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// let spacing_mm = |samples| {
+///     let cast = Cast { samples, ..Cast::at_rest(ContactModel::Rigid) };
+///     scene.cast(&cast, |seen| Ok::<_, fabkit_files::Error>(ray_spacing_mm(seen.map)))
+/// };
+/// // 64 pixels span some 19 mm; twice as many rays are half as far apart.
+/// assert!((spacing_mm(1)? - 19.0 / 64.0).abs() < 0.03);
+/// assert!((spacing_mm(2)? - 0.5 * spacing_mm(1)?).abs() < 0.01);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn ray_spacing_mm(map: &DepthMap<'_>) -> f64 {
     use fabkit_depth::ground_truth::NO_LABEL;
     let places: Vec<_> = map.point_in_sensor().collect();

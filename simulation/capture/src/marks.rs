@@ -140,7 +140,10 @@ impl<'a> MarkScene<'a> {
     }
 
     pub(super) fn words(&self) -> [String; 2] {
-        [format!("places of {} marks", self.sensor.marks.len()), self.emitters.description.clone()]
+        [
+            format!("positions of {} markers", self.sensor.marks.len()),
+            self.emitters.description.clone(),
+        ]
     }
 
     /// Keeps the view for several captures with the same rays.

@@ -11,6 +11,27 @@ use serde_json::{Value, json};
 use super::{CaptureRequest, LensEffects, LightConstants, LightingRenderer};
 
 /// A sensor, its camera and its lighting, with everything that no press changes computed once.
+///
+/// ```
+/// use fabkit_capture::{LightConstants, Renderer, find_lighting};
+/// use fabkit_depth::ground_truth::ReferenceSurface;
+/// use fabkit_scene::press_simulation::ContactModel;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("9dtact").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("9dtact.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([32, 24])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// let sensor = &scene.project.design.sensor;
+/// let constants = LightConstants::for_sensor(sensor);
+/// let rays = scene.rays_of_rows(1, 0..u32::MAX);
+/// let surface = ReferenceSurface::cast(scene.touch()?, &rays)?;
+/// let renderer = Renderer::new(&scene, &surface, find_lighting(sensor, None)?, &constants, ContactModel::Rigid)?;
+/// // One renderer for many presses: here, one of none.
+/// let grey = renderer.render(&surface.map_without_contact(), None, None)?;
+/// assert_eq!(grey.len(), 32 * 24 * renderer.channels());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Renderer<'a> {
     scene: &'a SensorView,

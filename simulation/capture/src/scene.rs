@@ -17,6 +17,23 @@ const LEAST_COSINE: f64 = 0.2;
 const TOUCHING_MM: f64 = 1e-3;
 
 /// Surface, layers and light sources that form a sensor's images.
+///
+/// ```
+/// use fabkit_capture::{LayerGeometry, LightConstants, find_lighting, surface_middle};
+/// use fabkit_geometry::Scratch;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// let sensor = &project.design.sensor;
+/// let lighting = find_lighting(sensor, None)?;
+/// let layers = LayerGeometry::new(sensor, lighting, &LightConstants::for_sensor(sensor))?;
+/// assert_eq!(layers.layers, ["translucent-gel"]);
+/// let (apex, outward) = surface_middle(layers.touch).ok_or("no middle")?;
+/// let thick_mm = layers.thickness_mm((&apex, &outward), &mut Scratch::default(), &mut Vec::new());
+/// // The cavities differ by 1.5 mm, of which the coat takes 0.05 mm.
+/// assert!((thick_mm.ok_or("no layer")? - 1.45).abs() < 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct LayerGeometry<'a> {
     /// The surface that is pressed.
@@ -129,6 +146,16 @@ impl<'a> LayerGeometry<'a> {
 }
 
 /// Compiles a body's solid at its place in the finished sensor.
+///
+/// ```
+/// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("gelsight-like.yaml", yaml, &[])?;
+/// // The plate behind the gel is a sheet of 3 mm.
+/// let plate = project.design.sensor.body("plate").ok_or("no such body")?;
+/// let size_mm = fabkit_capture::placed_solid(plate)?.bounds().size_mm();
+/// assert!((size_mm[2] - 3.0).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn placed_solid(body: &Body) -> Result<CompiledSolid, Error> {
     let place = body.placements.iter().find(|place| place.assembly == Assembly::sensor());
     let pose = place.map_or_else(Pose::identity, |place| place.assembly_from_body);
@@ -136,6 +163,19 @@ pub fn placed_solid(body: &Body) -> Result<CompiledSolid, Error> {
 }
 
 /// Returns the middle of the surface and its normal.
+///
+/// ```
+/// use fabkit_geometry::{Point3, Vector3};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// // A hemisphere of radius 15 mm on a wall of 6 mm.
+/// let touch = project.design.sensor.touch.as_ref().ok_or("no surface")?;
+/// let (apex, outward) = fabkit_capture::surface_middle(touch).ok_or("no middle")?;
+/// assert!((apex - Point3::new(0.0, 0.0, 21.0)).norm() < 1e-9);
+/// assert!((outward - Vector3::z()).norm() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn surface_middle(touch: &TouchSurface) -> Option<(Point3<f64>, Vector3<f64>)> {
     match SurfacePoints::new(touch).ok()? {
         SurfacePoints::Dome(dome) => dome.point_in_direction(0.0, 0.0),

@@ -24,6 +24,25 @@ use super::{
 const SPACING_MM: f64 = 1.0;
 
 /// A sensor with a skin over markers, and the camera that sees them.
+///
+/// ```
+/// use fabkit_capture::{CaptureRequest, SkinView, select_lighting};
+/// # use fabkit_scene::ground_truth::Viewpoint;
+/// # use fabkit_scene::press_simulation::{ContactModel, LinearOptions};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("fluidic").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("fluidic.yaml", yaml, &[])?;
+/// let (lighting, constants) = &select_lighting(&project, None, None)?;
+/// let camera = lighting.camera.as_ref().unwrap_or(&project.design.sensor.camera);
+/// let viewpoint = Viewpoint::new(camera, None, None)?.resized([64, 48])?;
+/// let view = SkinView { project: std::sync::Arc::new(project.clone()), viewpoint };
+/// let cast = fabkit_scene::Cast::at_rest(ContactModel::Linear(LinearOptions::default()));
+/// let image = CaptureRequest { cast, lighting, constants, seed: None }.render_skin(&view)?;
+/// assert_eq!(image.size_px, [64, 48]);
+/// // At rest, no column of liquid has moved.
+/// assert!(image.marks.iter().all(|end| end.displacement_mm.is_some_and(|mm| mm.norm() == 0.0)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct SkinView {
     /// The sensor's design and fixtures.

@@ -10,7 +10,6 @@ use super::{Constant, LightConstants};
 
 /// Standard deviations from unit to unit. All are chosen, except the focal length, whose tolerance the design states
 /// from the maker, and dimensions, whose tolerance the design or a standard states.
-/// and sizes, of which the design or a standard says what is permissible.
 ///
 /// Camera seat: shift along each axis, mm, and rotation about each axis, rad. Causes are printing and screws.
 const SEAT_SIGMA_MM: f64 = 0.1;
@@ -27,6 +26,23 @@ const LAYER_SIGMA: f64 = 0.1;
 const SIGMA_PER_TOLERANCE: f64 = 0.5;
 
 /// A unit by its number. The same number always gives the same deviations.
+///
+/// ```
+/// use fabkit_capture::Unit;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// let drawn = project.design.sensor;
+/// let mut built = drawn.clone();
+/// Unit(7).apply_to_sensor(&mut built);
+/// // The camera sits some tenths of a millimetre off its place, always the same for this unit.
+/// let off = built.camera.sensor_from_camera.point(fabkit_geometry::Point3::origin())
+///     - drawn.camera.sensor_from_camera.point(fabkit_geometry::Point3::origin());
+/// assert!(off.norm() > 0.0 && off.norm() < 1.0);
+/// // Dimensions stay within their tolerances.
+/// assert!(Unit(7).dimension_deviation("tube.wall").abs() <= 1.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit(pub u64);
 
@@ -142,6 +158,18 @@ fn dimension(of: &Dimension) -> Value {
 }
 
 /// Returns a unit's deviations from the drawing as JSON; null for the drawn sensor.
+///
+/// ```
+/// use fabkit_capture::unit_document;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// assert!(unit_document(&project).is_null());
+/// let built = project.design.sensor.clone();
+/// let unit = project.into_unit(7, built, Vec::new());
+/// assert_eq!(unit_document(&unit)["number"], 7);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn unit_document(project: &Project) -> Value {
     let of = |BuiltUnit { number, dimensions, .. }: &BuiltUnit| {
         Unit(*number).document(dimensions, &project.design.sensor)

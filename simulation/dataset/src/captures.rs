@@ -42,6 +42,17 @@ impl HalfCaptures {
     /// # Errors
     /// Reports missing images, two for one half, and images that cannot be read or do not have the camera's size; all
     /// together.
+    ///
+    /// ```
+    /// use std::path::Path;
+    ///
+    /// use fabkit_dataset::HalfCaptures;
+    ///
+    /// let folder = std::env::temp_dir();
+    /// let missing = HalfCaptures::read(&folder, &["no-such-pattern".into()], [640, 480]).unwrap_err();
+    /// // One message for each side.
+    /// assert_eq!(missing.0.len(), 2);
+    /// ```
     pub fn read(
         place: &Path,
         patterns: &[String],

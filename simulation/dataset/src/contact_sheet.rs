@@ -16,6 +16,31 @@ const GAP_PX: u32 = 8;
 ///
 /// # Errors
 /// Fails for a camera too large for a sheet, or a press without a contact solution.
+///
+/// ```
+/// use fabkit_dataset::{DatasetRequest, prepare_job, render_contact_sheet};
+/// # use fabkit_files::Error;
+/// # use fabkit_scene::press_simulation::ContactModel;
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([40, 30])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// # let request = DatasetRequest {
+/// #     presses: None,
+/// #     captures: None,
+/// #     images: None,
+/// #     contact: ContactModel::Rigid,
+/// #     seam_margin_mm: 0.5,
+/// #     allow_no_contact: false,
+/// #     seed: 1,
+/// #     materialise: false,
+/// #     resume: false,
+/// # };
+/// let sheet = prepare_job(&scene, &|error| Error::bug(error), &request, |job, _| render_contact_sheet(job, 1))?;
+/// assert!(sheet.width_px > 40 && sheet.height_px > 30);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn render_contact_sheet(job: &DatasetJob, seed: u64) -> Result<RenderedImage, Error> {
     let count = job.patterns.len();
     let chosen = shuffled_indices(count * count, seed).into_iter().take(SAMPLES);

@@ -20,6 +20,35 @@
 //!
 //! Every file appears complete or not at all, under its final name; `dataset.json` lists them with their hashes. A run
 //! that was killed and resumed ends with the same bytes as an undisturbed one ([`resumable`](fabkit_files::resumable)).
+//!
+//! ```
+//! use fabkit_dataset::{DatasetRequest, prepare_job};
+//! # use fabkit_files::Error;
+//! # use fabkit_scene::press_simulation::ContactModel;
+//!
+//! # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+//! # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+//! # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+//! # let viewpoint = viewpoint.resized([40, 30])?;
+//! # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+//! let request = DatasetRequest {
+//!     presses: None, // the sensor's own semi-domes
+//!     contact: ContactModel::Rigid,
+//!     seam_margin_mm: 0.5,
+//!     seed: 1,
+//! #     captures: None,
+//! #     images: None,
+//! #     allow_no_contact: false,
+//! #     materialise: false,
+//! #     resume: false,
+//! };
+//! let (patterns, lines) = prepare_job(&scene, &|error| Error::bug(error), &request, |job, _| {
+//!     Ok::<_, Error>((job.patterns.len(), job.plan.samples_csv().lines().count()))
+//! })?;
+//! // Each left half with each right half, and the table's header.
+//! assert_eq!(lines, 1 + patterns * patterns);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod captures;
 mod card;
@@ -77,6 +106,40 @@ pub struct PressPattern {
 }
 
 /// Inputs of a data set.
+///
+/// ```
+/// use fabkit_dataset::{DatasetJob, DatasetPlan, PressPattern, compute_shard};
+/// # use fabkit_depth::ground_truth::{ReferenceSurface, Seam};
+/// # use fabkit_scene::{ground_truth::compile_indenters, press_simulation::ContactModel};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([40, 30])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// # let rays = scene.rays_of_rows(1, 0..u32::MAX);
+/// # let surface = &ReferenceSurface::cast(scene.touch()?, &rays)?;
+/// # let seam = &Seam::new(surface, fabkit_fixtures::SEAM_NORMAL, 0.5);
+/// let press = scene.project.press("hemisphere@30deg,180deg,1mm")?;
+/// let [left, right] = [compile_indenters(&[press.clone()])?, compile_indenters(&[press.flipped()])?];
+/// let patterns = &[PressPattern { name: "one".into(), left, right, response: None }];
+/// let job = DatasetJob {
+///     patterns,
+///     plan: &DatasetPlan::new(patterns, 1, serde_json::json!({})),
+///     contact: ContactModel::Rigid,
+/// #     surface,
+/// #     seam,
+/// #     elastic_solver: None,
+/// #     uncertainty: None,
+/// #     captures: None,
+/// #     materialise: false,
+/// #     resume: false,
+/// };
+/// // The first shard of each array: indentations and labels.
+/// let (_, files) = compute_shard(&job, 0)?;
+/// assert_eq!([&*files[0].0, &*files[1].0], ["halves/indentation_mm/c/0/0/0", "halves/label/c/0/0/0"]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct DatasetJob<'a> {
     /// Surface as the camera sees it.
@@ -156,6 +219,43 @@ pub fn begin(folder: &Path, job: &DatasetJob) -> Result<DatasetWriter, DatasetEr
 ///
 /// # Errors
 /// Fails as these two.
+///
+/// ```
+/// use fabkit_dataset::{DatasetReader, write};
+/// # use fabkit_dataset::{DatasetJob, DatasetPlan, PressPattern};
+/// # use fabkit_depth::ground_truth::{ReferenceSurface, Seam};
+/// # use fabkit_files::progress::ignore_progress;
+/// # use fabkit_scene::{ground_truth::compile_indenters, press_simulation::ContactModel};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([40, 30])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// # let rays = scene.rays_of_rows(1, 0..u32::MAX);
+/// # let surface = &ReferenceSurface::cast(scene.touch()?, &rays)?;
+/// # let seam = &Seam::new(surface, fabkit_fixtures::SEAM_NORMAL, 0.5);
+/// # let press = scene.project.press("hemisphere@30deg,180deg,1mm")?;
+/// # let [left, right] = [compile_indenters(&[press.clone()])?, compile_indenters(&[press.flipped()])?];
+/// # let patterns = &[PressPattern { name: "one".into(), left, right, response: None }];
+/// # let plan = &DatasetPlan::new(patterns, 1, serde_json::json!({}));
+/// # let (contact, elastic_solver) = (ContactModel::Rigid, None);
+/// # let (uncertainty, captures, materialise, resume) = (None, None, false, false);
+/// # #[rustfmt::skip]
+/// # let job = DatasetJob {
+/// #     surface, seam, patterns, plan, contact, elastic_solver, uncertainty, captures, materialise, resume,
+/// # };
+/// let folder = std::env::temp_dir().join(format!("fabkit-dataset-{}", std::process::id()));
+/// // `job` has one pattern, seen by a camera of 40 x 30 pixels.
+/// let written = write(&folder, &job, &ignore_progress, &|| false)?;
+/// assert_eq!((written.halves, written.samples), (2, 1));
+/// let labels = DatasetReader::open(&folder)?.array("halves/label")?.ok_or("no labels")?;
+/// assert_eq!(labels.shape(), [2, 30, 40]);
+/// // The left half: 1 is the surface, 2 the pattern's first body.
+/// assert!(labels.sample(0)?.contains(&2));
+/// std::fs::remove_dir_all(&folder)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write(
     folder: &Path,
     job: &DatasetJob,

@@ -75,6 +75,25 @@ pub fn semi_domes(project: &Project) -> Result<Vec<NamedPresses>, PatternsError>
 ///
 /// # Errors
 /// Returns all problems.
+///
+/// ```
+/// use fabkit_dataset::read_patterns;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// let text = "
+/// ## two on the left at once, and one that then slides
+/// pair = hemisphere@30deg,150deg,1mm + ball@30deg,210deg,1mm
+/// slid = ball@30deg,180deg,1mm shear 0.5mm,0mm
+/// ";
+/// let patterns = read_patterns(text, &project).map_err(|faults| format!("{faults:?}"))?;
+/// assert_eq!((&*patterns[0].name, patterns[0].presses.len()), ("pair", 2));
+/// assert_eq!(patterns[1].shear_mm, [0.5, 0.0]);
+/// // Every fault is told with its line.
+/// let faults = read_patterns("bull@30deg,180deg,1mm\nx = nothing", &project).unwrap_err();
+/// assert_eq!(faults.len(), 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn read(text: &str, project: &Project) -> Result<Vec<NamedPresses>, Vec<YamlFault>> {
     let mut faults = Vec::new();
     let mut patterns: Vec<NamedPresses> = Vec::new();

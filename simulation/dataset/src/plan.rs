@@ -38,6 +38,19 @@ const VALIDATION_OF_TEN: usize = 1;
 const TEST_OF_TEN: usize = 1;
 
 /// Names, splits and origin of a data set, as its document states them.
+///
+/// ```
+/// use fabkit_dataset::{DatasetPlan, PressPattern, Split};
+///
+/// let pattern = |i| PressPattern { name: format!("p{i}"), left: vec![], right: vec![], response: None };
+/// let patterns: Vec<PressPattern> = (0..20).map(pattern).collect();
+/// let plan = DatasetPlan::new(&patterns, 7, serde_json::json!({}));
+/// let count = |split| plan.splits.iter().filter(|own| **own == split).count();
+/// // Of ten patterns, one is for validation and one for the test.
+/// assert_eq!([Split::Train, Split::Validation, Split::Test].map(count), [16, 2, 2]);
+/// assert_eq!(plan.samples_csv().lines().nth(1).and_then(|line| line.get(..13)), Some("0,0,20,p0,p0,"));
+/// # Ok::<(), ()>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct DatasetPlan {
     /// Names of the patterns, in order.
@@ -78,6 +91,19 @@ impl DatasetPlan {
     }
 
     /// Returns the split of the sample of two patterns.
+    ///
+    /// ```
+    /// use fabkit_dataset::{DatasetPlan, Split};
+    /// let plan = DatasetPlan {
+    ///     patterns: vec!["a".into(), "b".into()],
+    ///     bodies: vec![vec![], vec![]],
+    ///     splits: vec![Split::Train, Split::Test],
+    ///     origin: serde_json::json!({}),
+    /// };
+    /// assert_eq!(plan.split_of(1, 1), Split::Test);
+    /// // A shape of the test must not be seen in training.
+    /// assert_eq!(plan.split_of(0, 1), Split::Mixed);
+    /// ```
     pub fn split_of(&self, left: usize, right: usize) -> Split {
         let (left, right) = (self.splits[left], self.splits[right]);
         if left == right { left } else { Split::Mixed }

@@ -77,7 +77,7 @@ impl Explained for SampleError {
             Self::NoDataset { is_begun: true, .. } => {
                 "it is not finished: go on with what began it"
             }
-            Self::NoDataset { .. } => "is it the right folder? Nobody wrote a data set there",
+            Self::NoDataset { .. } => "is it the right folder? It holds no data set",
             Self::Damaged { .. } => "delete that file, and go on with what wrote it",
             Self::ForeignMetadata { .. } => "read it with the Python package `zarr`",
         };

@@ -13,6 +13,14 @@ use super::shard_file::chunk_bytes;
 use super::store::KIND;
 
 /// Complete data set.
+///
+/// ```
+/// use fabkit_dataset::{DatasetReader, SampleError};
+///
+/// let folder = std::env::temp_dir().join("no-such-dataset");
+/// let missing = DatasetReader::open(&folder);
+/// assert!(matches!(missing, Err(SampleError::NoDataset { is_begun: false, .. })));
+/// ```
 #[derive(Clone, Debug)]
 pub struct DatasetReader {
     folder: PathBuf,

@@ -11,7 +11,7 @@ use fabkit_network::NetworkError;
 pub enum ReconstructError {
     /// A lighting that shows neither thickness nor slopes.
     #[error(
-        "depth is reconstructed where light shows how thick layers are, or which way a coat looks; `{sensor}` in `{light}` light shows something else"
+        "depth needs light that shows the thickness of layers or the slope of a coat; `{light}` light of `{sensor}` shows neither"
     )]
     DepthNotShown {
         /// Name of the sensor.
@@ -26,7 +26,7 @@ pub enum ReconstructError {
         why: String,
     },
     /// An image at rest without enough of the expected markers.
-    #[error("{}: {found} of the {of} marks that the camera should see are found", .file.display())]
+    #[error("{}: only {found} of {of} markers in view are found", .file.display())]
     TooFewMarkers {
         /// Path of the image.
         file: PathBuf,
@@ -39,13 +39,13 @@ pub enum ReconstructError {
     #[error(transparent)]
     SizeMismatch(#[from] SizeMismatch),
     /// A greyscale image where colours are needed for slopes or markers.
-    #[error("{}: this image has no colours, by which lamps and layers are told apart", .file.display())]
+    #[error("{}: this image has no colours, which tell light sources and layers apart", .file.display())]
     NoColors {
         /// Path of the image.
         file: PathBuf,
     },
     /// An image at rest in which nearly nothing is lit.
-    #[error("{}: the surface is darker than {} grey nearly everywhere: this is no image of it at rest", .file.display(), .least_grey)]
+    #[error("{}: nearly all intensities are below {}: this is no image of the lit surface at rest", .file.display(), .least_grey)]
     TooDark {
         /// Path of the image.
         file: PathBuf,
@@ -88,18 +88,17 @@ impl Explained for ReconstructError {
     fn hint(&self) -> Option<String> {
         let hint = match self {
             Self::DepthNotShown { .. } => {
-                "sensors with translucent layers or coloured lamps have it: rtac0, 9dtact, shadowtac, digit-like"
+                "sensors with translucent layers or coloured light sources have it: rtac0, 9dtact, shadowtac, digit-like"
             }
             Self::SizeMismatch(error) => return error.hint(),
             Self::NoColors { .. } => "take images in colour, as `fabkit capture` makes them",
             Self::NoMarkersShown { .. } => {
-                "sensors with dots, dimples, markers or columns have marks: tactip, shadowtac, uvdtact, fluidic, gelsight-like"
+                "sensors with dots, dimples, slots, pins or liquid columns have markers: tactip, shadowtac, uvdtact, fluidic, gelsight-like"
             }
             Self::TooFewMarkers { .. } => {
-                "take it with the lamps on and nothing that touches; a camera that is far from where it is drawn needs its \
-                 calibrated pose"
+                "take it with the light on and without contact; a camera far from its drawn place needs its calibrated pose"
             }
-            Self::TooDark { .. } => "take it with the lamps on, and nothing that touches",
+            Self::TooDark { .. } => "take it with the light on and without contact",
             Self::Network { .. } => {
                 "export it as one chain of convolutions that keep the image's size, without batch normalisation: exporters \
                  fold it into the weights"

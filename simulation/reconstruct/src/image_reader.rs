@@ -14,6 +14,44 @@ use super::{
 };
 
 /// Reader that is calibrated with the image at rest.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use fabkit_capture::LightConstants;
+/// use fabkit_reconstruct::{CapturedImage, ImageReader};
+/// # use fabkit_capture::find_lighting;
+/// # use fabkit_optics::ViewStacks;
+/// # use fabkit_scene::ground_truth::{Viewpoint, project_points};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("tactip").ok_or("no such sensor")?;
+/// # let sensor = &fabkit_designs::load("tactip.yaml", yaml, &[], &["fixtures"])?.sensor;
+/// # let viewpoint = Viewpoint::new(&sensor.camera, None, None)?.resized([320, 240])?;
+/// # let sights = ViewStacks::new(viewpoint.stack(sensor)?);
+/// # let places: Vec<_> = sensor.marks.iter().map(|mark| Some(mark.point)).collect();
+/// # let dots = project_points(&viewpoint, &sights, &places);
+/// # let image = |right_px: f64| {
+/// #     let ink = |i: usize| {
+/// #         let [x, y] = [i / 1 % 320, i / 1 / 320].map(|px| px as f64);
+/// #         let square = |dot: &[f64; 2]| (dot[0] + right_px - x).powi(2) + (dot[1] - y).powi(2);
+/// #         let nearest = dots.iter().flatten().map(square).fold(f64::INFINITY, f64::min);
+/// #         (4.5 - nearest.sqrt()).clamp(0.0, 1.0) as f32
+/// #     };
+/// #     let values = (0..1 * 320 * 240).map(|i| 0.1 + 0.7 * ink(i)).collect();
+/// #     CapturedImage { size_px: [320, 240], channels: 1, values }
+/// # };
+/// // `image` draws bright dots where the camera sees them, so many pixels further right.
+/// let light = (find_lighting(sensor, None)?, &LightConstants::for_sensor(sensor));
+/// let (rest, moved) = (image(0.0), image(1.5));
+/// // Light that shows dots and no depth needs no view of the surface.
+/// let no_view = || unreachable!();
+/// let camera = (sensor, &viewpoint);
+/// let reader = ImageReader::new(camera, no_view, light, None, (Path::new("rest.png"), &rest))?;
+/// let read = reader.read(Path::new("moved.png"), moved)?;
+/// assert!(read.depth.is_none() && read.contact_px().is_none());
+/// assert!(reader.max_displacement_px(&read).is_some_and(|px| (px - 1.5).abs() < 0.2));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct ImageReader {
     size_px: [usize; 2],
@@ -82,7 +120,7 @@ impl ImageReader {
             // Depth does not need markers, so an image without them is still read.
             Err(error) if depth.is_some() => match error.downcast_ref() {
                 Some(few @ ReconstructError::TooFewMarkers { .. }) => {
-                    left_out.push(format!("{few}: they are not followed"));
+                    left_out.push(format!("{few}: they are not tracked"));
                     None
                 }
                 Some(none @ ReconstructError::NoMarkersShown { .. }) => {

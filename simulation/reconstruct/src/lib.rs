@@ -19,6 +19,24 @@
 //! Where the lighting shows **slopes** (ShadowTac, DIGIT, GelSight), the normal of each place of the coat is the one
 //! for which the design's light sources give the observed colours (photometric stereo, Woodham 1980), relative to the
 //! image at rest. The surface is integrated from these normals along the camera's own rays.
+//!
+//! ```
+//! use fabkit_capture::{LightConstants, find_lighting};
+//! use fabkit_reconstruct::{CapturedImage, Reconstructor};
+//! use fabkit_scene::SensorView;
+//!
+//! /// Largest depth in an image, given the one at rest.
+//! fn deepest_mm(
+//!     view: &SensorView,
+//!     rest: &CapturedImage,
+//!     pressed: CapturedImage,
+//! ) -> Result<Option<f32>, fabkit_files::Error> {
+//!     let sensor = &view.project.design.sensor;
+//!     let (lighting, constants) = (find_lighting(sensor, None)?, LightConstants::for_sensor(sensor));
+//!     let reconstructor = Reconstructor::new(view, lighting, &constants, ("rest.png".as_ref(), rest))?;
+//!     Ok(reconstructor.reconstruct("pressed.png".as_ref(), pressed)?.deepest_mm())
+//! }
+//! ```
 
 mod drift;
 mod error;
@@ -50,11 +68,35 @@ pub use marker_tracking::{MarkerTracker, TrackedMarkers, why_markers_hidden};
 pub use network_depth::{DepthNetwork, InputNormalisation, MaskCircle, NetworkCard};
 
 /// Returns whether depth can be reconstructed in this lighting without a network.
+///
+/// ```
+/// use fabkit_reconstruct::shows_depth;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("uvdtact").ok_or("no such sensor")?;
+/// # let design = fabkit_designs::load("uvdtact.yaml", yaml, &[], &["fixtures"])?;
+/// // White light shows how thick its layers are, ultraviolet light shows its markers.
+/// let shows: Vec<_> = design.sensor.lightings.iter().map(|one| (one.name, shows_depth(one))).collect();
+/// assert_eq!(shows, [("white", true), ("uv", false)]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn shows_depth(lighting: &Lighting) -> bool {
     matches!(lighting.effect, VisibleEffect::Thickness { .. } | VisibleEffect::Slopes { .. })
 }
 
 /// Depth reconstructed from an image.
+///
+/// ```
+/// use fabkit_reconstruct::DepthResult;
+/// let result = DepthResult {
+///     depth_mm: vec![-0.1, f32::NAN, 0.4, 0.9],
+///     contact: vec![false, false, true, true],
+///     relative_brightness: 1.0,
+/// };
+/// // Below a thousand pixels of contact, none is dropped.
+/// assert_eq!(result.deepest_mm(), Some(0.9));
+/// let apart = DepthResult { contact: vec![false; 4], ..result };
+/// assert_eq!(apart.deepest_mm(), None);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthResult {
     /// Indentation along each pixel's ray, mm, as `indentation_mm` of ground truth: negative where the gel bulges, NaN
@@ -207,6 +249,16 @@ fn check_has_colours(file: &Path, image: &CapturedImage) -> Result<(), Reconstru
 ///
 /// # Errors
 /// Returns an error for arrays that are larger than their file can be.
+///
+/// ```
+/// use fabkit_reconstruct::{DepthResult, encode_npz};
+/// let (depth_mm, contact) = (vec![0.0, 0.1], vec![false, true]);
+/// let shown = DepthResult { depth_mm, contact, relative_brightness: 1.0 };
+/// let npz = encode_npz([2, 1], Some(&shown), Vec::new())?;
+/// // An NPZ file is a ZIP archive.
+/// assert_eq!(npz[..2], *b"PK");
+/// # Ok::<(), fabkit_files::Error>(())
+/// ```
 pub fn encode_npz(
     size_px: [usize; 2],
     shown: Option<&DepthResult>,

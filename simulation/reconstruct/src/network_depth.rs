@@ -1,7 +1,7 @@
 //! Reconstruction of depth by a trained network.
 //!
 //! The input is that of R-Tac0's authors: both images are blurred, the loss of intensity against rest is reduced by a
-//! small offset, clipped and scaled to 1. It is 0 without contact, where depth is 0 too. A [`Card`] states the
+//! small offset, clipped and scaled to 1. It is 0 without contact, where depth is 0 too. A [`NetworkCard`] states the
 //! parameters for a network; a network without a card is treated as the published one.
 
 use std::path::{Path, PathBuf};
@@ -38,10 +38,24 @@ const NETWORK: ExpectedFile = ExpectedFile {
 const CARD: ExpectedFile = ExpectedFile {
     what: "a network's card",
     max_bytes: 1 << 20,
-    hint: "a card says in a few lines what a network takes and gives",
+    hint: "a card states in a few lines the input and output of a network",
 };
 
 /// Card of a network: its required input and the meaning of its output.
+///
+/// ```
+/// use fabkit_reconstruct::{InputNormalisation, NetworkCard};
+///
+/// let text = r#"{
+///     "sensor": "rtac0", "design_hash": null, "training": "4,000 simulated presses", "output_mm": 2.0,
+///     "input": {"blur_px": 5, "blur_sigma_px": 5.0, "offset_grey": 3.0, "maximum_grey": 47.0},
+///     "mask": {"center_px": null, "radius_px": 207.0}
+/// }"#;
+/// let card: NetworkCard = serde_json::from_str(text)?;
+/// assert_eq!(card.input, InputNormalisation::PUBLISHED);
+/// assert!(card.held_out.is_null());
+/// # Ok::<(), serde_json::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct NetworkCard {
     /// Name of the sensor whose images it was trained on.
@@ -98,6 +112,16 @@ impl InputNormalisation {
 }
 
 /// A network with its card.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use fabkit_reconstruct::DepthNetwork;
+/// // A network's card lies beside it.
+/// assert_eq!(DepthNetwork::card_path(Path::new("nets/depth.onnx")), Path::new("nets/depth.json"));
+/// let missing = DepthNetwork::read(Path::new("no-such-network.onnx")).unwrap_err();
+/// assert!(missing.to_string().contains("no-such-network.onnx"));
+/// ```
 #[derive(Clone, Debug)]
 pub struct DepthNetwork {
     file: PathBuf,
@@ -134,12 +158,11 @@ impl DepthNetwork {
         let file = self.file.display();
         let Some(card) = &self.card else {
             return format!(
-                "{file} has no card; it is given what R-Tac0's published network takes: images blurred by 5 x 5 px, 3 to \
-                 50 grey darker than at rest, within {PUBLISHED_MASK_PX:.0} px of the tip; what it gives is times 2 mm"
+                "{file} has no card and is used like R-Tac0's published network: input blurred by 5 x 5 px, intensities 3 to 50 below rest, within {PUBLISHED_MASK_PX:.0} px of the tip; output times 2 mm"
             );
         };
-        let sensor = card.sensor.as_deref().unwrap_or("a sensor that its card does not name");
-        let training = card.training.as_deref().unwrap_or("what its card does not say");
+        let sensor = card.sensor.as_deref().unwrap_or("an unnamed sensor");
+        let training = card.training.as_deref().unwrap_or("unnamed data");
         format!("{file} was trained for {sensor} on {training}")
     }
 
@@ -149,7 +172,7 @@ impl DepthNetwork {
         let design = &scene.project.design;
         (*hash != design_hash(design)).then(|| {
             format!(
-                "{} was trained for another design than this {}: what it says is only as good as they are alike",
+                "{} was trained for another design than this {}; its depth is only as good as the designs are alike",
                 self.file.display(),
                 design.sensor.name
             )

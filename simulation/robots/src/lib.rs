@@ -8,6 +8,23 @@
 //! layers below it      -> tetrahedra, and one equivalent modulus
 //! camera               -> frame, a pinhole, every pixel's true ray, and the pinhole's pixel of the same point
 //! ```
+//!
+//! ```
+//! use fabkit_robots::{RobotFormat, robot_files};
+//!
+//! let yaml = fabkit_designs::builtin_yaml("9dtact").ok_or("no such sensor")?;
+//! let design = fabkit_fixtures::load("9dtact.yaml", yaml, &[])?.design;
+//! let files = robot_files(&design, &[RobotFormat::Urdf])?;
+//! let text = |name: &str| {
+//!     let found = files.iter().find(|one| one.file.name == name);
+//!     found.map(|one| String::from_utf8_lossy(&one.file.bytes).into_owned())
+//! };
+//! // Stiff bodies are one link, the soft layers others; lengths are metres.
+//! let urdf = text("9dtact.urdf").ok_or("no URDF")?;
+//! assert!(urdf.contains("<link name=\"base\">"));
+//! assert!(text("robot.json").is_some());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod bodies;
 mod camera;
@@ -45,6 +62,12 @@ use self::taxels::TouchMesh;
 const OPTICAL: &str = "camera_optical";
 
 /// Format of robot descriptions, by simulator.
+///
+/// ```
+/// use fabkit_robots::RobotFormat;
+/// let words: Vec<&str> = RobotFormat::ALL.iter().map(|format| format.word()).collect();
+/// assert_eq!(words, ["urdf", "mjcf", "sdf", "usd", "drake", "tacto"]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum RobotFormat {
     /// URDF: ROS, PyBullet, TACTO, SAPIEN.

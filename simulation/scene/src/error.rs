@@ -181,6 +181,14 @@ pub fn press_hint(error: &PressError) -> Option<String> {
 }
 
 /// Suggests presses for an unknown press `id`: the closest known name, or one example of each kind.
+///
+/// ```
+/// use fabkit_scene::unknown_press_hint;
+/// let known = ["semi-dome-001", "semi-dome-002", "ball@"].map(String::from);
+/// // A name without a place: the hint shows how a place is written.
+/// assert!(unknown_press_hint("bal", &known, "0deg,0deg,1mm").contains("`ball@0deg,0deg,1mm`"));
+/// assert!(unknown_press_hint("semi-dome-01", &known, "0deg,0deg,1mm").contains("semi-dome-001"));
+/// ```
 pub fn unknown_press_hint(id: &str, known: &[String], place: &str) -> String {
     let written =
         |tool: &str| format!("an indenter and its place are written like `{tool}{place}`");

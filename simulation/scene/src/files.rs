@@ -65,6 +65,20 @@ impl ViewpointFiles {
 ///
 /// # Errors
 /// Names each file that cannot be read or holds no camera or pose.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use fabkit_scene::viewpoint_from_files;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// let nominal = viewpoint_from_files(&project, None, None)?;
+/// assert_eq!(nominal.sensor_from_camera, project.design.sensor.camera.sensor_from_camera);
+/// let missing = viewpoint_from_files(&project, Some(Path::new("no-such-camera.yaml")), None).unwrap_err();
+/// assert!(missing.to_string().contains("no-such-camera.yaml"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn viewpoint_from_files(
     project: &Project,
     camera: Option<&Path>,

@@ -25,6 +25,13 @@ pub fn write(image: &mut RenderedImage, text: &str, [left, top]: [f64; 2], heigh
 }
 
 /// Returns the width of a line of text, px.
+///
+/// ```
+/// use fabkit_scene::legend::width_px;
+/// assert_eq!(width_px("", 7.0), 0.0);
+/// // Letters scale with the height of capitals.
+/// assert!((width_px("gel", 14.0) - 2.0 * width_px("gel", 7.0)).abs() < 1e-9);
+/// ```
 pub fn width_px(text: &str, height_px: f64) -> f64 {
     let ends = fabkit_export::lettering(text, height_px);
     ends.iter().flatten().fold(0.0, |most: f64, [x, _]| most.max(*x))

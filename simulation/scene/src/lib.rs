@@ -1,5 +1,23 @@
 //! View of a sensor's sensing surface by one camera: casting of rays, contact models and ground truth. Shared by the
 //! commands `depth` and `dataset`.
+//!
+//! ```
+//! # use std::sync::Arc;
+//! use fabkit_scene::ground_truth::Viewpoint;
+//! use fabkit_scene::{Cast, SensorView, press_simulation::ContactModel};
+//!
+//! let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+//! let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+//! let presses = [project.press("hemisphere@0deg,0deg,1mm")?];
+//! // The camera of the design, with fewer pixels.
+//! let viewpoint = Viewpoint::new(&project.design.sensor.camera, None, None)?.resized([80, 60])?;
+//! let view = SensorView::new(Arc::new(project), viewpoint)?;
+//! let cast = Cast { presses: &presses, ..Cast::at_rest(ContactModel::Rigid) };
+//! let deepest = view.cast(&cast, |seen| Ok::<_, fabkit_files::Error>(seen.deepest))?;
+//! // A pixel near the deepest point, which is 1 mm deep, and not exactly at it.
+//! assert!(deepest.is_some_and(|deepest| deepest.depth_mm > 0.9 && deepest.depth_mm <= 1.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod error;
 mod files;
@@ -56,6 +74,25 @@ const ELASTIC_BYTES: u64 = 540;
 pub const REFRACTION_BYTES: u64 = 201;
 
 /// A sensor whose sensing surface is seen by a camera.
+///
+/// ```
+/// use std::sync::Arc;
+///
+/// use fabkit_scene::SensorView;
+/// use fabkit_scene::ground_truth::Viewpoint;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// let camera = Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// let view = SensorView::new(Arc::new(project.clone()), camera.clone())?;
+/// assert!(view.coverage.area > 0.5 && view.coverage.area <= 1.0);
+///
+/// // A camera that looks away from the surface sees nothing of it.
+/// let mut away = camera;
+/// away.sensor_from_camera = fabkit_geometry::Pose::translation(0.0, 0.0, 500.0).then_in(away.sensor_from_camera);
+/// assert!(SensorView::new(Arc::new(project), away).is_err());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct SensorView {
     /// The sensor's design and fixtures.
@@ -75,6 +112,26 @@ pub struct SensorView {
 type KeptLayers = (Option<f64>, Arc<ElasticSolver>);
 
 /// Options of one cast.
+///
+/// ```
+/// use fabkit_scene::Cast;
+/// use fabkit_scene::press_simulation::ContactModel;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([40, 30])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// // Four rays per pixel; a sigma of the print gives every ray a standard deviation.
+/// let rest = Cast::at_rest(ContactModel::Rigid);
+/// let cast = Cast { samples: 2, print_sigma_mm: 0.05, ..rest };
+/// scene.cast(&cast, |seen| {
+///     assert_eq!([seen.map.width_px(), seen.map.height_px()], [80, 60]);
+///     assert!(seen.deepest.is_none() && seen.answer.is_none());
+///     Ok::<_, fabkit_files::Error>(())
+/// })?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Cast<'a> {
     /// Presses in contact at the same time; empty for the reference without contact.
@@ -209,6 +266,27 @@ impl SensorView {
     ///
     /// # Errors
     /// Returns the errors of [`SensorView::cast`], and one if the cast needs more memory than allowed.
+    ///
+    /// ```
+    /// use fabkit_scene::Cast;
+    /// use fabkit_scene::ground_truth::{FileSelection, MapCollector};
+    /// use fabkit_scene::press_simulation::ContactModel;
+    ///
+    /// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+    /// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+    /// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+    /// # let viewpoint = viewpoint.resized([40, 30])?;
+    /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+    /// let wanted = FileSelection { mask: true, ..FileSelection::default() };
+    /// let mut files = MapCollector::new(wanted, [40, 30]);
+    /// scene.cast_in_bands(&Cast::at_rest(ContactModel::Rigid), wanted.bytes_per_ray(), |seen| {
+    ///     files.surface_px += seen.surface_px;
+    ///     files.add(seen.map, seen.sigmas).map_err(fabkit_files::Error::bug)
+    /// })?;
+    /// assert!(files.surface_px > 0 && files.contact_px == 0);
+    /// assert_eq!(files.mask_png()?[1..4], *b"PNG");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn cast_in_bands<E: From<Error>>(
         &self,
         cast: &Cast,
@@ -372,6 +450,22 @@ impl SensorView {
     ///
     /// # Errors
     /// Lists every faulty press with its depth or distance and its place.
+    ///
+    /// ```
+    /// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+    /// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+    /// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+    /// # let viewpoint = viewpoint.resized([40, 30])?;
+    /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+    /// let pressed = scene.project.press("hemisphere@0deg,0deg,1mm")?;
+    /// let empty = fabkit_fixtures::Press { bodies: vec![], ..pressed.clone() };
+    /// assert!(scene.check_contacts([("one", &pressed)].into_iter(), false).is_ok());
+    /// // A press without bodies touches nothing.
+    /// let presses = || [("one", &pressed), ("none", &empty)].into_iter();
+    /// assert!(scene.check_contacts(presses(), true).is_ok());
+    /// assert!(scene.check_contacts(presses(), false).is_err());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn check_contacts<'a>(
         &self,
         presses: impl Iterator<Item = (&'a str, &'a Press)>,
@@ -390,6 +484,20 @@ impl SensorView {
     ///
     /// # Errors
     /// Returns an error if `samples` is outside 1 to [`MAX_SAMPLES`] or there are more than [`MAX_RAYS`] rays.
+    ///
+    /// ```
+    /// use fabkit_scene::MAX_SAMPLES;
+    ///
+    /// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+    /// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+    /// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+    /// # let viewpoint = viewpoint.resized([40, 30])?;
+    /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+    /// assert_eq!(scene.ray_grid_size(3)?, [120, 90]);
+    /// assert!(scene.ray_grid_size(0).is_err());
+    /// assert!(scene.ray_grid_size(MAX_SAMPLES + 1).is_err());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn ray_grid_size(&self, samples: u32) -> Result<[u32; 2], SceneError> {
         let camera = self.viewpoint.camera();
         if !(1..=MAX_SAMPLES).contains(&samples) {
@@ -407,6 +515,13 @@ impl SensorView {
 ///
 /// # Errors
 /// Returns an error for a value outside its limits, and for NaN.
+///
+/// ```
+/// use fabkit_scene::{MEMBRANE_LIMITS_MM, check_length};
+/// assert!(check_length("membrane", 10.0, MEMBRANE_LIMITS_MM).is_ok());
+/// assert!(check_length("membrane", -0.1, MEMBRANE_LIMITS_MM).is_err());
+/// assert!(check_length("membrane", f64::NAN, MEMBRANE_LIMITS_MM).is_err());
+/// ```
 pub fn check_length(
     name: &'static str,
     value_mm: f64,

@@ -48,6 +48,12 @@ pub enum Value {
 
 impl Value {
     /// Returns the number; `None` for a word.
+    ///
+    /// ```
+    /// use fabkit_sweep::Value;
+    /// assert_eq!(Value::Number(6.5).number(), Some(6.5));
+    /// assert_eq!(Value::Text("6.5 mm".into()).number(), None);
+    /// ```
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(*number),
@@ -57,6 +63,18 @@ impl Value {
 }
 
 /// Row of a sweep's table.
+///
+/// ```
+/// use fabkit_sweep::{Row, Status, Value};
+/// let line = r#"{"variant": 3, "status": "ok", "error_code": null, "reason": null, "notes": [],
+///     "parameters": [6.5, "black PLA"], "metrics": {"coverage": 0.75}}"#;
+/// let row = Row::from_line(line)?;
+/// assert_eq!((row.variant, row.status), (3, Status::Ok));
+/// assert_eq!(row.parameters, [Value::Number(6.5), Value::Text("black PLA".into())]);
+/// // The row itself fits on one line.
+/// assert!(!row.to_line()?.contains('\n'));
+/// # Ok::<(), fabkit_sweep::InvalidRow>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Row {

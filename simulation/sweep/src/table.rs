@@ -10,6 +10,24 @@ use crate::plan::Plan;
 use crate::row::{Row, Status, Value};
 
 /// Rows of a plan, in order, with their columns.
+///
+/// ```
+/// use fabkit_sweep::{Plan, PlanSource, Table};
+///
+/// let text = "
+/// format: 1
+/// sensor: rtac0
+/// axes: {camera.depth: [6 mm, 7 mm]}
+/// metrics: [coverage]
+/// objectives: {coverage: max}
+/// ";
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// let plan = Plan::new(PlanSource::new("sweep.yaml", text, "rtac0.yaml", yaml))?;
+/// let table = Table::new(&plan, [1, 0, 1].map(|number| plan.evaluate(number)).to_vec());
+/// // The best row alone is on the front: the camera further back sees more.
+/// assert_eq!((table.rows().len(), table.is_on_front(0), table.is_on_front(1)), (2, false, true));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Table {
     rows: Vec<Row>,

@@ -27,6 +27,20 @@ pub struct PoseFile {
 
 /// Joint covariance as stored in a file: with the names of its parameters and the camera that it was solved with, so
 /// that it cannot be applied to another camera.
+///
+/// ```
+/// use fabkit_camera::files::{StoredJointCovariance, read_pose};
+/// use fabkit_camera::{Camera, DMatrix, JointEstimate};
+/// let camera = Camera::equidistant(640, 480, 2.8)?;
+/// let joint = JointEstimate::new(camera, DMatrix::identity(14, 14))?;
+/// let stored = StoredJointCovariance::from_estimate(&joint);
+/// let pose = "camera_from_sensor: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 7], [0, 0, 0, 1]]\n";
+/// let read = read_pose(&format!("{pose}joint_covariance:\n{}", stored.to_yaml()))?;
+/// assert_eq!(read.joint.as_ref(), Some(&stored));
+/// assert!(stored.is_for_camera(&camera));
+/// assert!(!stored.is_for_camera(&Camera::equidistant(640, 480, 2.81)?));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredJointCovariance {
     /// Names of the pose's parameters, then of the camera's.
@@ -80,6 +94,21 @@ impl PoseFile {
     ///
     /// # Errors
     /// Fails for a matrix that is no covariance.
+    ///
+    /// ```
+    /// use fabkit_camera::Camera;
+    /// use fabkit_camera::files::read_pose;
+    /// let variance = (0..6).map(|i| format!("  - {:?}\n", [0, 1, 2, 3, 4, 5].map(|j| i32::from(i == j))));
+    /// let text = format!(
+    ///     "camera_from_sensor: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 7], [0, 0, 0, 1]]\n\
+    ///      covariance:\n{}",
+    ///     variance.collect::<String>()
+    /// );
+    /// // A file without joint covariance tells of the pose alone.
+    /// let joint = read_pose(&text)?.with_camera(&Camera::equidistant(640, 480, 2.8)?.into())?;
+    /// assert_eq!(joint.coverage().to_string(), "pose, shape");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn with_camera(
         &self,
         estimate: &CameraEstimate,
@@ -98,6 +127,19 @@ impl PoseFile {
 /// # Errors
 /// Reports text that is not YAML, a missing matrix, a matrix of another size, or entries that are not numbers; all
 /// together.
+///
+/// ```
+/// use fabkit_camera::files::read_pose;
+/// let text = "camera: lens.yaml\n\
+///             camera_from_sensor: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 7], [0, 0, 0, 1]]\n";
+/// let pose = read_pose(text)?;
+/// // The sensor's origin is 7 mm in front of the lens.
+/// assert_eq!(pose.camera_from_sensor[2][3], 7.0);
+/// assert_eq!((pose.camera.as_deref(), pose.covariance), (Some("lens.yaml"), None));
+/// // The last row is that of a transform.
+/// assert!(read_pose(&text.replace("0, 1]]", "0, 2]]")).is_err());
+/// # Ok::<(), fabkit_camera::files::InvalidCameraFile>(())
+/// ```
 pub fn read_pose(text: &str) -> Result<PoseFile, InvalidCameraFile> {
     parse(text, read_root)
 }

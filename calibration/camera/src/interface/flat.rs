@@ -16,6 +16,22 @@ use crate::view_ray::ViewRay;
 ///
 /// Distance, both tilts and the outer index can be calibrated. The inner index cannot be distinguished from the outer
 /// one, and a pane's thickness hardly from the distance, so these are inputs.
+///
+/// ```
+/// use fabkit_camera::{Camera, FlatInterface, Interface, Point2};
+/// // A window of 2 mm glass with air on both sides shifts rays, and does not turn them.
+/// let window = FlatInterface {
+///     glass_thickness_mm: 2.0,
+///     index_glass: 1.5,
+///     ..FlatInterface::bare_in_air(5.0, 1.0)
+/// };
+/// let bare = Camera::equidistant(640, 480, 2.5)?;
+/// let behind = Camera::new(640, 480, *bare.lens(), Interface::Flat(window))?;
+/// let [straight, shifted] = [bare, behind].map(|c| c.unproject(&Point2::new(500.0, 239.5)).unwrap());
+/// assert!((straight.direction - shifted.direction).norm() < 1e-12);
+/// assert!((shifted.origin_in_camera.z - 7.0).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlatInterface {
     /// Distance from the lens's centre to the first surface, along its normal, mm.
@@ -39,6 +55,19 @@ pub struct FlatInterface {
 
 impl FlatInterface {
     /// Creates a bare surface perpendicular to the optical axis, with air on the lens's side.
+    ///
+    /// ```
+    /// use fabkit_camera::{Camera, FlatInterface, Interface, Point2, Point3};
+    /// let lens = *Camera::equidistant(640, 480, 160f64.to_radians())?.lens();
+    /// let gel = Interface::Flat(FlatInterface::bare_in_air(5.0, 1.41));
+    /// let camera = Camera::new(640, 480, lens, gel)?;
+    /// // 45 degrees off the axis, as 80 degrees are 400 px: 5 mm aside at a distance of 5 mm.
+    /// let ray = camera.unproject(&Point2::new(319.5 + 225.0, 239.5))?;
+    /// assert!((ray.origin_in_camera - Point3::new(5.0, 0.0, 5.0)).norm() < 1e-12);
+    /// // Snell's law: the sine of the angle in the gel is 1.41 times smaller.
+    /// assert!((1.41 * ray.direction.x - 45f64.to_radians().sin()).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn bare_in_air(distance_mm: f64, index_outside: f64) -> Self {
         Self {
             distance_mm,
@@ -53,6 +82,16 @@ impl FlatInterface {
     }
 
     /// Computes the plane's unit normal towards the gel, camera frame.
+    ///
+    /// ```
+    /// use fabkit_camera::FlatInterface;
+    /// let level = FlatInterface::bare_in_air(5.0, 1.41);
+    /// let tilted_x = FlatInterface { tilt_x_rad: 0.1, ..level }.normal();
+    /// let tilted_y = FlatInterface { tilt_y_rad: 0.1, ..level }.normal();
+    /// // The camera's y axis points down: a tilt about x turns the normal up in the image.
+    /// assert!(tilted_x.x == 0.0 && (tilted_x.y + 0.1f64.sin()).abs() < 1e-12);
+    /// assert!((tilted_y.x - 0.1f64.sin()).abs() < 1e-12 && tilted_y.y == 0.0);
+    /// ```
     pub fn normal(&self) -> Vector3<f64> {
         let (sx, cx) = self.tilt_x_rad.sin_cos();
         let (sy, cy) = self.tilt_y_rad.sin_cos();
@@ -88,7 +127,7 @@ impl FlatInterface {
     }
 }
 
-/// [`Flat`] with its normal precomputed, and indices relative to the lens's side.
+/// [`FlatInterface`] with its normal precomputed, and indices relative to the lens's side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FlatRefraction {
     normal_in_camera: Vector3<f64>,
@@ -136,7 +175,7 @@ struct LightPath {
 impl FlatRefraction {
     /// Precomputes normal, derivatives and relative indices.
     pub(super) fn new(flat: &FlatInterface) -> Self {
-        // Derivatives of `Flat::normal` by both tilts.
+        // Derivatives of `FlatInterface::normal` by both tilts.
         let (sx, cx) = flat.tilt_x_rad.sin_cos();
         let (sy, cy) = flat.tilt_y_rad.sin_cos();
         Self {
@@ -213,7 +252,7 @@ impl FlatRefraction {
         })
     }
 
-    /// Computes [`FlatRefraction::towards`] with derivatives by the point and by the parameters.
+    /// Computes [`FlatRefraction::direction_towards`] with derivatives by the point and by the parameters.
     pub(super) fn differentiate(
         &self,
         point: &Point3<f64>,

@@ -14,6 +14,23 @@ use crate::view_ray::ViewRay;
 ///
 /// Light is refracted only if the lens is off the centre; a concentric dome refracts none. The lens must be inside the
 /// sphere. Centre, radius and the outer index can be calibrated.
+///
+/// ```
+/// use fabkit_camera::{Camera, Interface, Point2, Point3, SphericalInterface};
+/// let concentric = SphericalInterface {
+///     centre_in_camera: Point3::origin(),
+///     radius_mm: 11.0,
+///     index_inside: 1.0,
+///     index_outside: 1.41,
+///     has_drawn_bodies_behind: false,
+/// };
+/// let bare = Camera::equidistant(640, 480, 2.5)?;
+/// let dome = Camera::new(640, 480, *bare.lens(), Interface::Sphere(concentric))?;
+/// let [in_air, in_gel] = [bare, dome].map(|c| c.unproject(&Point2::new(600.0, 50.0)).unwrap());
+/// assert!((in_air.direction - in_gel.direction).norm() < 1e-12);
+/// assert!((in_gel.origin_in_camera.coords.norm() - 11.0).abs() < 1e-12);
+/// # Ok::<(), fabkit_camera::InvalidCamera>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphericalInterface {
     /// Centre of the sphere in the camera frame, mm.
@@ -62,7 +79,7 @@ impl SphericalInterface {
     }
 }
 
-/// [`Sphere`] with the quantities precomputed that refraction needs.
+/// [`SphericalInterface`] with the quantities precomputed that refraction needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SphereRefraction {
     centre: Vector3<f64>,
@@ -165,7 +182,7 @@ impl SphereRefraction {
         let mu = behind * (before - after * n).dot(&normal) / radius;
         let tangents = tangent_plane(&normal);
         let curved = tangents.transpose() * hessian * tangents - Matrix2::identity() * mu;
-        // Not singular, because `phi` in `towards` is a simple root.
+        // Not singular, because `phi` in `direction_towards` is a simple root.
         let solve = tangents
             * curved.try_inverse().ok_or(OutsideDomain::NoDirection)?
             * tangents.transpose();

@@ -29,6 +29,17 @@ impl DoubleSphere {
     ///
     /// # Errors
     /// Fails for values that are not finite, absurd or outside the model's ranges, naming each.
+    ///
+    /// ```
+    /// use fabkit_camera::{Camera, DoubleSphere, Interface, Intrinsics, Lens, Point3};
+    /// let intrinsics = Intrinsics { fx_px: 100.0, fy_px: 100.0, cx_px: 319.5, cy_px: 239.5 };
+    /// let lens = Lens::DoubleSphere(DoubleSphere::new(intrinsics, 0.5, 0.0)?);
+    /// assert!((lens.angle_limit_rad().to_degrees() - 120.0).abs() < 1e-9);
+    /// // With alpha = 0 the radius is sin(theta) / (cos(theta) + xi): 2 at 90 degrees.
+    /// let camera = Camera::new(640, 480, lens, Interface::None)?;
+    /// assert!((camera.project(&Point3::new(7.0, 0.0, 0.0))?.x - (319.5 + 200.0)).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn new(intrinsics: Intrinsics, xi: f64, alpha: f64) -> Result<Self, InvalidCamera> {
         let mut rules = check(&intrinsics, &[], &[]);
         rules.require(xi > -1.0 && xi < 1.0, NAMES[0], xi, "must be above -1 and below 1");

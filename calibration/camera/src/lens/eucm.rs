@@ -30,6 +30,16 @@ impl Eucm {
     ///
     /// # Errors
     /// Fails for values that are not finite, absurd or outside the model's ranges, naming each.
+    ///
+    /// ```
+    /// use fabkit_camera::{Camera, Eucm, Interface, Intrinsics, Lens, Point3};
+    /// let intrinsics = Intrinsics { fx_px: 100.0, fy_px: 100.0, cx_px: 319.5, cy_px: 239.5 };
+    /// // alpha = 1/2 and beta = 1 is the stereographic lens, with the radius 2 tan(theta / 2).
+    /// let lens = Lens::Eucm(Eucm::new(intrinsics, 0.5, 1.0)?);
+    /// let camera = Camera::new(640, 480, lens, Interface::None)?;
+    /// assert!((camera.project(&Point3::new(7.0, 0.0, 0.0))?.x - (319.5 + 200.0)).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn new(intrinsics: Intrinsics, alpha: f64, beta: f64) -> Result<Self, InvalidCamera> {
         let mut rules = check(&intrinsics, &[], &[]);
         rules.within(NAMES[0], alpha, 0.0, 1.0);

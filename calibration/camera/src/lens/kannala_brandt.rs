@@ -33,6 +33,18 @@ impl KannalaBrandt {
     ///
     /// # Errors
     /// Fails for values that are not finite or absurd, naming each.
+    ///
+    /// ```
+    /// use fabkit_camera::{Intrinsics, KannalaBrandt, Lens};
+    /// let intrinsics = Intrinsics { fx_px: 286.0, fy_px: 286.0, cx_px: 319.5, cy_px: 239.5 };
+    /// let limit_rad = |k| -> Result<f64, fabkit_camera::InvalidCamera> {
+    ///     Ok(Lens::KannalaBrandt(KannalaBrandt::new(intrinsics, k)?).angle_limit_rad())
+    /// };
+    /// assert_eq!(limit_rad([0.0; 4])?, std::f64::consts::PI);
+    /// // theta - theta^3 / 3 is largest at 1 radian.
+    /// assert!((limit_rad([-1.0 / 3.0, 0.0, 0.0, 0.0])? - 1.0).abs() < 1e-9);
+    /// # Ok::<(), fabkit_camera::InvalidCamera>(())
+    /// ```
     pub fn new(intrinsics: Intrinsics, k: [f64; 4]) -> Result<Self, InvalidCamera> {
         check(&intrinsics, &NAMES, &k).finish()?;
         // The slope is a polynomial in the square of the angle, hence pi squared as the upper end.

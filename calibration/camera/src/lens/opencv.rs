@@ -49,6 +49,16 @@ impl OpenCv {
     ///
     /// # Errors
     /// Fails for another number of coefficients, and for values that are not finite or absurd, naming each.
+    ///
+    /// ```
+    /// use fabkit_camera::{Intrinsics, Lens, OpenCv};
+    /// let intrinsics = Intrinsics { fx_px: 500.0, fy_px: 500.0, cx_px: 319.5, cy_px: 239.5 };
+    /// let four = Lens::OpenCv(OpenCv::new(intrinsics, &[-0.2, 0.05, 1e-3, 2e-4])?);
+    /// assert_eq!(four.coefficients(), [-0.2, 0.05, 1e-3, 2e-4, 0.0]);
+    /// assert_eq!(four.coefficient_names(), ["k1", "k2", "p1", "p2", "k3"]);
+    /// assert!(OpenCv::new(intrinsics, &[-0.2, 0.05]).is_err());
+    /// # Ok::<(), fabkit_camera::InvalidCamera>(())
+    /// ```
     pub fn new(intrinsics: Intrinsics, coefficients: &[f64]) -> Result<Self, InvalidCamera> {
         let count = coefficients.len();
         let mut rules = check(&intrinsics, &NAMES, coefficients);

@@ -108,6 +108,14 @@ impl Board {
     ///
     /// # Errors
     /// Fails for too few or too many squares, or a side outside 0.1 mm to 500 mm.
+    ///
+    /// ```
+    /// use fabkit_calibration::board::Board;
+    /// let few = Board::checkerboard("a5", [9, 3], 2.5).unwrap_err();
+    /// assert_eq!(few.problems, ["squares are [9, 3]; both are 4 to 100"]);
+    /// // Sides are in millimetres, not in metres.
+    /// assert!(Board::checkerboard("a5", [9, 6], 0.0025).is_err());
+    /// ```
     pub fn checkerboard(
         name: &str,
         squares: [u32; 2],
@@ -137,6 +145,18 @@ impl Board {
     /// # Errors
     /// Fails as [`Board::checkerboard`], for too few markers, markers that look alike in some rotation, or a marker
     /// that does not fit its square.
+    ///
+    /// ```
+    /// use fabkit_calibration::board::{Board, BoardKind};
+    /// // Eight markers of 3 x 3 bits that differ in all rotations, for the eight light squares of 4 x 4.
+    /// let marker = |top: &str, middle: &str| [top, middle, "000"].map(str::to_owned).to_vec();
+    /// let tops = ["100", "010", "110", "011"];
+    /// let bits = tops.map(|top| [marker(top, "000"), marker(top, "010")]).concat();
+    /// let board = Board::charuco("test", [4, 4], 6.0, 4.0, "TEST_3X3", &bits)?;
+    /// assert_eq!((board.kind, board.markers.len()), (BoardKind::Charuco, 8));
+    /// assert_eq!(board.markers[0].square, [1, 0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn charuco(
         name: &str,
         squares: [u32; 2],
@@ -178,6 +198,17 @@ impl Board {
     /// # Errors
     /// Reports text that is no such document, with line and column; other formats and versions; all contradictions in
     /// the content.
+    ///
+    /// ```
+    /// use fabkit_calibration::board::Board;
+    /// let text = Board::checkerboard("a5", [9, 6], 2.5)?.to_json();
+    /// // A measured board may be a percent larger; corners that lie elsewhere contradict the squares.
+    /// assert!(Board::from_json(&text.replace("\"square_mm\": 2.5", "\"square_mm\": 2.52")).is_ok());
+    /// let wrong = Board::from_json(&text.replace("\"square_mm\": 2.5", "\"square_mm\": 5.0"));
+    /// let expected = "corners[0] is at (2.5, 2.5) mm; squares and square_mm put it at (5, 5) mm";
+    /// assert_eq!(wrong.unwrap_err().problems[0], expected);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn from_json(text: &str) -> Result<Self, InvalidDocument> {
         let board: Self = DOCUMENT.read(text, &DOCUMENT.parse(text)?)?;
         board.check()?;
@@ -196,6 +227,12 @@ impl Board {
     }
 
     /// Lists column and row of every light square, row by row.
+    ///
+    /// ```
+    /// use fabkit_calibration::board::Board;
+    /// // The first square, at the upper left, is dark.
+    /// assert_eq!(Board::light_squares([4, 4])[..3], [[1, 0], [3, 0], [0, 1]]);
+    /// ```
     pub fn light_squares(squares: [u32; 2]) -> Vec<[u32; 2]> {
         let [columns, rows] = squares;
         let all = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));

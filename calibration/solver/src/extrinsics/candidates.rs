@@ -64,6 +64,20 @@ impl Optics {
 }
 
 /// Explanation of the pixels: a set of parameters to solve for.
+///
+/// ```
+/// use fabkit_calibration::extrinsics::{Medium, Optics, ParameterSet};
+/// use fabkit_camera::Camera;
+/// let camera = Camera::equidistant(640, 480, 2.8)?;
+/// let optics = Optics { medium: Medium::Gel(1.41), radial_terms: 2 };
+/// let set = ParameterSet { optics, lean: true, ..ParameterSet::PLAIN };
+/// assert_eq!(set.to_string(), "gel+radial-2+lean");
+/// // Beyond the six of the pose:
+/// let names = set.parameters(&camera, 10).into_iter().skip(6).map(|p| p.to_string());
+/// let expected = ["interface_distance_mm", "focal_scale", "k1", "lean_mm"];
+/// assert_eq!(names.collect::<Vec<_>>(), expected);
+/// # Ok::<(), fabkit_camera::InvalidCamera>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParameterSet {
     /// Optics.

@@ -35,6 +35,20 @@ impl CrossChecks {
     }
 
     /// Computes a capture's displacement of the surface relative to the average of as many equal captures.
+    ///
+    /// ```
+    /// use fabkit_calibration::extrinsics::CrossChecks;
+    /// let checks = CrossChecks {
+    ///     sigma_mm: 0.1,
+    ///     halves_mm: None,
+    ///     without_mm: vec![Some(0.05), Some(0.05), Some(0.2), None],
+    ///     outliers: Vec::new(),
+    /// };
+    /// // An average one of four captures moves the surface by 0.1 mm over the square root of 4.
+    /// assert_eq!(checks.influence(0), Some(1.0));
+    /// assert_eq!(checks.influence(2), Some(4.0));
+    /// assert_eq!(checks.influence(3), None);
+    /// ```
     pub fn influence(&self, capture: usize) -> Option<f64> {
         let count = self.without_mm.len() as f64;
         let moved_mm = self.without_mm.get(capture).copied().flatten()?;

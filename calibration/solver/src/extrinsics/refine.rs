@@ -31,6 +31,30 @@ const STEP_MULTIPLES: [f64; 2] = [0.05, 50.0];
 const UNCHANGED_STEP_MULTIPLES: [f64; 2] = [0.7, 1.4];
 
 /// Loss function of the residuals.
+///
+/// ```
+/// use fabkit_calibration::extrinsics::{Loss, refine};
+/// use fabkit_calibration::landmarks::PinLandmarks;
+/// use fabkit_calibration::model::{FitParameter, Model};
+/// use fabkit_calibration::synthetic::SyntheticSensor;
+/// use fabkit_camera::Camera;
+/// use fabkit_geometry::Pose;
+/// let map = r#"{"1": [0, 0, 15], "2": [9, 0, 12], "3": [0, 9, 12], "4": [-9, 0, 12],
+///     "5": [0, -12, 9], "6": [12, 0, 9], "7": [-12, 0, 9]}"#;
+/// let landmarks = PinLandmarks::from_json(map)?;
+/// let truth = Model::new(Camera::equidistant(640, 480, 2.8)?, Pose::translation(0.0, 0.0, 7.0));
+/// let captures = vec![landmarks.pins.iter().collect(); 3];
+/// let mut seen = SyntheticSensor::new(truth.clone(), 1).observe(&captures, 0.1)?;
+/// // One of 21 pins is 20 px off.
+/// seen[4].pixel.x += 20.0;
+/// let off_mm = |loss| {
+///     let found = refine(&truth, &FitParameter::POSE, &seen, loss).unwrap().model;
+///     let [found, truth] = [&found, &truth].map(|m| *m.camera_from_sensor.translation_mm());
+///     (found - truth).norm()
+/// };
+/// assert!(off_mm(Loss::Huber(3.0)) < 0.1 * off_mm(Loss::Squares));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Loss {
     /// Sum of squares.
@@ -131,6 +155,26 @@ impl PoseSolution {
 /// # Errors
 /// Fails for too few pins, a pin that is not visible at the start, parameters that the pixels do not determine, or no
 /// convergence.
+///
+/// ```
+/// use fabkit_calibration::extrinsics::{Loss, refine};
+/// use fabkit_calibration::landmarks::PinLandmarks;
+/// use fabkit_calibration::model::{FitParameter, Model};
+/// use fabkit_calibration::synthetic::SyntheticSensor;
+/// use fabkit_camera::Camera;
+/// use fabkit_geometry::Pose;
+/// let map = r#"{"1": [0, 0, 15], "2": [9, 0, 12], "3": [0, 9, 12], "4": [-9, 0, 12]}"#;
+/// let landmarks = PinLandmarks::from_json(map)?;
+/// let camera = Camera::equidistant(640, 480, 2.8)?;
+/// let truth = Model::new(camera, Pose::translation(0.4, -0.3, 7.6));
+/// let seen = SyntheticSensor::new(truth, 1).observe(&[landmarks.pins.iter().collect()], 0.1)?;
+/// let start = Model::new(camera, Pose::translation(0.0, 0.0, 7.0));
+/// let fit = refine(&start, &FitParameter::POSE, &seen, Loss::Squares)?;
+/// // The last of the six parameters is the distance; its standard deviation is the root of its variance.
+/// let z_mm = fit.model.camera_from_sensor.translation_mm().z;
+/// assert!((z_mm - 7.6).abs() < 4.0 * fit.covariance[(5, 5)].sqrt());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn refine(
     start: &Model,
     parameters: &[FitParameter],

@@ -15,6 +15,22 @@ pub struct PinScatter {
 }
 
 /// Computes the scatter over all holes with pins in two or more captures; `None` if there is no such hole.
+///
+/// ```
+/// use fabkit_calibration::extrinsics::pin_scatter;
+/// use fabkit_calibration::model::{Contact, Observation};
+/// use fabkit_camera::Point2;
+/// use fabkit_geometry::Point3;
+/// let observe = |capture, x_px| {
+///     let contact_in_sensor_mm = Point3::new(0.0, 0.0, 15.0);
+///     let contact = Contact { capture, hole: 1, contact_in_sensor_mm, axis_in_sensor: None };
+///     Observation { contact, pixel: Point2::new(x_px, 240.0), sigma_px: 0.3 }
+/// };
+/// // 1 px on each side of the mean: two squares, and one degree of freedom.
+/// let scatter = pin_scatter(&[observe(0, 319.0), observe(1, 321.0)]).unwrap();
+/// assert_eq!((scatter.rms_px, scatter.degrees_of_freedom), (2f64.sqrt(), 1));
+/// assert_eq!(pin_scatter(&[observe(0, 319.0)]), None);
+/// ```
 pub fn pin_scatter(observations: &[Observation]) -> Option<PinScatter> {
     let mut sorted: Vec<&Observation> = observations.iter().collect();
     // Pins of different length in one hole are different pins.

@@ -71,7 +71,7 @@ pub(super) fn advise(
     let mut warnings = Vec::new();
     if rays.observed.worst.px > RAY_LIMIT_PX {
         let known = format!(
-            "where corners were seen, rays are known to {} only",
+            "rays are known only to {} where corners were seen",
             format_sigma(&rays.observed.worst)
         );
         warnings.push(if are_frontal(&fit.state) {
@@ -95,9 +95,7 @@ pub(super) fn advise(
     let is_wide = coverage.observed_max_angle_deg < 0.8 * coverage.image_max_angle_deg;
     if let Some(worst) = beyond.filter(|worst| is_wide || worst.px > EXTRAPOLATED_LIMIT_PX) {
         warnings.push(format!(
-            "corners reach {:.0} degrees off the axis and the image {:.0}: where there are none the \
-             lens model extrapolates, and rays are known to {} at worst, if it holds there at all; \
-             add views with the board at the image's border",
+            "corners reach {:.0} degrees off the axis, the image {:.0}: beyond the corners the lens model extrapolates, rays to {} at worst; add views with the board at the image's border",
             coverage.observed_max_angle_deg,
             coverage.image_max_angle_deg,
             format_sigma(&worst)
@@ -235,8 +233,7 @@ fn misfits(views: &[BoardView], fit: &BundleSolution) -> Vec<String> {
     }
     if fit.scale > BAD_SCALE {
         warnings.push(format!(
-            "residuals are {:.1} times what the detector's noise explains: is the board flat, is it \
-             this board, is the lens behind a window or gel?",
+            "residuals are {:.1} times the detector's noise: is the board flat, is it this board, is the lens behind a window or gel?",
             fit.scale
         ));
     }

@@ -12,13 +12,22 @@ use crate::pin_detection::DetectionError;
 
 /// Hint for pins that are not where they are expected.
 pub const OTHER_CAMERA: &str =
-    "is the camera's file the one of this camera, and are the landmarks this dome's?";
+    "does the camera's file belong to this camera, and do the landmarks belong to this dome?";
 
 /// Reason why captures of pins cannot be read.
+///
+/// ```
+/// use fabkit_calibration::pin_captures::PinCaptureError;
+/// use fabkit_files::Explained;
+/// // An error says what is wrong, and what to do about it.
+/// let error = PinCaptureError::Unlabelled { file: "IMG_0042.png".into() };
+/// assert_eq!(error.to_string(), "IMG_0042.png: its name does not say which holes had pins");
+/// assert!(error.hint().unwrap().starts_with("name it after its holes, as 01_05_08.png"));
+/// ```
 #[derive(Debug, thiserror::Error)]
 pub enum PinCaptureError {
     /// No pose explains the marks.
-    #[error("the marks in the images are not where the holes would be seen from any side")]
+    #[error("no pose of the camera puts the holes where the images show marks")]
     NotAssigned,
     /// The name of a capture does not say which holes had pins.
     #[error("{file}: its name does not say which holes had pins")]

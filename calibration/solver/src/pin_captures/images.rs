@@ -99,6 +99,23 @@ fn undetected(name: &str, source: DetectionError) -> Error {
 ///
 /// # Errors
 /// Reports all images that cannot be used.
+///
+/// ```
+/// use std::borrow::Cow;
+///
+/// use fabkit_calibration::image::GreyImage;
+/// use fabkit_calibration::pin_captures::images::detect_in_images;
+/// use fabkit_calibration::pin_detection::DetectionOptions;
+/// let grey = |value: f32| GreyImage::new(128, 96, vec![value; 128 * 96]).unwrap();
+/// let reference = grey(0.5);
+/// let names = ["01_05.png".to_owned(), "02_07.png".to_owned()];
+/// // Each image that cannot be used is reported by its name.
+/// let options = DetectionOptions::default();
+/// let error = detect_in_images(&reference, &names, &|_| Ok(Cow::Borrowed(&reference)), &options);
+/// let text = error.unwrap_err().to_string();
+/// assert!(text.contains("01_05.png: the image is the reference itself"));
+/// assert!(text.contains("02_07.png: the image is the reference itself"));
+/// ```
 pub fn detect_in_images<'a>(
     reference: &GreyImage,
     names: &[String],

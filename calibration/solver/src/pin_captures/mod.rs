@@ -173,6 +173,26 @@ pub struct MeasuredCapture {
 ///
 /// # Errors
 /// Reports holes and kinds that the landmarks do not have, of all captures.
+///
+/// ```
+/// use fabkit_calibration::assignment::Mark;
+/// use fabkit_calibration::landmarks::PinLandmarks;
+/// use fabkit_calibration::pin_captures::{MeasuredCapture, from_marks};
+/// use fabkit_camera::Point2;
+/// let landmarks = PinLandmarks::from_json(r#"{"1": [0, 0, 15], "2": [9, 0, 12]}"#)?;
+/// let capture = |holes: &[u32]| MeasuredCapture {
+///     name: "first".into(),
+///     holes: Some(holes.to_vec()),
+///     marks: vec![Mark { pixel: Point2::new(310.5, 222.0), sigma_px: 0.2 }],
+/// };
+/// // Two pins on the label, one mark.
+/// let captures = from_marks(vec![capture(&[1, 2])], &landmarks, None)?;
+/// let record = &captures.records[0];
+/// assert_eq!((record.pins_expected, record.pins_found), (Some(2), 1));
+/// let unknown = from_marks(vec![capture(&[1, 9])], &landmarks, None).unwrap_err();
+/// assert_eq!(unknown.to_string(), "first: the landmarks have no hole 9");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn from_marks<'a>(
     given: Vec<MeasuredCapture>,
     landmarks: &'a PinLandmarks,

@@ -19,6 +19,17 @@ const BACKGROUND_CELLS: usize = 60;
 const MEDIAN_REACH: usize = 4;
 
 /// Reason why a pair of images cannot be searched for pins.
+///
+/// ```
+/// use fabkit_calibration::image::GreyImage;
+/// use fabkit_calibration::pin_detection::{DetectionError, DetectionOptions, detect};
+/// let grey = |value: f32| GreyImage::new(128, 96, vec![value; 128 * 96]).unwrap();
+/// let refused = |a, b| detect(&grey(a), &grey(b), &DetectionOptions::default()).unwrap_err();
+/// assert_eq!(refused(0.5, 0.5), DetectionError::Identical);
+/// // White shows nothing of the surface.
+/// let white = DetectionError::Exposure { usable_percent: 0.0, saturated_percent: 100.0 };
+/// assert_eq!(refused(0.5, 1.0), white);
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DetectionError {
     /// The images have different sizes, so that they are not from one camera.

@@ -41,13 +41,12 @@ impl ExtrinsicsReport<'_> {
         warnings.extend(self.drawing_unused_reason.map(str::to_owned));
         warnings.extend(
             self.mark_offsets_unknown_reason.map(|why| {
-                format!("It is not known how far from their tips marks are found: {why}.")
+                format!("The distance of marks from the pins' tips is not known: {why}.")
             }),
         );
         if self.saturated_fraction > MAX_SATURATED_FRACTION {
             warnings.push(format!(
-                "Up to {:.0} % of what is lit is saturated: marks there are cut, and the light that marks tell of is not \
-                 that of the layer. Take the captures darker.",
+                "Up to {:.0} % of the lit pixels are saturated, so marks there are cut and misplaced. Take the captures darker.",
                 100.0 * self.saturated_fraction
             ));
         }
@@ -59,25 +58,19 @@ impl ExtrinsicsReport<'_> {
             .collect();
         if !differs.is_empty() {
             warnings.push(format!(
-                "The unit is not the one that is drawn, or its landmarks are not, or this stands for something else: it \
-                 differs in {}.",
+                "The unit differs from the drawing in {}. Either its parts or landmarks differ, or the fit explains something else by this.",
                 differs.join(", ")
             ));
         }
         if !calibration.selection.is_seating_observable {
             warnings.push(
-                "A seating offset (all pins going in farther or less far than designed) is not \
-                 observable with these pins: with pins of one length, all pointing at one centre, \
-                 it looks exactly like a camera at another distance. The camera's distance from \
-                 the dome's centre is therefore known only as well as the pins' lengths. Pins of a \
-                 second length would show it."
+                "The seating offset is not observable with these pins: with pins of one length it looks like another distance of the camera, which is only as accurate as the pins' lengths. Add pins of a second length."
                     .into(),
             );
         }
         if calibration.given.covariance().is_none() {
             warnings.push(format!(
-                "{} does not say how sure the lens is: it counts as exact, and the pose as surer \
-                 than it is. `fabkit calibrate intrinsics` writes cameras that say it.",
+                "{} states no covariance: the lens counts as exact, and the pose as more certain than it is. `fabkit calibrate intrinsics` writes cameras with one.",
                 self.camera_file
             ));
         }
@@ -89,8 +82,7 @@ impl ExtrinsicsReport<'_> {
         }) {
             let names: Vec<String> = unknown.terms.iter().map(|(p, _)| p.description()).collect();
             warnings.push(format!(
-                "The pins hardly tell {} apart: what was assumed beforehand counts for {:.0} % of \
-                 the uncertainty that is left.",
+                "The pins hardly tell {} apart: prior assumptions make up {:.0} % of the remaining uncertainty.",
                 names.join(" and "),
                 100.0 * unknown.remaining
             ));
@@ -98,8 +90,7 @@ impl ExtrinsicsReport<'_> {
         if let Some(distance_mm) = chosen.from_design_mm.filter(|_| !chosen.is_position_plausible())
         {
             warnings.push(format!(
-                "The camera comes out {distance_mm:.1} mm from where the design puts it, which \
-                 assembly does not explain: the explanation stands for something else."
+                "The fitted camera is {distance_mm:.1} mm from its place in the design. Assembly does not explain this; the fit explains something else by it."
             ));
         }
         let model = &chosen.fit.model;
@@ -107,9 +98,7 @@ impl ExtrinsicsReport<'_> {
         for (parameter, (away, known)) in drawn.filter_map(|p| Some((p, model.prior(*p)?))) {
             if away.abs() > MAX_DRAWN_SIGMAS * known {
                 warnings.push(format!(
-                    "The fit ends where the drawing leaves no more room: {} comes out {away:+.3} from what is \
-                     drawn, {:.1} times what molds, prints and data sheets leave open. Either the sensor is not \
-                     the one that is drawn, or this stands for something else.",
+                    "The fit contradicts the drawing: {} differs by {away:+.3}, {:.1} times the tolerance of molds, prints and data sheets. The unit differs, or the fit explains something else by it.",
                     parameter.description(),
                     away.abs() / known
                 ));
@@ -121,8 +110,7 @@ impl ExtrinsicsReport<'_> {
             && checks.sigma_mm > 0.0
         {
             warnings.push(format!(
-                "Every other capture by itself puts the surface {halves_mm:.3} mm from where the rest does; {:.3} mm were \
-                 to be expected: something changes between captures.",
+                "Fits to every other capture and to the rest differ by {halves_mm:.3} mm on the surface; {:.3} mm are expected: something changes between captures.",
                 checks.halves_expected_mm()
             ));
         }
@@ -132,8 +120,7 @@ impl ExtrinsicsReport<'_> {
             let file = self.captures.get(pin.contact.capture).map_or("?", |record| &record.file);
             let off_px = residuals[*observation].map_or(f64::NAN, |residual| residual.norm());
             warnings.push(format!(
-                "{file}: the mark of the pin in hole {} is {off_px:.1} px, {sigmas:.1} sigma, from where it is expected: \
-                 look at it.",
+                "{file}: the mark of the pin in hole {} is {off_px:.1} px ({sigmas:.1} sigma) from its expected place: look at it.",
                 pin.contact.hole
             ));
         }
@@ -152,8 +139,7 @@ impl ExtrinsicsReport<'_> {
         }
         if calibration.misfit > MISFIT {
             warnings.push(format!(
-                "Residuals are {:.1} times what the pins' play and the images' noise explain: \
-                 something is missing from the model. The covariance is enlarged accordingly.",
+                "Residuals are {:.1} times those by the pins' play and the images' noise: the model lacks something. The covariance is enlarged accordingly.",
                 calibration.misfit
             ));
         }
@@ -166,8 +152,7 @@ impl ExtrinsicsReport<'_> {
         }
         if calibration.scatter.is_none() {
             warnings.push(
-                "No hole has a pin in two captures: how well pins repeat is not known, and the \
-                 standard deviations rest on the images' noise and on the residuals alone."
+                "No hole has a pin in two captures: the repeatability of pins is not known, and standard deviations rest on noise and residuals alone."
                     .into(),
             );
         }
@@ -199,7 +184,7 @@ impl ExtrinsicsReport<'_> {
         }
         if let Some(scatter) = self.calibration.scatter {
             text.push(format!(
-                "The same pin pressed again is seen {:.2} px rms from its own mean ({} degrees of \
+                "Repeated presses of a pin scatter by {:.2} px rms around their mean ({} degrees of \
                  freedom). No model can do better on new captures; the chosen one is at {:.2} \
                  times that.",
                 scatter.rms_px,
@@ -211,9 +196,7 @@ impl ExtrinsicsReport<'_> {
         text.extend(self.about_light());
         if let Some(lean) = self.value_and_sigma(FitParameter::Lean) {
             text.push(format!(
-                "All pins lean the same way round the sensor's axis, by {:.2} ± {:.2} mm at the \
-                 tip. No lens does that. It is what happens when the dome is turned a little while \
-                 its pins stick to the surface, and pins have play in their holes.",
+                "All pins lean the same way round the sensor's axis, by {:.2} ± {:.2} mm at the tip. No lens does that; a dome turned a little while its pins stick to the surface does.",
                 lean.0, lean.1
             ));
         }
@@ -239,9 +222,7 @@ impl ExtrinsicsReport<'_> {
                 "do not need"
             };
             text.push(format!(
-                "The data {verdict} refraction: a flat surface of gel {distance} before the \
-                 lens, as the only change to the optics, takes the held-out error from {:.2} px to \
-                 {:.2} px and puts the camera {} from the design.",
+                "The data {verdict} refraction: a flat surface of gel {distance} before the lens takes the held-out error from {:.2} px to {:.2} px and puts the camera {} from the design.",
                 given.held_out_rms_px,
                 gel.held_out_rms_px,
                 distance_from_design(gel)
@@ -284,8 +265,7 @@ impl ExtrinsicsReport<'_> {
         let chosen = self.chosen();
         if chosen.candidate.optics.medium != Medium::Drawn {
             text.push(format!(
-                "What is drawn between lens and pins is not what this unit has: {} predicts better by {:.0} %, \
-                 more than chance and a lens's terms explain.",
+                "This unit differs from the drawing between lens and pins: {} predicts better by {:.0} %, more than chance and lens terms explain.",
                 chosen.candidate,
                 100.0 * (1.0 - chosen.held_out_rms_px / drawn.held_out_rms_px.min(
                     radial.map_or(f64::INFINITY, |radial| radial.held_out_rms_px)
@@ -296,9 +276,7 @@ impl ExtrinsicsReport<'_> {
         let index = self.value_and_sigma(FitParameter::Camera("interface_index_outside"));
         if let (Some((shift_mm, sigma_mm)), Some((index, of_index))) = (shift, index) {
             text.push(format!(
-                "The first face lies {shift_mm:+.3} ± {sigma_mm:.3} mm farther from the lens than drawn \
-                 (beforehand ± {PLACE_SIGMA_MM}); the index behind it is {index:.4} ± {of_index:.4} (beforehand \
-                 ± {INDEX_SIGMA})."
+                "The first face lies {shift_mm:+.3} ± {sigma_mm:.3} mm farther from the lens than drawn (prior ± {PLACE_SIGMA_MM}); the index behind it is {index:.4} ± {of_index:.4} (prior ± {INDEX_SIGMA})."
             ));
         }
         text
@@ -311,9 +289,7 @@ impl ExtrinsicsReport<'_> {
         let (wider_mm, of_spread) = self.value_and_sigma(spread)?;
         let known = [scatter, spread].map(FitParameter::prior_sigma);
         let mut text = format!(
-            "Marks look as if the layer scattered {:.2} times as much as is assumed (within a factor of {:.2}, \
-             beforehand {:.2}), and light went {wider_mm:+.3} ± {of_spread:.3} mm farther sideways in it (beforehand \
-             ± {}).",
+            "Marks look as if the layer scattered {:.2} times as much as assumed (within a factor of {:.2}, prior {:.2}) and spread light {wider_mm:+.3} ± {of_spread:.3} mm farther (prior ± {}).",
             scatter_log.exp(),
             of_scatter.exp(),
             known[0].exp(),
@@ -321,7 +297,7 @@ impl ExtrinsicsReport<'_> {
         );
         let far = (scatter_log / known[0]).abs().max((wider_mm / known[1]).abs());
         if far > MAX_LIGHT_SIGMAS {
-            text += " That is not likely of light alone: something else moves marks as well.";
+            text += " Light alone is not likely to do that: something else moves marks as well.";
         }
         Some(text)
     }

@@ -22,8 +22,11 @@ impl ExtrinsicsReport<'_> {
             );
         }
         // Writing to a string cannot fail, here and below.
-        let _ =
-            write!(body, "<h2>What was fitted and why</h2>\n{}", Self::list(&self.explanation()));
+        let _ = write!(
+            body,
+            "<h2>Fitted parameters and reasons</h2>\n{}",
+            Self::list(&self.explanation())
+        );
         body += &self.parameters_table();
         body += &self.trials_table();
         let _ = write!(
@@ -43,7 +46,7 @@ impl ExtrinsicsReport<'_> {
                 body,
                 "<h2>Uncertainty on the surface</h2>\n<div class=\"pair\"><figure>{pixel}</figure>\
                  <figure>{depth}</figure></div>\n<p>One standard deviation, on the sphere on which \
-                 the pins touch, as far out as pins were pressed.</p>\n"
+                 the pins touch, out to the outermost pins.</p>\n"
             );
         }
         page(&format!("Camera pose of {}", self.sensor), &body)

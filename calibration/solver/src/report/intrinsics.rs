@@ -7,6 +7,20 @@ use serde_json::{Map, Value, json};
 use crate::intrinsics::{COVERAGE, LensCalibration, LensCandidate, RaySigmas, SolvedView};
 
 /// Image of the board, or view of a list of corners, in a report.
+///
+/// ```
+/// use fabkit_calibration::board::BoardNotFound;
+/// use fabkit_calibration::report::ImageRecord;
+/// // An image that shows no board, with the detector's reason.
+/// let reason = BoardNotFound::Incomplete { found: 30, expected: 40 };
+/// let record = ImageRecord {
+///     file: "07.png".into(),
+///     corners_found: 0,
+///     unused_reason: Some(reason.to_string()),
+/// };
+/// let reason = record.unused_reason.unwrap();
+/// assert!(reason.ends_with("a grid of 30 corners was found, and the board has 40"));
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImageRecord {
     /// File name of the image, or name of the view in the list.

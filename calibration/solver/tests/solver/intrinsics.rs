@@ -305,7 +305,7 @@ fn central_views_tell_rays_and_no_more() {
     for found in [&found, &double] {
         let all = found.advice.warnings.join("\n");
         assert!(!all.contains("focal length") && !all.contains("optical axis"), "{all}");
-        assert!(all.contains("the lens model extrapolates, and rays are known to"), "{all}");
+        assert!(all.contains("the lens model extrapolates, rays to"), "{all}");
         let (seen, beyond) = (found.rays.observed, found.rays.extrapolated.unwrap());
         assert!(
             seen.worst.px < 0.5 && beyond.worst.px > 10.0 * seen.worst.px,

@@ -37,7 +37,7 @@ use tools::{check_work, count};
 rule! {
     /// Every body gets to its place past the bodies that stand there already.
     Motion = "motion",
-    examines: "bodies that get to a place",
+    examines: "movements of bodies",
     finds: "bodies that cannot get to their place past the bodies already there: each step is \
              reversed, along the motion that it states, the path of a screw, an axis, or one of \
              24 directions",

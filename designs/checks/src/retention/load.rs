@@ -58,11 +58,11 @@ pub(super) fn examine(sensor: &Sensor, graph: &Graph) -> Vec<Finding> {
     if findings.is_empty() {
         let name = graph.nodes[touched].placed.name;
         let message = format!(
-            "{name} bears {} of pull and {} of shear by lower strengths before it comes off",
+            "{name} withstands a pull of {} and a shear of {} before it comes off (lower strengths)",
             newtons(&pull),
             newtons(&shear)
         );
-        let fix = format!("nothing; `loads.touch` asks for {load_n} N");
+        let fix = format!("nothing to do: `loads.touch` requires {load_n} N");
         let note = Finding::error(Rule::Retention, message, fix).with_severity(Severity::Note);
         let least = pull.newtons.min(shear.newtons).min(MAX_REPORTED_N);
         findings.push(note.about_bodies([name]).with_measurement(least, load_n, "N"));
@@ -90,7 +90,7 @@ fn gives_way(
     let name = |node: usize| graph.nodes[node].placed.name;
     let message = match &weakest.at {
         Some(([leaves, stays], how)) => format!(
-            "a {word} at {} tears {} off {} ({how}): {} are borne",
+            "a {word} at {} tears {} off {} at {} ({how})",
             name(touched),
             name(*leaves),
             name(*stays),
@@ -98,7 +98,7 @@ fn gives_way(
         ),
         None => format!("nothing holds {} against a {word}", name(touched)),
     };
-    let fix = "a larger face, a primer, a glue, or a shoulder that holds by its shape; or lower `loads.touch`";
+    let fix = "take a larger face, a primer, a glue, or a shoulder that holds by its shape; or lower `loads.touch`";
     let bodies = match &weakest.at {
         Some((ends, _)) => ends.map(name).to_vec(),
         None => vec![name(touched)],

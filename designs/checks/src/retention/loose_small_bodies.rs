@@ -52,19 +52,19 @@ fn touches(one: &Placed, other: &Placed) -> bool {
 
 /// Reports a small body that no step fixes.
 fn unfixed(name: &str) -> Finding {
-    let message = format!("{name} is laid in place alone: no step solders, glues or sticks it");
-    let fix = "let the step that puts it there say what fixes it";
+    let message = format!("{name} is only laid in place: no step solders, glues or sticks it");
+    let fix = "state what fixes it in the step that places it";
     Finding::error(Rule::Retention, message, fix).about_bodies([name])
 }
 
 /// Reports a small body that does not touch its carrier.
 fn apart(name: &str, onto: &[&str]) -> Finding {
     let message = format!(
-        "{name} does not touch {}, which a step fixes it on: less than {PADS_MM2} mm2 lies within \
+        "{name} does not touch {}, to which a step fixes it: less than {PADS_MM2} mm2 lies within \
          {FILLED_MM} mm",
         onto.join(" or ")
     );
-    let fix = "move it onto what it is soldered, glued or stuck to";
+    let fix = "move it onto the body that it is soldered, glued or stuck to";
     let bodies = std::iter::once(name).chain(onto.iter().copied());
     Finding::error(Rule::Retention, message, fix).about_bodies(bodies)
 }

@@ -97,7 +97,7 @@ fn a_circuit_without_a_board_is_looked_at_too() {
     let mut sensor = sensor();
     sensor.circuits[0].board = None;
     sensor.circuits[0].resistors[0].forward_v = 6.0;
-    assert!(messages(&sensor)[0].contains("need 6 V to shine, and the supply has 5 V"));
+    assert!(messages(&sensor)[0].contains("need 6 V to shine, but the supply has 5 V"));
 }
 
 /// Cases of a wrong circuit with the expected messages.
@@ -106,19 +106,25 @@ type Wrong = (fn(&mut Sensor), &'static str);
 #[test]
 fn every_mistake_is_found_and_told_with_its_numbers() {
     let wrong: [Wrong; 17] = [
-        (|s| one(s).forward_v = 6.0, "need 6 V to shine, and the supply has 5 V"),
-        (|s| one(s).forward_v = 5.0, "need 5 V to shine, and the supply has 5 V"),
-        (|s| one(s).ohms = 0.0, "R1 is calculated with 0, which must be more than 0"),
+        (|s| one(s).forward_v = 6.0, "need 6 V to shine, but the supply has 5 V"),
+        (|s| one(s).forward_v = 5.0, "need 5 V to shine, but the supply has 5 V"),
+        (|s| one(s).ohms = 0.0, "R1 is calculated with 0; this value must be above 0"),
         (|s| one(s).ohms = f64::NAN, "calculated with NaN"),
         // 2 V / 20 ohm / 3 = 33.3 mA, 0.2 W.
-        (|s| one(s).ohms = 20.0, "33.3 mA flow through each lamp behind R1, which bears 20 mA"),
-        (|s| one(s).ohms = 20.0, "0.200 W are turned to heat in R1, which bears 0.1 W"),
-        (|s| one(s).supply_v = 12.0, "is calculated for 12 V, and the circuit's supply has 5 V"),
-        (|s| one(s).leds = 2, "there are 3 lamps, and resistors for 2 of them"),
-        (|s| one(s).designators = vec!["D1".into()], "D1 is calculated, and no resistor"),
-        (|s| s.circuits[0].current_a = 0.1, "said to take 100.0 mA, and its resistors let 20.0 mA"),
-        (|s| s.circuits[0].supply_a = Some(0.015), "take 20 mA, and the supply gives 15 mA"),
-        (turn_d2, "D2 meets net LED with its cathode, and other lamps do not"),
+        (|s| one(s).ohms = 20.0, "each LED behind R1 takes 33.3 mA, but withstands only 20 mA"),
+        (|s| one(s).ohms = 20.0, "R1 turns 0.200 W to heat, but withstands only 0.1 W"),
+        (|s| one(s).supply_v = 12.0, "is calculated for 12 V, but the circuit's supply has 5 V"),
+        (|s| one(s).leds = 2, "the circuit has 3 LEDs, but resistors for 2 of them"),
+        (
+            |s| one(s).designators = vec!["D1".into()],
+            "D1 is calculated, but the circuit has no resistor",
+        ),
+        (
+            |s| s.circuits[0].current_a = 0.1,
+            "stated to take 100.0 mA, but its resistors let 20.0 mA",
+        ),
+        (|s| s.circuits[0].supply_a = Some(0.015), "take 20 mA, but the supply delivers 15 mA"),
+        (turn_d2, "D2 meets net LED with its cathode, and other LEDs do not"),
         (|s| drop(s.circuits[0].nets[0].pins.pop()), "net V+ has 1 of the 2 ends"),
         (
             |s| s.circuits[0].nets[2].pins.retain(|(part, _)| part != "D3"),
@@ -128,7 +134,7 @@ fn every_mistake_is_found_and_told_with_its_numbers() {
             |s| s.circuits[0].nets[0].pins.push(("D9".into(), "A".into())),
             "D9.A, which is no pin of a part",
         ),
-        (|s| s.circuits[0].board = Some("plank".into()), "on `plank`, and no body of the sensor"),
+        (|s| s.circuits[0].board = Some("plank".into()), "on `plank`, but the sensor has no body"),
         (|s| s.circuits[0].parts[0].place = place([-9.0, 0.0]), "the pad D1.K reaches to (-10."),
     ];
     for (spoil, said) in wrong {

@@ -313,13 +313,13 @@ fn the_chain_is_complete_and_in_order() {
         ("has been cast before", |s| s.chain.insert(1, s.chain[0].clone())),
         ("two steps have this name", |s| s.chain[1].name = "pour".into()),
         ("there is no body `lidd`", |s| s.chain[1].bodies.push("lidd".into())),
-        ("nothing stands in the assembly `none`", |s| {
+        ("the assembly `none` is empty", |s| {
             s.chain[1].assembly = Some(Assembly("none".into()));
         }),
         ("gate does not lie on the surface", |s| {
             pour(s).openings[0].point.z += 0.01;
         }),
-        ("nothing is known to mix", |s| pour(s).mix.by_mass.clear()),
+        ("fabkit knows no mixture", |s| pour(s).mix.by_mass.clear()),
         ("up is not a unit vector", |s| pour(s).up *= 2.0),
         ("the cure has no time", |s| pour(s).cure.hours = f64::NAN),
         ("no opening to be poured through", |s| pour(s).openings.clear()),

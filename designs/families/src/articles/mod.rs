@@ -110,6 +110,15 @@ impl Articles {
 
     /// Finds an article by its name, or by the longest leading words that are a name: `hexagon key 4 mm` is a `hexagon
     /// key` of size `4 mm`.
+    ///
+    /// ```
+    /// use fabkit_designs::articles::Articles;
+    /// let key = Articles::builtin().article("hexagon key 4 mm");
+    /// assert_eq!((&*key.article, &*key.size), ("hexagon key", "4 mm"));
+    /// assert_eq!(key.standard.as_deref(), Some("ISO 2936"));
+    /// // An order of what no list knows has no price.
+    /// assert_eq!(Articles::builtin().article("left-handed hammer").price_eur, None);
+    /// ```
     pub fn article(&self, name: &str) -> Order {
         let key = key_of(name);
         // Candidates are all runs of leading words.
@@ -130,6 +139,14 @@ impl Articles {
 
     /// Finds the stock that parts are made from, by process and by words of the material's name; the entry without
     /// words applies to all other materials.
+    ///
+    /// ```
+    /// use fabkit_designs::articles::Articles;
+    /// let articles = Articles::builtin();
+    /// // Filament is sold by the kilogram, whatever its colour; sheets have a size.
+    /// assert_eq!(articles.stock("fdm", "black PLA").pack.amount, 1000.0);
+    /// assert_eq!(articles.stock("laser", "birch plywood").sheet_mm, Some([600.0, 400.0]));
+    /// ```
     pub fn stock(&self, process: &str, material: &str) -> Order {
         let of_process = self.by_key.values().filter(|known| {
             known.article.role == Some(ArticleRole::Stock)
@@ -155,6 +172,17 @@ impl Articles {
     }
 
     /// Finds the supplies and tools whose words occur in a text.
+    ///
+    /// ```
+    /// use fabkit_designs::articles::{ArticleRole, Articles};
+    /// let found = Articles::builtin().find_supplies("solder the LEDs to the board");
+    /// let names = |role| {
+    ///     let of_role = found.iter().filter(move |(of, _)| *of == role);
+    ///     of_role.map(|(_, order)| &*order.article).collect::<Vec<_>>()
+    /// };
+    /// assert_eq!(names(ArticleRole::Tool), ["soldering iron"]);
+    /// assert_eq!(names(ArticleRole::Supply), ["solder"]);
+    /// ```
     pub fn find_supplies(&self, text: &str) -> Vec<(ArticleRole, Order)> {
         let asked = |known: &&ListedArticle| {
             let words = known.article.words.as_deref().unwrap_or_default();

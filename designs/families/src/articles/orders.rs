@@ -13,6 +13,14 @@ const MOST_LISTED: usize = 12;
 impl Articles {
     /// Returns the order, filled with all properties stated for its article, for that size of it, and for the body of
     /// that name.
+    ///
+    /// ```
+    /// use fabkit_designs::{Screw, articles::Articles};
+    /// let order = Screw::M3X16.order();
+    /// assert_eq!(order.price_eur, None);
+    /// let filled = Articles::builtin().fill_order(&order, "screw-m3x16");
+    /// assert!(filled.price_eur.is_some() && !filled.price_source.is_empty());
+    /// ```
     pub fn fill_order(&self, order: &Order, body: &str) -> Order {
         let mut filled = order.clone();
         for known in self.entries_for(order, body) {

@@ -24,6 +24,16 @@ const LIMITS: std::ops::RangeInclusive<f64> = 1e-3..=1e7;
 const EXAMPLE: &str = "write for example `100 pieces`, `0.9 kg`, `500 ml` or `5 m`";
 
 /// Amount sold at once, as written: `100 pieces`, `0.9 kg`.
+///
+/// ```
+/// use fabkit_designs::articles::PackSize;
+/// use fabkit_designs::parameters::Scalar;
+/// let read = |text| PackSize::parse(text).map_err(|refusal| refusal.says);
+/// assert_eq!(read("0.9 kg")?.show(), "900 g");
+/// assert_eq!(read("5 m")?.show(), "5000 mm");
+/// assert!(read("5 oz").is_err());
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PackSize(pub Pack);
 

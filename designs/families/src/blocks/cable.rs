@@ -28,6 +28,17 @@ const SWELL_MM: f64 = 0.01;
 const STRAIGHT_RAD: f64 = 1e-6;
 
 /// Cable along a path.
+///
+/// ```
+/// use fabkit_designs::blocks::cable::Cable;
+/// use fabkit_geometry::Point3;
+/// use std::f64::consts::FRAC_PI_2;
+/// // Down 20 mm, then 30 mm to the side, with a quarter circle of 5 mm in between.
+/// let corners = [[0.0, 0.0, 20.0], [0.0; 3], [30.0, 0.0, 0.0]].map(Point3::from);
+/// let cable = Cable { diameter_mm: 3.0, bend_mm: 5.0, corners: corners.to_vec() };
+/// assert!((cable.length_mm() - (15.0 + 25.0 + 5.0 * FRAC_PI_2)).abs() < 1e-9);
+/// assert!((cable.least_straight_mm() - 15.0).abs() < 1e-9);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cable {
     /// Diameter, mm.

@@ -7,6 +7,17 @@ use crate::choices;
 use crate::parameters::RuleReport;
 
 /// Slot with round ends through a floor.
+///
+/// ```
+/// use fabkit_designs::blocks::cable_openings::FloorSlot;
+/// use fabkit_geometry::{Angle, Length};
+/// let mm = |mm| Length::from_mm(mm).ok_or("not finite");
+/// let turn = Angle::from_deg(0.0).ok_or("not finite")?;
+/// let slot = FloorSlot { length: mm(10.0)?, width: mm(4.0)?, along: 0, at: [5.0, 0.0], turn };
+/// // The round ends have a radius of 2 mm, so their centres are 2 mm inside of 0 and 10 mm.
+/// assert_eq!(slot.ends(), [[2.0, 0.0], [8.0, 0.0]]);
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct FloorSlot {
     /// Length from end to end.
@@ -100,6 +111,12 @@ impl HousingSide {
     }
 
     /// Returns the direction that the side faces, as an angle around z from +x, in (-180, 180] degrees.
+    ///
+    /// ```
+    /// use fabkit_designs::blocks::cable_openings::HousingSide;
+    /// assert!((HousingSide::Back.angle().deg() - 90.0).abs() < 1e-12);
+    /// assert!((HousingSide::Front.angle().deg() + 90.0).abs() < 1e-12);
+    /// ```
     pub fn angle(self) -> Angle {
         let deg = 90.0 * f64::from(self.quarters());
         Angle::from_deg(if deg > 180.0 { deg - 360.0 } else { deg }).expect("finite")

@@ -175,6 +175,22 @@ impl Electric {
 }
 
 /// Builder of a circuit.
+///
+/// ```
+/// use fabkit_designs::blocks::circuit::{CHIP_0603, CircuitBuilder, Electric};
+/// let electric = Electric {
+///     supply_volts: 5.0,
+///     forward_volts: 3.0,
+///     current_ma: 20.0,
+///     rated_ma: 30.0,
+///     supply_ma: 500.0,
+///     resistor_ohms: 0.0,
+/// };
+/// // 2 V remain for the resistor: 100 ohm at 20 mA, a value of the series.
+/// let resistor = CircuitBuilder::new_wired("lamp", 5.0).calculate(&electric, 1, CHIP_0603, "");
+/// assert_eq!(resistor.ohms, 100.0);
+/// assert!((resistor.current_a() - 0.02).abs() < 1e-12);
+/// ```
 pub struct CircuitBuilder {
     circuit: Circuit,
     counts: [u32; 5],
@@ -518,6 +534,12 @@ pub fn camera_to_host(
 }
 
 /// Formats a resistance as it is ordered.
+///
+/// ```
+/// use fabkit_designs::blocks::circuit::ohms_text;
+/// assert_eq!(ohms_text(470.0), "470 ohm");
+/// assert_eq!(ohms_text(2200.0), "2.2 kohm");
+/// ```
 pub fn ohms_text(ohms: f64) -> String {
     if ohms >= 1e3 { format!("{} kohm", ohms / 1e3) } else { format!("{ohms} ohm") }
 }

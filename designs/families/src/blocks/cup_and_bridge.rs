@@ -107,6 +107,18 @@ impl Form {
 }
 
 /// Returns a round vessel around z between two radii, open at its rim; its floor lies between two heights.
+///
+/// ```
+/// use fabkit_designs::blocks::cup_and_bridge::bowl;
+/// use fabkit_geometry::{CompiledSolid, Point3};
+/// // A cup that opens upwards: floor from -2 to 0, rim at 10.
+/// let cup = CompiledSolid::new(&bowl([8.0, 10.0], 10.0, [0.0, -2.0]))?;
+/// assert!(
+///     !cup.contains(&Point3::new(0.0, 0.0, 1.0)) && cup.contains(&Point3::new(0.0, 0.0, -1.0))
+/// );
+/// assert!(cup.contains(&Point3::new(9.0, 0.0, 9.0)));
+/// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+/// ```
 pub fn bowl([inner, outer]: [f64; 2], rim_z: f64, [floor_z, end_z]: [f64; 2]) -> Solid {
     let mut outline = [
         [0.0, floor_z],

@@ -7,6 +7,15 @@ const SAME_MM: f64 = 1e-12;
 
 /// Returns a closed polygon whose corners are rounded by a radius each, mm; 0 for a sharp corner. The first corner is
 /// always sharp.
+///
+/// ```
+/// use fabkit_designs::blocks::edge::rounded;
+/// use std::f64::consts::FRAC_PI_4;
+/// // A square of 10 mm whose upper right corner is rounded by 2 mm.
+/// let corners = [([0.0, 0.0], 0.0), ([10.0, 0.0], 0.0), ([10.0, 10.0], 2.0), ([0.0, 10.0], 0.0)];
+/// let area_mm2 = rounded(&corners).signed_area_mm2();
+/// assert!((area_mm2 - (100.0 - (1.0 - FRAC_PI_4) * 2.0 * 2.0)).abs() < 1e-9);
+/// ```
 pub fn rounded(corners: &[([f64; 2], f64)]) -> Path {
     let count = corners.len();
     let start = corners.first().map_or([0.0; 2], |(at, _)| *at);

@@ -50,6 +50,19 @@ enum ScrewHold {
 }
 
 /// Equal screws that hold bodies together.
+///
+/// ```
+/// use fabkit_designs::{Screw, blocks::ScrewJoint, blocks::ring, chain_builder::SENSOR};
+/// use fabkit_geometry::Pose;
+/// let poses = ring(3, 0.0, Pose::translation(10.0, 0.0, 0.0));
+/// let joint = ScrewJoint::self_tapping("lid screw", Screw::M3X12, poses, 13.0);
+/// // The lid gets through holes of 3.4 mm, the box blind ones of 2.5 mm; three screws are bought.
+/// assert_eq!(joint.clearance_cut(3.0, 0.0).handles, 3);
+/// assert_eq!(joint.thread_cut().handles, 0);
+/// assert_eq!(joint.holes().radius_mm, 1.25);
+/// let bought = joint.bought(|pose| SENSOR.at(*pose), |pose| SENSOR.at(*pose));
+/// assert_eq!((&*bought[0].name, bought[0].placements.len()), ("screw-m3x12", 3));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScrewJoint {
     /// Name of its holes and landmarks: `camera screw` or, if no screw is bought, `mounting hole`.

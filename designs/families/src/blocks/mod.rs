@@ -99,23 +99,50 @@ pub const MOLD_BLUE: Color = [120, 160, 205];
 pub const TOOL_GREY: Color = [180, 184, 190];
 
 /// Returns the angle of position `index` out of `count` equal steps around the axis, shifted by `offset` steps.
+///
+/// ```
+/// use fabkit_designs::blocks::turn;
+/// // The first of four positions, shifted by half a step: on the diagonal.
+/// assert!((turn(0, 4, 0.5).deg() - 45.0).abs() < 1e-12);
+/// ```
 pub fn turn(index: u32, count: u32, offset: f64) -> Angle {
     let rad = TAU * (f64::from(index) + offset) / f64::from(count);
     Angle::from_rad(rad).expect("a fraction of a turn is finite")
 }
 
 /// Returns `first` turned around the z axis to `count` positions, shifted by `offset` steps.
+///
+/// ```
+/// use fabkit_designs::blocks::ring;
+/// use fabkit_geometry::Pose;
+/// let places = ring(4, 0.0, Pose::translation(10.0, 0.0, -3.0));
+/// // Counter-clockwise seen from above: the second one is on +y.
+/// let second = places[1].translation_mm();
+/// assert!((second.y - 10.0).abs() < 1e-12 && second.x.abs() < 1e-12 && second.z == -3.0);
+/// ```
 pub fn ring(count: u32, offset: f64, first: Pose) -> Vec<Pose> {
     (0..count).map(|i| Pose::rotation_z(turn(i, count, offset)).then_in(first)).collect()
 }
 
 /// Returns the number of pieces of a width (mm) that fit side by side on a circle, not rounded.
+///
+/// ```
+/// use fabkit_designs::blocks::around;
+/// // Six circles fit around a circle of their own size.
+/// assert!((around(2.0, 2.0) - 6.0).abs() < 1e-9);
+/// ```
 pub fn around(radius_mm: f64, width_mm: f64) -> f64 {
     // Each piece takes the angle of its chord.
     PI / (width_mm / 2.0 / radius_mm).clamp(0.0, 1.0).asin()
 }
 
 /// Returns half the length of a circle's chord at a distance from its centre; 0 outside.
+///
+/// ```
+/// use fabkit_designs::blocks::half_chord;
+/// assert_eq!(half_chord(5.0, 3.0), 4.0);
+/// assert_eq!(half_chord(5.0, 6.0), 0.0);
+/// ```
 pub fn half_chord(radius_mm: f64, distance_mm: f64) -> f64 {
     (radius_mm.powi(2) - distance_mm.powi(2)).max(0.0).sqrt()
 }
@@ -131,6 +158,14 @@ pub fn upright([x, y]: [f64; 2], z: f64) -> Pose {
 }
 
 /// Returns an upside-down pose at (x, y) and height z: its z axis points down.
+///
+/// ```
+/// use fabkit_designs::blocks::hanging;
+/// use fabkit_geometry::Point3;
+/// // A point 2 mm along the body's own z lies 2 mm lower.
+/// let below = hanging([1.0, 0.0], 5.0).point(Point3::new(0.0, 0.0, 2.0));
+/// assert!((below - Point3::new(1.0, 0.0, 3.0)).norm() < 1e-12);
+/// ```
 pub fn hanging([x, y]: [f64; 2], z: f64) -> Pose {
     Pose::z_to(-Vector3::z(), Point3::new(x, y, z))
 }
@@ -152,6 +187,15 @@ pub fn holes(tools: impl IntoIterator<Item = Solid>) -> CutFeature {
 }
 
 /// Merges components of the same name: placements and quantities add up.
+///
+/// ```
+/// use fabkit_designs::blocks::merged;
+/// use fabkit_designs::chain_builder::{bought, in_sensor};
+/// use fabkit_geometry::Solid;
+/// let screw = bought("screw-m3x16", "M3 x 16", Solid::cylinder(1.5, 16.0), [in_sensor()]);
+/// let all = merged([screw.clone(), screw]);
+/// assert_eq!((all.len(), all[0].placements.len()), (1, 2));
+/// ```
 pub fn merged(bodies: impl IntoIterator<Item = Body>) -> Vec<Body> {
     let mut all: Vec<Body> = Vec::new();
     for body in bodies {
@@ -182,6 +226,17 @@ pub fn sphere(radius_mm: f64) -> EllipsoidOffset {
 }
 
 /// Returns a camera on the axis that looks along +z; its image's right is the sensor's +x.
+///
+/// ```
+/// use fabkit_designs::blocks::camera_at;
+/// use fabkit_geometry::{Angle, NominalLens, Point3};
+/// let view = Angle::from_deg(90.0).ok_or("not finite")?;
+/// let camera = camera_at(-20.0, [640, 480], view, NominalLens::default());
+/// // 20 mm in front of the pupil: the origin of the sensor frame.
+/// let seen = camera.sensor_from_camera.point(Point3::new(0.0, 0.0, 20.0));
+/// assert_eq!(seen, Point3::origin());
+/// # Ok::<(), &str>(())
+/// ```
 pub fn camera_at(
     pupil_z: f64,
     [width_px, height_px]: [u32; 2],

@@ -416,6 +416,12 @@ fn pair(out: f64, axis: usize) -> [[f64; 2]; 2] {
 }
 
 /// Returns the distance of a point from a rectangle with these half edges around the middle; 0 inside.
+///
+/// ```
+/// use fabkit_designs::blocks::mounting::outside;
+/// assert_eq!(outside([13.0, 12.0], [10.0, 8.0]), 5.0);
+/// assert_eq!(outside([9.0, -7.0], [10.0, 8.0]), 0.0);
+/// ```
 pub fn outside([x, y]: [f64; 2], half_mm: [f64; 2]) -> f64 {
     (x.abs() - half_mm[0]).max(0.0).hypot((y.abs() - half_mm[1]).max(0.0))
 }

@@ -9,6 +9,17 @@ use crate::parameters::RuleReport;
 const GROOVE_CORDS: f64 = 1.3;
 
 /// Seat of an O-ring.
+///
+/// ```
+/// use fabkit_designs::blocks::ORingSeat;
+/// use fabkit_geometry::Length;
+/// let cord = Length::from_mm(2.0).ok_or("not finite")?;
+/// // A fifth of the cord is squeezed away between the bore of 10 mm and the groove's bottom.
+/// let seat = ORingSeat::squeezed_in(10.0, cord, 0.2);
+/// assert!((seat.radius_mm - 8.4).abs() < 1e-12);
+/// assert_eq!(seat.order_text(), "O-ring 16 x 2 mm, metric stock size");
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ORingSeat {
     /// Diameter of the ring's cord.

@@ -5,6 +5,16 @@ use fabkit_geometry::{Angle, Path, Pose, Solid};
 use super::edge;
 
 /// Upright prism around the axis, by half its edges and the radius of its upright edges, mm.
+///
+/// ```
+/// use fabkit_designs::blocks::Rect;
+/// let pad = Rect { half: [10.0, 8.0], corner: 2.0 };
+/// // A wall of 1.5 mm leaves an outline inside it at that distance.
+/// let inside = pad.shrunk(1.5);
+/// assert_eq!((inside.half, inside.corner), ([8.5, 6.5], 0.5));
+/// assert!((pad.inset_of(inside) - 1.5).abs() < 1e-12);
+/// assert_eq!((pad.longer(), pad.narrow(), pad.straight(1)), (0, 8.0, 16.0));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rect {
     /// Half the edges along x and y.
@@ -101,6 +111,13 @@ impl Rect {
     }
 
     /// Returns whether a point lies inside, at least `apart_mm` from the boundary.
+    ///
+    /// ```
+    /// use fabkit_designs::blocks::Rect;
+    /// let disc = Rect::round(5.0);
+    /// assert!(disc.holds([3.0, 4.0], 0.0));
+    /// assert!(!disc.holds([3.0, 4.0], 0.1));
+    /// ```
     pub fn holds(self, at: [f64; 2], apart_mm: f64) -> bool {
         let corner = self.corner.max(apart_mm);
         let beyond = [0, 1].map(|i| (at[i].abs() - (self.half[i] - corner)).max(0.0));

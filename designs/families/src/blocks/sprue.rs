@@ -21,6 +21,17 @@ const LEAST_MM: f64 = 3.0;
 pub const LEAST_WALL_MM: f64 = LEAST_MM + BEFORE_TIP_MM;
 
 /// Conical hole through a wall in which a syringe's Luer tip seals.
+///
+/// ```
+/// use fabkit_designs::blocks::sprue::LuerSeat;
+/// use fabkit_geometry::{CompiledSolid, Pose};
+/// let seat = LuerSeat { wall_mm: 4.0 };
+/// // The hole tapers from its mouth into the wall.
+/// let hole = CompiledSolid::new(&seat.tool(&Pose::identity(), 0.0))?.bounds();
+/// assert!((hole.max.x - seat.mouth_mm()).abs() < 1e-6);
+/// assert!(hole.min.z > -1e-9 && hole.max.z > 4.0);
+/// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LuerSeat {
     /// Thickness of the wall, mm.

@@ -21,6 +21,18 @@ const OVERFLOW_MARGIN_MM: f64 = 0.3;
 const FOOT_MARGIN_MM: f64 = 0.2;
 
 /// Vents through a lid.
+///
+/// ```
+/// use fabkit_designs::blocks::VentedLid;
+/// use fabkit_geometry::{Length, Vector3};
+/// let vent = Length::from_mm(1.5).ok_or("not finite")?;
+/// let lid = VentedLid::over([10.0, 14.0], (4, vent));
+/// assert_eq!(lid.circle_mm, 12.0);
+/// // The lid is below the layer, which is cast upside down: air leaves along -z.
+/// let openings = lid.openings();
+/// assert_eq!((openings.len(), openings[0].axis), (4, -Vector3::z()));
+/// # Ok::<(), &str>(())
+/// ```
 pub struct VentedLid {
     /// Number of vents.
     pub vents: u32,

@@ -30,6 +30,20 @@ const READABLE: [&str; 6] = [
 /// the user has just changed are tried first, those of bought things never.
 ///
 /// The arguments are those with which [`load`](crate::load) refused the design.
+///
+/// ```
+/// use fabkit_designs::{SensorText, builtin_yaml, fixing::advise, load};
+/// let yaml = builtin_yaml("digit-like").ok_or("no such sensor")?;
+/// let overrides = ["shell.corner=2.8 mm".to_owned()];
+/// let mut invalid = load("mine.yaml", yaml, &overrides, &["fixtures"]).unwrap_err();
+/// let text = SensorText::without_bases("mine.yaml", yaml);
+/// advise(text, &overrides, &["fixtures"], &mut invalid);
+/// // The suggested value has been tried.
+/// let tried = invalid.problems[0].facts.suggestion.as_ref().ok_or("no way out")?;
+/// let overrides = [format!("{}={}", tried.path, tried.value)];
+/// assert!(load("mine.yaml", yaml, &overrides, &["fixtures"]).is_ok());
+/// # Ok::<(), &str>(())
+/// ```
 pub fn advise(
     text: SensorText,
     overrides: &[String],

@@ -37,6 +37,13 @@ const VALUES: &[&str] = &[
 ];
 
 /// Returns whether a parameter describes a bought thing.
+///
+/// ```
+/// use fabkit_designs::fixing::is_bought;
+/// assert!(is_bought("camera.board_size"));
+/// // Where the camera stands is up to the designer.
+/// assert!(!is_bought("camera.depth"));
+/// ```
 pub fn is_bought(path: &str) -> bool {
     let in_section = path.split_once('.').is_some_and(|(section, key)| {
         SECTIONS.iter().any(|(bought, but)| *bought == section && !but.contains(&key))

@@ -33,6 +33,18 @@ const MOST_TRIED_TO_BLAME: usize = 6000;
 const MOST_BLAMED: usize = 24;
 
 /// Change of one value.
+///
+/// ```
+/// use fabkit_designs::fixing::ValueChange;
+/// let change = ValueChange {
+///     path: "tube.wall".into(),
+///     from: "1 mm".into(),
+///     to: "1.2 mm".into(),
+///     because: "thinner glass breaks".into(),
+/// };
+/// assert_eq!(change.as_override(), "tube.wall=1.2 mm");
+/// assert_eq!(change.to_string(), "tube.wall 1 mm -> 1.2 mm: because thinner glass breaks");
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ValueChange {
     /// Dotted path of the parameter.
@@ -68,6 +80,20 @@ impl std::fmt::Display for ValueChange {
 /// # Errors
 /// Texts that cannot be read, reported as by [`load`](crate::load); or one problem that names the rules that contradict
 /// each other.
+///
+/// ```
+/// use fabkit_designs::{SensorText, builtin_yaml, fixing::fix, load};
+/// let yaml = builtin_yaml("digit-like").ok_or("no such sensor")?;
+/// let mut overrides = vec!["mold.floor=5.6 mm".to_owned()];
+/// assert!(load("mine.yaml", yaml, &overrides, &["fixtures"]).is_err());
+/// // The floor stays as asked for; a thicker pad makes room for its dowels.
+/// let text = SensorText::without_bases("mine.yaml", yaml);
+/// let changes = fix(text, &overrides, &["fixtures"])?;
+/// assert_eq!(changes[0].path, "pad.thickness");
+/// overrides.push(changes[0].as_override());
+/// assert!(load("mine.yaml", yaml, &overrides, &["fixtures"]).is_ok());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn fix(
     text: SensorText,
     overrides: &[String],

@@ -3,6 +3,15 @@
 use fabkit_geometry::{Order, Solid};
 
 /// Parallel pin, ISO 2338: hole and pin have the same nominal diameter.
+///
+/// ```
+/// use fabkit_designs::Dowel;
+/// let dowel = Dowel { diameter_mm: 3.0, length_mm: 10.0 };
+/// assert_eq!(dowel.order().article_and_size(), "dowel pin ISO 2338 3 x 10 mm");
+/// // The standard has no pin of 9 mm: it has to be cut.
+/// let made = Dowel { length_mm: 9.0, ..dowel };
+/// assert_eq!(made.order().article, "steel pin");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dowel {
     /// Diameter, mm.

@@ -26,6 +26,15 @@ const TWEEZERS_HAND_MM: [f64; 2] = [15.0, 60.0];
 const TIP_MM: [f64; 3] = [11.0, 12.0, 60.0];
 
 /// Lens that turns in its thread, its axis along z, looking up.
+///
+/// ```
+/// use fabkit_designs::hardware::ThreadedLens;
+/// let lens = ThreadedLens { barrel_mm: 14.0, front_z: -20.0 };
+/// assert_eq!(lens.front_access().tool, "the fingers that turn the lens");
+/// // Fingers are too thick for a small lens.
+/// let small = ThreadedLens { barrel_mm: 6.5, ..lens };
+/// assert_eq!(small.front_access().tool, "the tweezers that turn the lens");
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct ThreadedLens {
     /// Diameter of the barrel, mm.

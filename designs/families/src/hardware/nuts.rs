@@ -4,6 +4,18 @@ use fabkit_geometry::{CUT_OVERLAP_MM, Order, Path, Solid};
 
 /// Brass nut that is melted into plastic: open at z = 0, extending along -z. No standard covers these; the sizes are a
 /// maker's.
+///
+/// ```
+/// use fabkit_designs::HeatSetNut;
+/// use fabkit_geometry::CompiledSolid;
+/// let nut = HeatSetNut::M3;
+/// assert_eq!(nut.name(), "insert-m3");
+/// // 4.6 mm over the knurl, in a hole of 4 mm.
+/// assert!((nut.overlap_mm() - 0.3).abs() < 1e-12);
+/// let bounds = CompiledSolid::new(&nut.solid())?.bounds();
+/// assert_eq!([bounds.min.z, bounds.max.z], [-5.7, 0.0]);
+/// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeatSetNut {
     /// Maker and series.
@@ -165,6 +177,13 @@ impl HexNut {
     }
 
     /// Returns the distance of a corner from the axis, mm, for flats `gap_mm` farther out than the nut's.
+    ///
+    /// ```
+    /// use fabkit_designs::HexNut;
+    /// // 5.5 mm across flats are 5.5 mm / cos 30 deg across corners.
+    /// let across_mm = 2.0 * HexNut::M3.corner_mm(0.0);
+    /// assert!((across_mm - 5.5 / 30_f64.to_radians().cos()).abs() < 1e-12);
+    /// ```
     pub fn corner_mm(&self, gap_mm: f64) -> f64 {
         corner_mm(self.across_flats_mm + 2.0 * gap_mm)
     }
@@ -177,6 +196,12 @@ impl HexNut {
 
 /// Hexagonal spacer with a thread at either end: stands on z = 0. The design sets its length. No standard covers these;
 /// makers agree on the width of M3 spacers.
+///
+/// ```
+/// use fabkit_designs::HexSpacer;
+/// let order = HexSpacer::M3.order(18.04);
+/// assert_eq!(order.article_and_size(), "hexagonal spacer, female both ends M3 x 18 mm");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HexSpacer {
     /// Nominal thread diameter, mm.

@@ -99,6 +99,16 @@ pub fn stocked_cords() -> String {
 impl ORing {
     /// Finds the stocked ring of a cord diameter for a groove with the given bottom diameter, mm: the widest one that
     /// is stretched, otherwise one that is slightly wider; `None` if none is stocked.
+    ///
+    /// ```
+    /// use fabkit_designs::ORing;
+    /// // Metric rings of this cord come in whole millimetres; 16 mm is stretched by 3 % to 16.5 mm.
+    /// let ring = ORing::find_stocked(2.0, 16.5).ok_or("not stocked")?;
+    /// assert_eq!((ring.inside_mm, ring.standard), (16.0, "metric stock size"));
+    /// // No cord of 2.2 mm is stocked.
+    /// assert_eq!(ORing::find_stocked(2.2, 16.5), None);
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn find_stocked(cord_mm: f64, bottom_mm: f64) -> Option<Self> {
         let series = SERIES.iter().find(|series| (series.cord_mm - cord_mm).abs() < 1e-9)?;
         let fits = |inside_mm: &f64| {
@@ -125,6 +135,14 @@ impl ORing {
     }
 
     /// Returns the size code in ISO 3601-1, which is the dash number in AS568; `None` for metric sizes.
+    ///
+    /// ```
+    /// use fabkit_designs::ORing;
+    /// let ring = ORing::find_stocked(1.78, 14.0).ok_or("not stocked")?;
+    /// assert_eq!(ring.size_code(), Some(15));
+    /// assert_eq!(ring.order().size, "14 x 1.78 mm (AS568-015)");
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn size_code(&self) -> Option<usize> {
         let coded: [(f64, &[f64], usize); 3] =
             [(1.78, &CORD_1_78, 4), (2.62, &CORD_2_62, 102), (3.53, &CORD_3_53, 201)];
@@ -159,6 +177,16 @@ impl ORing {
     }
 
     /// Returns the diameter of the cord, mm, when the ring is stretched to an inside diameter.
+    ///
+    /// ```
+    /// use fabkit_designs::ORing;
+    /// let ring = ORing::find_stocked(2.0, 20.0).ok_or("not stocked")?;
+    /// assert!((ring.stretched_cord_mm(20.0) - 2.0).abs() < 1e-9);
+    /// // Rubber keeps its volume: the longer ring is thinner.
+    /// let cord_mm = ring.stretched_cord_mm(21.0);
+    /// assert!((cord_mm.powi(2) * (21.0 + cord_mm) - 2.0_f64.powi(2) * (20.0 + 2.0)).abs() < 1e-6);
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn stretched_cord_mm(&self, inside_mm: f64) -> f64 {
         // The middle radius depends slightly on the cord's diameter: a few fixed-point iterations converge.
         (0..8).fold(self.cord_mm, |cord, _| {
@@ -168,6 +196,18 @@ impl ORing {
 
     /// Returns the solid of the ring around z, squeezed between two cylinders, its middle at z = 0: flat where they
     /// touch it, round at both ends. `radii_mm` are the radii of the inner and outer cylinder.
+    ///
+    /// ```
+    /// use fabkit_designs::{ORing, SQUEEZED_PLAY_MM};
+    /// use fabkit_geometry::CompiledSolid;
+    /// // A cord of 2 mm between radii of 10 mm and 11.6 mm.
+    /// let ring = ORing::find_stocked(2.0, 20.0).ok_or("not stocked")?;
+    /// let bounds = CompiledSolid::new(&ring.between_cylinders([10.0, 11.6]))?.bounds();
+    /// assert!((bounds.max.x - (11.6 - SQUEEZED_PLAY_MM)).abs() < 1e-9);
+    /// // Squeezed by a fifth, it gets higher than its cord.
+    /// assert!(bounds.max.z - bounds.min.z > 2.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn between_cylinders(&self, radii_mm: [f64; 2]) -> Solid {
         let [inner, outer] = [radii_mm[0] + SQUEEZED_PLAY_MM, radii_mm[1] - SQUEEZED_PLAY_MM];
         let (middle, half) = ((inner + outer) / 2.0, (outer - inner) / 2.0);

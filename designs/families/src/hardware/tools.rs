@@ -144,6 +144,16 @@ impl SocketScrew {
 
 impl Dowel {
     /// Returns the space of a vise jaw or thumb that presses the dowel in, from either end.
+    ///
+    /// ```
+    /// use fabkit_designs::Dowel;
+    /// use fabkit_geometry::CompiledSolid;
+    /// let access = Dowel { diameter_mm: 3.0, length_mm: 10.0 }.press_access();
+    /// // The pin reaches to z = 5; the jaw comes from above it or, alternatively, from below.
+    /// assert!(CompiledSolid::new(&access.solid)?.bounds().min.z > 5.0);
+    /// assert!(CompiledSolid::new(&access.alternatives[0])?.bounds().max.z < -5.0);
+    /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+    /// ```
     pub fn press_access(&self) -> ToolAccess {
         let [radius, way] = PRESS_MM;
         let from_z = self.length_mm / 2.0 + TIP_GAP_MM;

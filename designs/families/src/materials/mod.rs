@@ -225,6 +225,21 @@ impl Material {
 }
 
 /// Castable material as a parameter: read by its name, and dereferenced to it.
+///
+/// ```
+/// let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// let design = fabkit_designs::load("rtac0.yaml", yaml, &[], &["fixtures"])?;
+/// let is_it = |name: &str| name == "Smooth-On Ecoflex 00-30";
+/// let ecoflex = design.materials.iter().find(|one| is_it(one)).ok_or("another material")?;
+/// // Parts A and B in equal shares, worked for 45 minutes, stretched to ten times its length.
+/// assert_eq!(
+///     ecoflex.mix().by_mass.iter().map(|(_, share)| *share).collect::<Vec<_>>(),
+///     [1.0, 1.0]
+/// );
+/// assert_eq!(ecoflex.mix().pot_life_h, Some(0.75));
+/// assert_eq!(ecoflex.breaking_strain(), Some(9.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Castable(Arc<Material>);
 

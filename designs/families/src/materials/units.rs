@@ -166,6 +166,17 @@ pub enum Scale {
 }
 
 /// Shore hardness.
+///
+/// ```
+/// use fabkit_designs::materials::{Hardness, Scale};
+/// use fabkit_designs::parameters::Scalar;
+/// for text in ["Shore A 43", "43A", "A-43"] {
+///     let hardness = Hardness::parse(text).map_err(|refusal| refusal.says)?;
+///     assert_eq!(hardness, Hardness { scale: Scale::ShoreA, value: 43.0 });
+/// }
+/// assert!(Hardness::parse("43").is_err());
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hardness {
     /// Durometer scale.

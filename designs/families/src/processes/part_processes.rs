@@ -52,6 +52,16 @@ impl ProcessAssignments {
     /// [`gap_mm`].
     ///
     /// A part of a fixture is called `FIXTURE/PART`; see [`ProcessAssignments::in_fixture`].
+    ///
+    /// ```
+    /// use fabkit_designs::{Fit, processes::ProcessAssignments};
+    /// use fabkit_geometry::Process;
+    /// // Where no file says anything, gaps are those usual for the process.
+    /// let usual = ProcessAssignments::default();
+    /// assert_eq!(usual.gap_mm("shell", Process::Fdm, Fit::Slide), 0.2);
+    /// let parts = [("shell", Process::Fdm), ("lens-holder", Process::Sla)];
+    /// assert_eq!(usual.widest_gap_mm(parts, Fit::Slide), 0.2);
+    /// ```
     pub fn gap_mm(&self, part: impl AsRef<str>, usual: Process, fit: Fit) -> f64 {
         // Only read after the family has built its parts.
         self.0.is_used.store(true, Ordering::Relaxed);

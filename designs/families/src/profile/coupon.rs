@@ -104,6 +104,18 @@ pub struct CouponRow {
 }
 
 /// Sizes of a coupon.
+///
+/// ```
+/// use fabkit_designs::profile::{Coupon, CouponGroup, CouponRow, PrintProcess};
+/// let row = CouponRow { id: "H1".into(), nominal_mm: 4.0, measured_mm: None };
+/// let coupon = Coupon {
+///     process: PrintProcess::Fdm,
+///     material: "PLA".into(),
+///     groups: vec![(CouponGroup::Holes, vec![row])],
+/// };
+/// // The template that is filled in at the printer.
+/// assert!(coupon.to_yaml().ends_with("\n  - {id: H1, nominal: 4 mm, measured: null}\n"));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coupon {
     /// Process that prints it.
@@ -141,6 +153,24 @@ impl Coupon {
 }
 
 /// Profile with the quality of its fits.
+///
+/// ```
+/// use fabkit_designs::parameters::{FileSafeName, Scalar};
+/// use fabkit_designs::profile::MeasuredProfile;
+/// // Lengths come out 0.5 % too short, diameters as drawn.
+/// let rows = |share: f64| {
+///     let row = |mm: f64| format!("  - {{nominal: {mm} mm, measured: {} mm}}\n", share * mm);
+///     [10.0, 20.0, 40.0].map(row).concat()
+/// };
+/// let lengths = ["x", "y", "z"].map(|axis| format!("lengths_{axis}:\n{}", rows(0.995))).concat();
+/// let diameters = ["holes", "pins"].map(|kind| format!("{kind}:\n{}", rows(1.0))).concat();
+/// let yaml = format!("format: 1\nprocess: fdm\nmaterial: PLA\n{lengths}{diameters}");
+/// let name = FileSafeName::parse("my-printer").map_err(|refusal| refusal.says)?;
+/// let profile = MeasuredProfile::read("coupon.yaml", &yaml, &name)?.profile;
+/// assert!((profile.shrinkage_percent.x - 0.5).abs() < 1e-9);
+/// assert!((profile.hole_mm(5.0) - 5.0).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredProfile {
     /// Resulting profile.

@@ -32,6 +32,25 @@ const GAPS_MM: RangeInclusive<f64> = 0.0..=500.0;
 const ROW: [&str; 2] = ["load", "gap"];
 
 /// Cup filled with a batch of gel, and the ball that is pressed into it.
+///
+/// ```
+/// use fabkit_designs::profile::GelCoupon;
+/// let yaml = "
+/// format: 1
+/// gel: Smooth-On Ecoflex 00-30
+/// ball: 20 mm
+/// thickness: 20 mm
+/// diameter: 60 mm
+/// readings:
+///   - {load: 50 g, gap: 21.0 mm}
+///   - {load: 100 g, gap: 20.3 mm}
+///   - {load: 0.2 kg, gap: 19.2 mm}
+/// ";
+/// let coupon = GelCoupon::read("gel.yaml", yaml)?;
+/// assert_eq!((coupon.ball_mm, coupon.readings[2].load_g), (20.0, 200.0));
+/// assert_eq!(coupon.file_name(), "gel-smooth-on-ecoflex-00-30.yaml");
+/// # Ok::<(), fabkit_designs::parameters::InvalidDesign>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct GelCoupon {
     /// Cast material, by its name in `materials`.

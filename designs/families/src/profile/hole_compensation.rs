@@ -26,6 +26,33 @@ impl ProcessProfile {
     /// Holes are cylinders that are cut away, and circles in the outlines of extrusions. Slots, countersinks and turned
     /// shapes stay as they are. `solid` is in the part's frame, `bed_from_part` is the pose in which it is printed;
     /// `cast_scale` is the factor by which a mold is enlarged in addition.
+    ///
+    /// ```
+    /// use fabkit_designs::profile::{HoleCount, ProcessProfile};
+    /// use fabkit_geometry::{CompiledSolid, Point3, Pose, Solid};
+    /// // Holes come out 0.2 mm too narrow.
+    /// let yaml = "
+    /// format: 1
+    /// name: my-printer
+    /// process: fdm
+    /// material: PLA
+    /// shrinkage_percent: {x: 0.0, y: 0.0, z: 0.0}
+    /// holes: {offset: -0.2 mm, gain: 1.0, smallest: 2 mm, largest: 12 mm}
+    /// pins: {offset: 0.1 mm, gain: 1.0, smallest: 2 mm, largest: 8 mm}
+    /// elephant_foot: 0.1 mm
+    /// ";
+    /// let profile = ProcessProfile::read("my-printer.yaml", yaml)?;
+    /// let plate = Solid::cuboid(20.0, 20.0, 2.0).minus(Solid::cylinder(2.5, 4.0).at_z(-1.0));
+    /// let (copy, count) = profile.fit_holes(&plate, &Pose::identity(), 1.0);
+    /// assert_eq!(count, HoleCount { fitted: 1, unchanged: 0 });
+    /// // The hole of 5 mm is written with 5.2 mm.
+    /// let copy = CompiledSolid::new(&copy)?;
+    /// assert!(
+    ///     !copy.contains(&Point3::new(2.59, 0.0, 1.0))
+    ///         && copy.contains(&Point3::new(2.61, 0.0, 1.0))
+    /// );
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn fit_holes(
         &self,
         solid: &Solid,

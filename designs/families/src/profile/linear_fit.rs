@@ -5,6 +5,16 @@
 const READING_SIGMA_MM: f64 = 0.003;
 
 /// Linear model `measured = gain * nominal + offset`, fitted by least squares.
+///
+/// ```
+/// use fabkit_designs::profile::LinearFit;
+/// // Holes that come out 0.2 mm too narrow.
+/// let fit = LinearFit::fit(&[(2.0, 1.8), (5.0, 4.8), (12.0, 11.8)]).ok_or("no line")?;
+/// assert!((fit.gain - 1.0).abs() < 1e-9 && (fit.offset_mm + 0.2).abs() < 1e-9);
+/// assert!((fit.residual_mm((8.0, 7.9)) - 0.1).abs() < 1e-9);
+/// assert_eq!(LinearFit::fit(&[(2.0, 1.8), (2.0, 1.9)]), None);
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearFit {
     /// Offset, mm.

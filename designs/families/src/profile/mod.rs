@@ -36,6 +36,13 @@ choices! {
 
 impl PrintProcess {
     /// Returns the printing process that corresponds to a process; `None` for parts that are not printed.
+    ///
+    /// ```
+    /// use fabkit_designs::profile::PrintProcess;
+    /// use fabkit_geometry::Process;
+    /// assert_eq!(PrintProcess::from_process(Process::Sla), Some(PrintProcess::Sla));
+    /// assert_eq!(PrintProcess::from_process(Process::Laser), None);
+    /// ```
     pub fn from_process(process: Process) -> Option<Self> {
         [Self::Fdm, Self::Sla, Self::PolyJet].into_iter().find(|known| known.process() == process)
     }

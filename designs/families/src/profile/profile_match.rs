@@ -44,6 +44,26 @@ const FILAMENT_COLORS: [&str; 21] = [
 impl ProcessProfile {
     /// Returns whether the profile applies to a part made by `process` from `material`. Case and punctuation of
     /// materials do not matter, nor does the colour of filament.
+    ///
+    /// ```
+    /// use fabkit_designs::profile::{ProcessProfile, ProfileMatch};
+    /// use fabkit_geometry::Process;
+    /// let yaml = "
+    /// format: 1
+    /// name: my-printer
+    /// process: fdm
+    /// material: PLA
+    /// shrinkage_percent: {x: 0.3, y: 0.3, z: 0.0}
+    /// holes: {offset: -0.2 mm, gain: 1.0, smallest: 2 mm, largest: 12 mm}
+    /// pins: {offset: 0.1 mm, gain: 1.0, smallest: 2 mm, largest: 8 mm}
+    /// elephant_foot: 0.1 mm
+    /// ";
+    /// let profile = ProcessProfile::read("my-printer.yaml", yaml)?;
+    /// assert_eq!(profile.match_part(Process::Fdm, "black PLA"), ProfileMatch::Match);
+    /// assert_eq!(profile.match_part(Process::Fdm, "PLA+"), ProfileMatch::OtherMaterial);
+    /// assert_eq!(profile.match_part(Process::Sla, "PLA"), ProfileMatch::OtherProcess);
+    /// # Ok::<(), fabkit_designs::parameters::InvalidDesign>(())
+    /// ```
     pub fn match_part(&self, process: Process, material: &str) -> ProfileMatch {
         if process != self.process.process() {
             ProfileMatch::OtherProcess

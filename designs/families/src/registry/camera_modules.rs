@@ -27,6 +27,19 @@ const ALIASES: [(&str, &str); 2] =
 const KINDS: [&str; 3] = ["board_size", "housing_size", "diameter"];
 
 /// Returns the names of the modules, sorted.
+///
+/// ```
+/// use fabkit_designs::{builtin_yaml, camera_modules, load};
+/// assert!(camera_modules().any(|name| name == "ov9281-uvc-32"));
+/// let yaml = builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// let with = |module: &str| {
+///     load("rtac0.yaml", yaml, &[format!("camera.module={module}")], &["fixtures"])
+/// };
+/// assert!(with("ov9281-uvc-32").is_ok());
+/// // R-Tac0 is built around a board, and this module is a tube of 1.5 mm.
+/// assert_eq!(with("comedia-muc103p").unwrap_err().problems[0].facts.code, "wrong_module");
+/// # Ok::<(), &str>(())
+/// ```
 pub fn camera_modules() -> impl Iterator<Item = &'static str> {
     MODULES.iter().map(|(name, _)| *name)
 }

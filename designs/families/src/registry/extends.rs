@@ -34,6 +34,21 @@ impl<'a> SensorText<'a> {
 }
 
 /// File that another one extends.
+///
+/// ```
+/// use fabkit_designs::{BaseFile, SensorText, fixing::fix};
+/// let base = BaseFile {
+///     extending_file: "mine.yaml".into(),
+///     word: "lab.yaml".into(),
+///     file: "lab.yaml".into(),
+///     text: "format: 1\nextends: rtac0\nname: lab\n".into(),
+/// };
+/// let yaml = "format: 1\nextends: lab.yaml\nname: mine\n";
+/// let text = SensorText { bases: &[base], ..SensorText::without_bases("mine.yaml", yaml) };
+/// // The two files together can be built: no value has to change.
+/// assert_eq!(fix(text, &[], &["fixtures"])?, []);
+/// # Ok::<(), fabkit_designs::parameters::InvalidDesign>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BaseFile {
     /// Extending file, by its name in messages.
@@ -57,6 +72,15 @@ pub struct BaseReference {
 
 /// Finds the file that a sensor's file extends. Returns `None` if it extends a built-in sensor or nothing, or cannot be
 /// read.
+///
+/// ```
+/// use fabkit_designs::extended_file;
+/// let base = extended_file("format: 1\nextends: ../lab.yaml\n").ok_or("no file")?;
+/// assert_eq!((&*base.word, base.line), ("../lab.yaml", 2));
+/// // A built-in sensor is no file.
+/// assert!(extended_file("format: 1\nextends: rtac0\n").is_none());
+/// # Ok::<(), &str>(())
+/// ```
 pub fn extended_file(yaml: &str) -> Option<BaseReference> {
     let place = TextPlace::new(TextLayer::File, "", &SENSOR);
     let mut found = Vec::new();

@@ -29,6 +29,18 @@ impl Registry {
     /// The parameters of an extended sensor appear as comments that become valid YAML once the first two characters of
     /// each line are removed. `others` are the keys of sections that other crates keep. If a family's example has such
     /// sections, they are copied, because its values do not work without them.
+    ///
+    /// ```
+    /// use fabkit_designs::parameters::{FileSafeName, Scalar};
+    /// use fabkit_designs::{REGISTRY, TemplateBase, load};
+    /// let name = FileSafeName::parse("my-tip").map_err(|refusal| refusal.says)?;
+    /// let start = TemplateBase::Extends("rtac0");
+    /// let yaml = REGISTRY.template_text(&name, start, &[]).ok_or("no such sensor")?;
+    /// // As long as every value is a comment, the new sensor is like the one that it extends.
+    /// assert!(yaml.contains("#   radius: 15.0 mm"));
+    /// assert_eq!(load("my-tip.yaml", &yaml, &[], &["fixtures"])?.sensor.name, "my-tip");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn template_text(
         &self,
         name: &FileSafeName,

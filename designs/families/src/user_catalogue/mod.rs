@@ -18,6 +18,21 @@ pub(crate) use reader_context::ReaderContext;
 pub(crate) use schema::add_to_schema;
 
 /// User's file for all sensors: materials, processes and articles to buy.
+///
+/// ```
+/// use fabkit_designs::{SensorText, UserFile, unit_dimensions::build_unit};
+/// let text = "
+/// format: 1
+/// materials:
+///   My silicone: {extends: Smooth-On Ecoflex 00-30, density: 1.1 g/cm3}
+/// ";
+/// let user = UserFile { file: "materials.yaml".into(), text: text.into() };
+/// let yaml = "format: 1\nextends: rtac0\ntranslucent_gel: {material: My silicone}\n";
+/// let text = SensorText { user: Some(&user), ..SensorText::without_bases("mine.yaml", yaml) };
+/// let (design, _) = build_unit(text, &[], &["fixtures"], &|_| 0.0)?;
+/// assert!(design.materials.iter().any(|one| one.mix().density_g_per_cm3 == 1.1));
+/// # Ok::<(), fabkit_designs::parameters::InvalidDesign>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UserFile {
     /// Name of the file in messages.

@@ -20,8 +20,7 @@ impl Guide {
         let ordered = |order: &Purchase| ordered(order, usual);
         let _ = writeln!(
             body,
-            "<p>{}. Packs are whole. Prices, where nothing else is said, are {}; those that you know better go into \
-             the sensor's file, below <code>buy:</code>.</p>",
+            "<p>{}. Packs are whole. Prices without a source are {}; write better ones into the sensor's file, below <code>buy:</code>.</p>",
             escape(&self.costs.to_sentence()),
             escape(usual),
         );
@@ -49,7 +48,7 @@ impl Guide {
             *body += &table(&heads, 6, rows);
         }
         if !self.liquids.is_empty() {
-            *body += "<h3>What is mixed</h3>\n<p>With the waste of cups and vents.</p>\n";
+            *body += "<h3>Mixtures</h3>\n<p>Amounts include the waste of cups and vents.</p>\n";
             let rows = self.liquids.iter().map(|liquid| {
                 let [by, instead, packs, cost] = ordered(&liquid.order);
                 let mass = format!("<td>{:.2} g</td>", liquid.mass_g);
@@ -59,7 +58,7 @@ impl Guide {
             *body += &table(&heads("component", &["mass", "EUR", "steps"]), 5, rows);
         }
         if !self.stock.is_empty() {
-            *body += "<h3>What parts are made from</h3>\n<p>As much as the parts are, solid and without support.</p>\n";
+            *body += "<h3>Materials of parts</h3>\n<p>Amounts are those of solid parts without supports.</p>\n";
             let rows = self.stock.iter().map(|stock| {
                 let what =
                     format!("for {}{}", escape(&in_series(&stock.parts)), figures(&stock.order));
@@ -70,12 +69,8 @@ impl Guide {
             *body += &table(&heads("material", &["amount", "EUR"]), 5, rows);
         }
         for (used, head, note) in [
-            (
-                SupplyKind::Supply,
-                "What the work uses up",
-                "A pack of each is enough for several units.",
-            ),
-            (SupplyKind::Tool, "Tools", "Not in the sum: a lab has them, or buys them once."),
+            (SupplyKind::Supply, "Consumables", "A pack of each is enough for several units."),
+            (SupplyKind::Tool, "Tools", "Not in the sum: most labs have them."),
         ] {
             let mut rows = self.supplies.iter().filter(|supply| supply.used == used).peekable();
             if rows.peek().is_none() {

@@ -15,7 +15,7 @@ impl Guide {
         if !calibration.fixtures.is_empty() {
             let rows = calibration.fixtures.iter();
             let rows = rows.map(|fixture| name(&fixture.name) + &word(&fixture.summary));
-            *body += &table(&["fixture", "what it is for"], 2, rows);
+            *body += &table(&["fixture", "purpose"], 2, rows);
         }
         if !calibration.commands.is_empty() {
             *body += "<p>In this order, in an empty folder:</p>\n<ol class=\"typed\">\n";

@@ -30,11 +30,11 @@ impl DesignDifference {
         self.besides(&mut body);
         self.imaged(&mut body, images);
         let same: Vec<&BodyChange> = self.with_change(ChangeKind::Same).collect();
-        body += "<h2>What can be used again</h2>\n";
+        body += "<h2>Reusable</h2>\n";
         body += &list(&same, "Nothing.");
         let gone: Vec<&BodyChange> = self.with_change(ChangeKind::Removed).collect();
         if !gone.is_empty() {
-            body += "<h2>What is not needed any more</h2>\n";
+            body += "<h2>No longer needed</h2>\n";
             body += &list(&gone, "");
         }
         body += "<h2>Parameters that differ</h2>\n";
@@ -57,7 +57,7 @@ impl DesignDifference {
 
     /// Appends the table of the bodies to make, cast and buy.
     fn besides(&self, body: &mut String) {
-        *body += "<h2>What to make, cast and buy besides</h2>\n";
+        *body += "<h2>To make, cast and buy in addition</h2>\n";
         let rows: Vec<String> = self
             .bodies
             .iter()

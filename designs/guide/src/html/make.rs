@@ -37,9 +37,9 @@ impl Guide {
             "n",
             "size",
             "mass, solid",
-            "what it is, and what to mind",
+            "description and notes",
         ];
         *body += &table(&heads, 4, self.made.iter().map(row));
-        *body += "<p>Sizes as it lies on the bed. Masses are of solid parts, by fabkit's model; a slicer knows what infill saves.</p>\n";
+        *body += "<p>Sizes as it lies on the bed. Masses are those of solid parts in fabkit's model; a slicer accounts for infill.</p>\n";
     }
 }

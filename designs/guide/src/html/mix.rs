@@ -42,7 +42,7 @@ impl Guide {
             self.warnings.iter().partition(|warning| warning.dealt_with_in.is_some());
         for (class, title, list) in [
             ("warnings", "Left to you", open),
-            ("dealt-with", "What the steps deal with, so that nobody leaves it out", done),
+            ("dealt-with", "Handled by the steps; do not leave these out", done),
         ] {
             if list.is_empty() {
                 continue;

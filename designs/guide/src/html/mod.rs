@@ -26,6 +26,20 @@ use crate::{BodyUse, Guide};
 pub use diff::PartImagePairs;
 
 /// Images for the page, and the 3D model.
+///
+/// ```
+/// # use fabkit_guide::{Guide, NoShop, Request};
+/// use fabkit_guide::PageImages;
+/// # let sensor = fabkit_checks::example::puck();
+/// # let stages = fabkit_checks::stages(&sensor)?;
+/// # let (density, shop, calibration) = (&|_: &str| None, &NoShop, None);
+/// # let request = Request { design_hash: "00", units: 1, density, shop, stages: &stages, calibration };
+/// let guide = Guide::new(&sensor, &request)?;
+/// // Images become part of the page: "PNG" is UE5H in base64.
+/// let images = PageImages { cover: Some(b"PNG".to_vec()), ..PageImages::default() };
+/// assert!(guide.to_html(&images).contains("data:image/png;base64,UE5H"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct PageImages {
     /// Image of the finished sensor or fixture, PNG.

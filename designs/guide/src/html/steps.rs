@@ -14,7 +14,7 @@ impl Guide {
         if self.steps.is_empty() {
             return;
         }
-        *body += "<h2>Which piece in which step</h2>\n";
+        *body += "<h2>Pieces by step</h2>\n";
         let rows = self.made.iter().map(|part| (&part.name, &part.steps));
         let rows = rows.chain(self.bought.iter().map(|piece| (&piece.name, &piece.steps)));
         let row = |(piece, needed): (&String, &Vec<usize>)| {
@@ -50,7 +50,7 @@ impl Guide {
             let degas = if mix.degas { ", then draw the air out" } else { "" };
             let pot_life = mix.pot_life_h.map_or(String::new(), |pot_life_h| {
                 format!(
-                    "; it can be worked for {}, and is in hand for {}",
+                    "; pot life {}, work with it takes {}",
                     minutes(pot_life_h),
                     minutes(mix.in_hand_h)
                 )
@@ -120,8 +120,8 @@ impl Guide {
         };
         let before = match (come(true), come(false)) {
             (coming, going) if coming.is_empty() && going.is_empty() => "before".to_owned(),
-            (coming, going) if going.is_empty() => format!("on the way in: {coming}"),
-            (_, going) => format!("on the way off: {going}"),
+            (coming, going) if going.is_empty() => format!("added: {coming}"),
+            (_, going) => format!("removed: {going}"),
         };
         let figure = |png: &Option<Vec<u8>>, words: &str| {
             png.as_ref().map_or(String::new(), |png| {

@@ -14,8 +14,7 @@ impl Guide {
         }
         let _ = write!(
             body,
-            "<h2 id=\"time\">When</h2>\n<figure>{}<figcaption>One unit, {:.0} h from the first step: hands dark, cures \
-             light; framed is what the whole build waits for. Hands-on times are {}.</figcaption></figure>\n",
+            "<h2 id=\"time\">Time</h2>\n<figure>{}<figcaption>One unit, {:.0} h from the first step: hands dark, cures light; the whole build waits for framed steps. Hands-on times are {}.</figcaption></figure>\n",
             self.chart(),
             self.timeline.total_h,
             escape(self.timeline.hands_on),

@@ -22,7 +22,7 @@ impl Guide {
             let _ = writeln!(body, "<h3>{}</h3>", escape(&wiring.name));
             let current = match wiring.current_a {
                 0.0 => String::new(),
-                a => format!(", {:.0} mA with all lamps on", a * 1e3),
+                a => format!(", {:.0} mA with all LEDs on", a * 1e3),
             };
             let _ = writeln!(body, "<p>Supply: {} V{current}.</p>", wiring.supply_v);
             if let Some(diagram) = diagram(wiring) {

@@ -79,9 +79,7 @@ impl<'a> StageMeasurements<'a> {
                 .parts()
                 .filter(|part| step.bodies.is_empty() || step.bodies.contains(&part.name));
             let count: u32 = parts.map(|part| part.quantity).sum();
-            said.push(format!(
-                "{count} pieces lie there, each as large as the table of parts says"
-            ));
+            said.push(format!("{count} pieces are made, each of the size in the table of parts"));
         }
         if let Some(mix) = mix {
             let total_g: f64 = mix.components.iter().map(|c| c.mass_g).sum();

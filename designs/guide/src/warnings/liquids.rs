@@ -164,7 +164,7 @@ pub(super) fn pot_lives(mixes: &[StepMix], timeline: &Timeline) -> Vec<Warning> 
     let late = mixes.iter().filter_map(|mix| {
         let pot_life_h = mix.pot_life_h.filter(|pot_life_h| *pot_life_h < mix.in_hand_h)?;
         let why = format!(
-            "the mix for {} can be worked for {:.0} min, and what is done with it takes {:.0} min",
+            "the mix for {} has a pot life of {:.0} min, but the work with it takes {:.0} min",
             mix.layer,
             60.0 * pot_life_h,
             60.0 * mix.in_hand_h

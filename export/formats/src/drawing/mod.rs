@@ -14,6 +14,13 @@ use fabkit_geometry::{Path, Profile};
 
 /// Operation of the machine along a line, in the order of execution: a piece that is cut out may shift, so its holes
 /// come first.
+///
+/// ```
+/// use fabkit_export::Operation;
+///
+/// assert!(Operation::CutInner < Operation::CutOuter);
+/// assert_eq!(Operation::ALL.map(Operation::layer), ["LABEL", "ENGRAVE", "CUT_INNER", "CUT_OUTER"]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Operation {
     /// Names of pieces, beside them on the waste, so that no optical face is marked.
@@ -74,6 +81,19 @@ pub struct Drawing {
 
 impl Drawing {
     /// Creates a drawing of one piece in its lower left corner, without a label.
+    ///
+    /// ```
+    /// use fabkit_export::{Drawing, Operation};
+    /// use fabkit_geometry::{Path, Profile};
+    ///
+    /// let plate = Profile::new(Path::rectangle([50.0, -3.0], [20.0, 10.0], 0.0));
+    /// let drawing = Drawing::from_piece(&plate.with_hole(Path::circle([50.0, -3.0], 2.0)));
+    /// assert_eq!(drawing.size_mm, [20.0, 10.0]);
+    /// let [(first, hole), (last, _)] = &drawing.contours[..] else { panic!("there are two outlines") };
+    /// assert_eq!((*first, *last), (Operation::CutInner, Operation::CutOuter));
+    /// // The plate's corner has moved to the origin, and its centre to (10, 5).
+    /// assert_eq!(hole.start, [12.0, 5.0]);
+    /// ```
     pub fn from_piece(profile: &Profile) -> Self {
         let [min, max] = profile.bounds_mm();
         let mut drawing = Self { size_mm: [max[0] - min[0], max[1] - min[1]], ..Self::default() };

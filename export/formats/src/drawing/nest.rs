@@ -48,6 +48,22 @@ struct Cell<'a> {
 ///
 /// # Errors
 /// [`ExportError::LargerThanStock`] for the first piece that does not fit on a sheet.
+///
+/// ```
+/// use fabkit_export::{Bed, Piece, nest};
+/// use fabkit_geometry::{Path, Profile};
+///
+/// let strip = Profile::new(Path::rectangle([0.0, 0.0], [10.0, 30.0], 0.0));
+/// let piece = Piece { name: "pad", profile: &strip, quantity: 3 };
+/// let stock = Bed { size_mm: [100.0, 60.0], spacing_mm: 2.0 };
+/// let sheets = nest(&[piece], stock)?;
+/// assert_eq!((sheets.len(), sheets[0].pieces.len()), (1, 3));
+/// // Turned along the stock, three strips of 30 mm and four gaps fill a row.
+/// assert!((sheets[0].used_size_mm[0] - 98.0).abs() < 1e-9);
+/// // A sheet of 33 mm has 29 mm between its margins.
+/// assert!(nest(&[piece], Bed { size_mm: [33.0, 33.0], ..stock }).is_err());
+/// # Ok::<(), fabkit_export::ExportError>(())
+/// ```
 pub fn nest(pieces: &[Piece], stock: Bed) -> Result<Vec<NestedSheet>, ExportError> {
     let cells: Vec<Cell> =
         pieces.iter().flat_map(|piece| (0..piece.quantity).map(|_| cell(piece, stock))).collect();

@@ -29,6 +29,42 @@ pub use urdf::urdf;
 pub use usd::usd;
 
 /// A sensor with its links.
+///
+/// ```
+/// use fabkit_export::{Inertia, Robot, RobotCamera, RobotFrame, RobotLink, mjcf, tacto, urdf};
+/// use fabkit_geometry::Pose;
+///
+/// let pose = Pose::translation(0.0, 0.0, -12.0);
+/// let base = RobotLink {
+///     name: "base".into(),
+///     inertia: Inertia { mass_kg: 0.05, ..Inertia::ZERO },
+///     visuals: Vec::new(),
+///     collisions: Vec::new(),
+///     friction: None,
+/// };
+/// let robot = Robot {
+///     name: "empty".into(),
+///     comment: "a sensor without shapes".into(),
+///     links: vec![base],
+///     frames: vec![RobotFrame { name: "camera_optical".into(), sensor_from_frame: pose }],
+///     camera: RobotCamera {
+///         frame: "camera_optical".into(),
+///         sensor_from_camera: pose,
+///         size_px: [640, 480],
+///         focal_px: 240.0,
+///         near_mm: 1.0,
+///     },
+///     touch: None,
+///     light_sources: Vec::new(),
+/// };
+/// // All files are in metres and kilograms.
+/// assert!(urdf(&robot).contains("<mass value=\"0.05\"/>"));
+/// assert!(urdf(&robot).contains("<origin xyz=\"0 0 -0.012\" rpy=\"0 0 0\"/>"));
+/// // MuJoCo's cameras look along -z with y up: half a turn about x from z forward and y down.
+/// assert!(mjcf(&robot).contains("quat=\"0 1 0 0\" fovy=\"90\" resolution=\"640 480\""));
+/// // TACTO draws a sensing surface, and this sensor has none.
+/// assert_eq!(tacto(&robot), None);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Robot {
     /// Name, of the characters `[a-z0-9-]`.
@@ -175,6 +211,17 @@ pub struct RobotMesh {
 
 impl RobotMesh {
     /// Returns the least and the largest of each coordinate, mm.
+    ///
+    /// ```
+    /// use fabkit_export::RobotMesh;
+    ///
+    /// let triangle = RobotMesh {
+    ///     file: "triangle.obj".into(),
+    ///     vertices_mm: vec![[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [0.0, -3.0, 2.0]],
+    ///     triangles: vec![[0, 1, 2]],
+    /// };
+    /// assert_eq!(triangle.bounds_mm(), [[0.0, -3.0, 1.0], [4.0, 0.0, 2.0]]);
+    /// ```
     pub fn bounds_mm(&self) -> [[f64; 3]; 2] {
         let ends = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
         self.vertices_mm.iter().fold(ends, |[least, most], vertex| {
@@ -246,6 +293,24 @@ impl RobotCamera {
     }
 
     /// Projects a point in the camera frame, mm, to column and row; `None` behind the camera or outside the image.
+    ///
+    /// ```
+    /// use fabkit_export::RobotCamera;
+    /// use fabkit_geometry::Pose;
+    ///
+    /// let camera = RobotCamera {
+    ///     frame: "camera_optical".into(),
+    ///     sensor_from_camera: Pose::identity(),
+    ///     size_px: [640, 480],
+    ///     focal_px: 240.0,
+    ///     near_mm: 1.0,
+    /// };
+    /// // z points forward, x to the right: 1 mm at a distance of 10 mm is 24 px.
+    /// assert_eq!(camera.project_into_image([1.0, 0.0, 10.0]), Some([343.5, 239.5]));
+    /// assert_eq!(camera.project_into_image([0.0, 11.0, 10.0]), None);
+    /// assert!(camera.project([0.0, 11.0, 10.0]).is_some());
+    /// assert_eq!(camera.project([0.0, 0.0, -10.0]), None);
+    /// ```
     pub fn project_into_image(&self, place_in_camera: [f64; 3]) -> Option<[f64; 2]> {
         let is_within = |(px, size): (&f64, &u32)| (-0.5..f64::from(*size) - 0.5).contains(px);
         self.project(place_in_camera).filter(|pixel| pixel.iter().zip(&self.size_px).all(is_within))

@@ -73,6 +73,19 @@ pub struct ExactFigures {
 ///
 /// # Errors
 /// Solids that cannot be meshed.
+///
+/// ```
+/// use fabkit_export::moments;
+/// use fabkit_geometry::Solid;
+///
+/// let (volume_mm3, centroid_mm, inertia_mm5) = moments(&Solid::cuboid(6.0, 4.0, 2.0))?;
+/// assert!((volume_mm3 - 48.0).abs() < 1e-9);
+/// // A box stands on z = 0.
+/// assert!((centroid_mm.z - 1.0).abs() < 1e-9);
+/// // Volume (b^2 + c^2) / 12 about x.
+/// assert!((inertia_mm5[(0, 0)] - 48.0 * (16.0 + 4.0) / 12.0).abs() < 1e-6);
+/// # Ok::<(), fabkit_mesh::MeshError>(())
+/// ```
 pub fn moments(solid: &Solid) -> Result<(f64, Vector3<f64>, Matrix3<f64>), MeshError> {
     let sums = integrate(solid, &mesh_without_refinement(solid, MOMENTS_MM)?);
     Ok((sums.volume, sums.centroid(), sums.inertia()))

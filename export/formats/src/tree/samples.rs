@@ -80,6 +80,28 @@ struct LandmarkClaim<'a> {
 }
 
 /// Body to be sampled.
+///
+/// ```
+/// use fabkit_export::{SamplesDocument, samples};
+/// use fabkit_geometry::Solid;
+/// use serde_json::Value;
+///
+/// let solid = Solid::cuboid(6.0, 4.0, 2.0);
+/// let document = SamplesDocument {
+///     design_hash: "0123",
+///     sensor: "demo",
+///     name: "block",
+///     solid: &solid,
+///     landmarks: &[],
+/// };
+/// let json: Value = serde_json::from_slice(&samples(&document)?)?;
+/// let volume_mm3 = json["figures"]["volume_mm3"].as_f64().unwrap_or_default();
+/// assert!((volume_mm3 - 48.0).abs() < 1e-9);
+/// // Every line enters as often as it leaves.
+/// let lines = json["lines"].as_array().map(Vec::as_slice).unwrap_or_default();
+/// assert!(lines.iter().all(|line| line["t_mm"].as_array().is_some_and(|t| t.len() % 2 == 0)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct SamplesDocument<'a> {
     /// Hash of the design and the fabkit version, as in the tree file.

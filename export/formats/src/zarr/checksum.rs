@@ -33,6 +33,11 @@ const fn tables() -> [[u32; 256]; 8] {
 }
 
 /// Computes the checksum that Zarr's codec `crc32c` appends in little-endian order.
+///
+/// ```
+/// // The usual check value of CRC-32C.
+/// assert_eq!(fabkit_export::zarr_checksum(b"123456789"), 0xe306_9283);
+/// ```
 pub fn zarr_checksum(bytes: &[u8]) -> u32 {
     let (eights, rest) = bytes.as_chunks::<8>();
     let mut crc = !0u32;

@@ -14,6 +14,14 @@ const MAX_ENTRIES: u64 = 1 << 20;
 const MAX_AXES: usize = 3;
 
 /// Reasons why a `zarr.json` is not one that [`ZarrArray::metadata`] writes.
+///
+/// ```
+/// use fabkit_export::{InvalidMetadata, ZarrArray};
+///
+/// assert!(matches!(ZarrArray::from_metadata(b"["), Err(InvalidMetadata::Json(_))));
+/// let complex = ZarrArray::from_metadata(br#"{"data_type": "complex64"}"#).unwrap_err();
+/// assert_eq!(complex.to_string(), "`data_type` is not what fabkit writes");
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidMetadata {
     /// Content that is not JSON.

@@ -14,6 +14,16 @@ const CHECKSUM_BYTES: usize = 4;
 ///
 /// # Errors
 /// Errors of the compressor.
+///
+/// ```
+/// use fabkit_export::{zarr_pack, zarr_unpack};
+///
+/// let sample = [7u8; 1000];
+/// let packed = zarr_pack(&sample)?;
+/// assert!(packed.len() < 50);
+/// assert_eq!(zarr_unpack(&packed, 1000)?, sample);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn zarr_pack(sample: &[u8]) -> Result<Vec<u8>, ExportError> {
     Ok(zarr_append_checksum(zstd::bulk::compress(sample, ZSTD_LEVEL)?))
 }
@@ -26,11 +36,32 @@ pub fn zarr_append_checksum(mut frame: Vec<u8>) -> Vec<u8> {
 }
 
 /// Upper bound of a packed chunk's size for `bytes` bytes: incompressible data is stored in blocks with headers.
+///
+/// ```
+/// use fabkit_export::{zarr_max_packed_size, zarr_pack};
+///
+/// // Even of nothing, a frame and its checksum remain.
+/// let packed = zarr_pack(&[])?;
+/// assert!(!packed.is_empty() && packed.len() as u64 <= zarr_max_packed_size(0));
+/// assert_eq!(zarr_max_packed_size(64_000), 66_024);
+/// # Ok::<(), fabkit_export::ExportError>(())
+/// ```
 pub fn zarr_max_packed_size(bytes: usize) -> u64 {
     bytes as u64 + bytes as u64 / 64 + 1024
 }
 
 /// Reasons why a chunk is damaged.
+///
+/// ```
+/// use fabkit_export::{DamagedChunk, zarr_pack, zarr_unpack};
+///
+/// let mut packed = zarr_pack(&[1, 2, 3, 4])?;
+/// let length = DamagedChunk::Length { found: 4, expected: 5 };
+/// assert_eq!(zarr_unpack(&packed, 5), Err(length));
+/// packed[6] ^= 1;
+/// assert_eq!(zarr_unpack(&packed, 4), Err(DamagedChunk::Checksum));
+/// # Ok::<(), fabkit_export::ExportError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DamagedChunk {
     /// Checksum that does not match.

@@ -101,7 +101,7 @@ pub enum CalibrationRunError {
         fixture: String,
     },
     /// Too many marks that lie at none of the holes named by the labels.
-    #[error("{doubtful} of {marks} marks are at no labelled hole:\n  {}", .discrepancies.join("\n  "))]
+    #[error("{doubtful} of {marks} marks lie at no labelled hole:\n  {}", .discrepancies.join("\n  "))]
     Doubtful {
         /// Number of such marks.
         doubtful: usize,
@@ -165,7 +165,7 @@ impl Explained for CalibrationRunError {
                 "take all images with the sensor's camera at its own size, or change the sensor's \
                  camera.width_px and camera.height_px"
             }
-            Self::SameImage { .. } => "give each image once; the same one again is no new evidence",
+            Self::SameImage { .. } => "give each image only once: a copy is no new evidence",
             Self::NoForecast { .. } => "correct the sensor's `camera`",
             Self::Charuco => "use fabkit's own detector, or give what OpenCV found",
             Self::NoOpencv => "build fabkit with its feature `opencv`, or give what OpenCV found",
@@ -185,8 +185,7 @@ impl Explained for CalibrationRunError {
                 }
                 LensCalibrationError::TooManyViews { .. } => "choose those that differ most",
                 LensCalibrationError::NoInitialPose { .. } => {
-                    "is this the board, and are the sensor's camera.field_of_view and the size of \
-                     the images right?"
+                    "is this the right board, and are the sensor's camera.field_of_view and the image size right?"
                 }
                 LensCalibrationError::NoModel { .. } => "try all lens models",
                 LensCalibrationError::NotObservable { .. } => {

@@ -154,7 +154,7 @@ pub fn solve<R, E: From<Error>>(
         Ok(None) if !captures.is_detected => {
             Some("pixels that were given instead of images are taken for tips".to_owned())
         }
-        Ok(None) => Some("nobody says how layers show these pins".to_owned()),
+        Ok(None) => Some("the light constants of these pins' layers are not known".to_owned()),
         Err(error) => Some(error.to_string()),
     };
     let report = ExtrinsicsReport {

@@ -72,6 +72,17 @@ pub struct PlanReport {
 ///
 /// # Errors
 /// A sensor without such a fixture, dimensions that cannot be built, or an invalid camera.
+///
+/// ```
+/// use fabkit_application::calibration_runs::planning::build_forecast;
+/// use fabkit_application::source::Source;
+///
+/// let source = Source::find("rtac0")?;
+/// let forecast = build_forecast(&source, &source.load(&[])?)?;
+/// // The pins of the dome, at their places in the camera's image.
+/// assert!(forecast.model.camera.width_px() == 640);
+/// # Ok::<(), fabkit_application::Error>(())
+/// ```
 pub fn build_forecast(source: &Source, project: &Project) -> Result<PoseForecast, Error> {
     let forecast = project.pin_forecast().map_err(|error| source.convert_fixture_error(error))?;
     forecast.map_err(|why| CalibrationRunError::NoForecast { why }.into())
@@ -101,7 +112,7 @@ pub fn plan_captures(
     let rendered = PinMarkRenderer::new(sensor, lens.camera(), &constants, Some(shapes));
     let not_marked = match &rendered {
         Ok(Some(_)) => None,
-        Ok(None) => Some("nobody says how layers show these pins".to_owned()),
+        Ok(None) => Some("the light constants of these pins' layers are not known".to_owned()),
         Err(error) => Some(error.to_string()),
     };
     let mut is_seen = forecast.is_seen.clone();

@@ -35,6 +35,15 @@ pub fn pose_files(
 ///
 /// # Errors
 /// A path without a file name, or a name that is not UTF-8, which the pose file cannot hold.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use fabkit_application::calibration_runs::pose_file::camera_path;
+/// assert_eq!(camera_path(Path::new("runs/pose.yaml"))?, Path::new("runs/pose.camera.yaml"));
+/// assert!(camera_path(Path::new("..")).is_err());
+/// # Ok::<(), fabkit_application::calibration_runs::CalibrationRunError>(())
+/// ```
 pub fn camera_path(output: &Path) -> Result<PathBuf, CalibrationRunError> {
     let stem =
         output.file_stem().ok_or_else(|| CalibrationRunError::NotAFileName(output.into()))?;

@@ -45,6 +45,17 @@ pub fn lay_out_board(
 ///
 /// # Errors
 /// See [`lay_out_board`].
+///
+/// ```
+/// use fabkit_application::{exports::lay_out_boards, source::Target};
+///
+/// let sensor = Target::new("rtac0").design(&[])?.sensor;
+/// let boards = lay_out_boards(&sensor)?;
+/// // Every circuit with a board of its own has a layout that keeps all design rules.
+/// let etched = sensor.circuits.iter().filter(|circuit| circuit.board.is_some()).count();
+/// assert_eq!(boards.len(), etched);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn lay_out_boards(sensor: &Sensor) -> Result<Vec<FinishedBoard<'_>>, BoardError> {
     let finished = sensor.circuits.iter().map(|circuit| {
         Ok(lay_out_board(sensor, circuit)?.map(|layout| FinishedBoard { circuit, layout }))

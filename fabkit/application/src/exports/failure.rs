@@ -277,7 +277,7 @@ impl Explained for ExportRunError {
                 "make the board wider (its outside follows from the housing) or its bore smaller, take smaller or \
                  fewer LEDs, or lay this board out by hand from its outline (dxf)"
             }
-            Self::NoBoards { .. } => "leave gerber out; a guide says how the lamps are wired",
+            Self::NoBoards { .. } => "leave gerber out; the guide shows how the LEDs are wired",
             Self::NoOutlines { .. } => "printed parts have the formats stl,3mf",
             _ => return None,
         };

@@ -22,7 +22,7 @@ use crate::exports::ExportRunError;
 const MANIFEST: ExpectedFile = ExpectedFile {
     what: "a manifest",
     max_bytes: MAX_DOCUMENT_BYTES,
-    hint: "it is none of fabkit's",
+    hint: "fabkit did not write it",
 };
 
 /// Permissions for existing files.
@@ -120,6 +120,23 @@ impl Explained for FolderError {
 ///
 /// # Errors
 /// [`FolderError`]; the folders are then unchanged.
+///
+/// ```
+/// use fabkit_application::exports::{ExportOptions, Format, Overwriting, export, write};
+/// use fabkit_application::{source::Target, verify_folder::verify_folder};
+///
+/// let options = ExportOptions { parts: vec!["base".into()], formats: vec![Format::Stl], ..ExportOptions::default() };
+/// let exported = export(&Target::new("rtac0").design(&[])?, &options, &|_| ())?;
+/// let folder = std::env::temp_dir().join(format!("fabkit-export-{}", std::process::id()));
+/// write(&[(folder.clone(), &exported)], Overwriting::default(), &|| false)?;
+/// assert!(verify_folder(&folder)?[0].passed());
+/// // A file that somebody changed is not overwritten, unless forced.
+/// std::fs::write(folder.join("base.stl"), "mine")?;
+/// assert!(!verify_folder(&folder)?[0].passed());
+/// assert!(write(&[(folder.clone(), &exported)], Overwriting::default(), &|| false).is_err());
+/// std::fs::remove_dir_all(&folder)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write(
     exports: &[(PathBuf, &Exported)],
     how: Overwriting,

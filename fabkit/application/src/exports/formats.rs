@@ -112,6 +112,15 @@ formats! {
 
 impl Format {
     /// Returns the formats of a package: files to build from or to look at.
+    ///
+    /// ```
+    /// use fabkit_application::exports::Format;
+    /// let published = Format::published();
+    /// assert!(published.contains(&Format::Stl) && published.contains(&Format::Gerber));
+    /// // The exact geometry is for programs that check it.
+    /// assert!(!published.contains(&Format::Tree));
+    /// assert_eq!(Format::ThreeMf.word(), "3mf");
+    /// ```
     pub fn published() -> Vec<Self> {
         Self::ALL
             .into_iter()

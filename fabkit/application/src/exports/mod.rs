@@ -62,6 +62,21 @@ pub const MANIFEST_NAME: &str = fabkit_files::staging::MANIFEST_FILE;
 pub type OnFinished<'a> = &'a (dyn Fn(&str) + Sync);
 
 /// Files of an export, in memory.
+///
+/// ```
+/// use fabkit_application::exports::{ExportOptions, ForeignFile, Format, export};
+/// use fabkit_application::{source::Target, staging::OutputFile};
+///
+/// let options = ExportOptions { parts: vec!["base".into()], formats: vec![Format::Stl], ..ExportOptions::default() };
+/// let mut exported = export(&Target::new("rtac0").design(&[])?, &options, &|_| ())?;
+/// let file = OutputFile { name: "notes.txt".into(), bytes: b"printed on Monday".to_vec() };
+/// exported.add(vec![ForeignFile { file, format: "text", parts: Vec::new() }])?;
+/// let names: Vec<&str> = exported.files.iter().map(|file| &*file.name).collect();
+/// // The manifest lists all others, and is last.
+/// assert_eq!(names, ["base.stl", "notes.txt", "manifest.json"]);
+/// assert_eq!(exported.manifest.files.len(), 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Exported {
     /// All files, sorted by name, the manifest last.

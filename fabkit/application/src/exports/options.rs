@@ -7,6 +7,14 @@ use fabkit_geometry::Sensor;
 use super::Format;
 
 /// Options of an export.
+///
+/// ```
+/// use fabkit_application::exports::{ExportOptions, Format};
+/// let options = ExportOptions::default();
+/// assert_eq!(options.formats, [Format::Stl, Format::ThreeMf, Format::Dxf]);
+/// // No names stand for all parts, and lengths are compensated where a profile or a kerf is known.
+/// assert!(options.parts.is_empty() && !options.nominal);
+/// ```
 #[derive(Clone, Debug)]
 pub struct ExportOptions {
     /// Names of bodies, layers and components included; empty for all parts.
@@ -34,6 +42,17 @@ pub struct ExportOptions {
 impl ExportOptions {
     /// Returns the options without boards for a sensor that has none. A package of many designs holds the boards that
     /// exist, while boards requested by name that do not exist are an error.
+    ///
+    /// ```
+    /// use fabkit_application::exports::{ExportOptions, Format};
+    /// use fabkit_application::source::Target;
+    ///
+    /// let wanted = ExportOptions { formats: vec![Format::Stl, Format::Gerber], ..ExportOptions::default() };
+    /// // A pin dome has no circuit.
+    /// let dome = Target::new("rtac0/pin-dome").design(&[])?;
+    /// assert_eq!(wanted.for_sensor(&dome.sensor).formats, [Format::Stl]);
+    /// # Ok::<(), fabkit_application::Error>(())
+    /// ```
     pub fn for_sensor(&self, sensor: &Sensor) -> Self {
         let has_boards = sensor.circuits.iter().any(|circuit| circuit.board.is_some());
         let mut options = self.clone();

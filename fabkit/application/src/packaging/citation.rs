@@ -34,6 +34,12 @@ pub const DEFAULT_LICENSE: License = LICENSES[0];
 
 impl License {
     /// Finds a licence by its identifier, ignoring case.
+    ///
+    /// ```
+    /// use fabkit_application::packaging::{DEFAULT_LICENSE, License};
+    /// assert_eq!(License::from_id("cc-by-4.0"), Some(DEFAULT_LICENSE));
+    /// assert_eq!(License::from_id("all mine"), None);
+    /// ```
     pub fn from_id(id: &str) -> Option<Self> {
         LICENSES.into_iter().find(|license| license.id.eq_ignore_ascii_case(id.trim()))
     }

@@ -12,6 +12,20 @@ use crate::source::{NamedDesigns, Source};
 
 /// Writes one text that represents a sensor and its fixtures. Returns `None` if reading the text again would give
 /// another design: for example, names that contain dots are read as sections. Defaults of the family are not written.
+///
+/// ```
+/// use fabkit_application::designs::design_hash;
+/// use fabkit_application::diagnostics::SourceText;
+/// use fabkit_application::packaging::resolved_yaml;
+/// use fabkit_application::source::{Source, Target};
+///
+/// let design = Target::new("rtac0").design(&["coat.thickness=0.1 mm".into()])?;
+/// let text = resolved_yaml(&design, &Vec::new()).ok_or("one text cannot say it")?;
+/// // The text alone gives the same design, with the override.
+/// let again = Source::from_text(SourceText { file: "rtac0.yaml".into(), text }).load(&[])?;
+/// assert_eq!(design_hash(&again.design), design_hash(&design));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn resolved_yaml(design: &Design, fixtures: &NamedDesigns) -> Option<String> {
     let sensor = &design.sensor;
     let mut text = String::from(

@@ -57,6 +57,19 @@ pub fn read_plan(path: &Path, custom: &[String]) -> Result<Plan, Error> {
 ///
 /// # Errors
 /// See [`read_plan`].
+///
+/// ```
+/// use std::path::Path;
+///
+/// use fabkit_application::sweep_runs::parse_plan;
+///
+/// let text = "format: 1\nsensor: rtac0\naxes: {camera.depth: [6 mm, 7 mm]}\nmetrics: [coverage]\n";
+/// let plan = parse_plan("sweep.yaml", text, Path::new("."), &[])?;
+/// assert_eq!((plan.sensor(), plan.len()), ("rtac0", 2));
+/// // The sensor's own errors are told as those of the plan are.
+/// assert!(parse_plan("sweep.yaml", &text.replace("rtac0", "rtac"), Path::new("."), &[]).is_err());
+/// # Ok::<(), fabkit_application::Error>(())
+/// ```
 pub fn parse_plan(file: &str, text: &str, folder: &Path, custom: &[String]) -> Result<Plan, Error> {
     let of_plan = || SourceText { file: file.into(), text: text.into() };
     let invalid = |invalid: InvalidDesign| DiagnosedDesign::new(invalid, [of_plan()]);
@@ -100,6 +113,23 @@ pub struct Sweep<'a> {
 /// # Errors
 /// [`SweepError`]: too little memory, a folder that is not empty or holds another sweep, files that cannot be written,
 /// cancellation.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use fabkit_application::progress::ignore_progress;
+/// use fabkit_application::sweep_runs::{Sweep, parse_plan, run};
+///
+/// let text = "format: 1\nsensor: rtac0\naxes: {camera.depth: [6 mm, 7 mm]}\nmetrics: [coverage]\n";
+/// let plan = &parse_plan("sweep.yaml", text, Path::new("."), &[])?;
+/// let folder = std::env::temp_dir().join(format!("fabkit-sweep-{}", std::process::id()));
+/// let result = run(&folder, Sweep { plan, resume: false, python: None }, &ignore_progress, &|| false)?;
+/// // Both variants can be built; the table has a line for each, and a header.
+/// assert_eq!((result.variants, result.counts), (2, [2, 0, 0, 0]));
+/// assert_eq!(std::fs::read_to_string(folder.join("sweep.csv"))?.lines().count(), 3);
+/// std::fs::remove_dir_all(&folder)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn run(
     folder: &Path,
     sweep: Sweep,
@@ -176,6 +206,15 @@ pub fn write_rows(folder: &Path, plan: &Plan, rows: Vec<Row>) -> Result<SweepRes
 ///
 /// # Errors
 /// [`SweepError::InvalidLine`] for a line that is not a row.
+///
+/// ```
+/// use fabkit_application::sweep_runs::parse_rows;
+/// let line = r#"{"variant": 0, "status": "ok", "error_code": null, "reason": null, "notes": [], "parameters": [],
+///     "metrics": {}}"#;
+/// assert_eq!(parse_rows(&[line.into()])?[0].variant, 0);
+/// assert!(parse_rows(&["no row".into()]).is_err());
+/// # Ok::<(), fabkit_application::sweep_runs::SweepError>(())
+/// ```
 pub fn parse_rows(lines: &[String]) -> Result<Vec<Row>, SweepError> {
     lines.iter().map(|line| Row::from_line(line).map_err(SweepError::InvalidLine)).collect()
 }

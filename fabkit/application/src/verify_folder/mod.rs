@@ -182,6 +182,18 @@ impl FolderContent {
 ///
 /// # Errors
 /// A folder without a list of contents, or with one of another version. Damage is not an error.
+///
+/// ```
+/// use fabkit_application::verify_folder::verify_folder;
+///
+/// let folder = std::env::temp_dir().join(format!("fabkit-empty-{}", std::process::id()));
+/// std::fs::create_dir(&folder)?;
+/// // Nothing says what should be here: an error, and no damage.
+/// let error = verify_folder(&folder).unwrap_err();
+/// assert!(error.to_string().contains("manifest.json"));
+/// std::fs::remove_dir(&folder)?;
+/// # Ok::<(), std::io::Error>(())
+/// ```
 pub fn verify_folder(folder: &Path) -> Result<Vec<VerifiedFolder>, Error> {
     let Some(kind) = FolderContent::detect(folder) else {
         directory_listing::check_exists(folder).map_err(|error| cannot_list(folder, error))?;

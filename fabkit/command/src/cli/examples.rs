@@ -110,9 +110,9 @@ Examples:
 pub(crate) const RECONSTRUCT: &str = "\
 Examples:
   fabkit reconstruct rtac0 --reference ref.png image.png -o depth
-  fabkit reconstruct rtac0 --pose pose.yaml --constants light.json --reference ref.png pictures/*.png -o depth
-  fabkit reconstruct rtac0 --network network.onnx --reference ref.png pictures/*.png -o depth
-  fabkit reconstruct uvdtact --light uv --reference ref.png pictures/*.png -o marks";
+  fabkit reconstruct rtac0 --pose pose.yaml --constants light.json --reference ref.png images/*.png -o depth
+  fabkit reconstruct rtac0 --network network.onnx --reference ref.png images/*.png -o depth
+  fabkit reconstruct uvdtact --light uv --reference ref.png images/*.png -o markers";
 
 pub(crate) const BENCH: &str = "\
 Examples:

@@ -31,7 +31,7 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
     args.truth.as_ref().map_or(Ok(()), |path| ends(path, "npz"))?;
     let is_told = options.friction.is_some() || options.spacing.is_some();
     if options.contact == "rigid" && is_told {
-        let message = "friction and the distance of nodes belong to `linear` contact";
+        let message = "friction and spacing are only for `linear` contact";
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
     let unit = options.unit.map(Unit);
@@ -67,7 +67,7 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
 /// Refuses options that do not exist for a skin with liquid channels.
 fn refuse_on_skin(args: &Capture) -> Result<(), Failure> {
     let problem = if args.truth.is_some() {
-        "there is no truth of depth of a skin with channels of liquid"
+        "a skin with channels of liquid has no ground truth of depth"
     } else if args.options.shear != [0.0; 2] || args.options.friction.is_some() {
         "a skin with channels of liquid is pressed straight down, without friction"
     } else {
@@ -96,7 +96,7 @@ fn write(
     json["files"] = files.json();
     let mut text = files.text();
     let [least, most] = captured.range_grey();
-    let kind = if captured.channels == 3 { "red, green, blue" } else { "grey" };
+    let kind = if captured.channels == 3 { "red, green, blue" } else { "intensity" };
     text += &format!("{words}\n");
     text += &format!("{width} x {height} px, {kind} {least:.0} to {most:.0}; {}", captured.shown);
     if let Some([thin, thick]) = json["thickness_mm"].as_array().map(Vec::as_slice) {
@@ -104,7 +104,7 @@ fn write(
         text += &format!(", {:.3} to {:.3} mm", mm(thin), mm(thick));
     }
     if let Some((mark, mm)) = farthest_marker(&captured.marks).filter(|(_, mm)| *mm > 0.0) {
-        text += &format!("; {mark} moves farthest, {mm:.3} mm");
+        text += &format!("; `{mark}` moves farthest, {mm:.3} mm");
     }
     text += &format!("\nlit by {}\n", captured.light_sources);
     Ok(Outcome { text, json, failed: false })

@@ -2,6 +2,7 @@
 
 use fabkit_application::checks::{Batch, CheckReport, Finding, UnknownProperty};
 use fabkit_application::source::Target;
+use fabkit_application::text::list_names;
 use fabkit_application::{Explained, UnknownName, documents};
 
 use super::Outcome;
@@ -16,7 +17,7 @@ pub(super) fn run(args: &cli::Check, global: &cli::Global) -> Result<Outcome, Fa
     if let Some(name) = target.part {
         let project = target.project(&args.set)?;
         let unknown = UnknownName::new("fixture", name, project.fixture_names());
-        let hint = format!("{}; a single part has nothing to be checked against", unknown.hint());
+        let hint = format!("{}; a single part cannot be checked", unknown.hint());
         let about = unknown.subject();
         return Err(Failure::new(ErrorKind::BadInput, unknown, hint).with_subject(about));
     }
@@ -40,7 +41,7 @@ fn text(name: &str, report: &CheckReport) -> String {
             1 => "1 finding".to_owned(),
             n => format!("{n} findings"),
         };
-        let count = format!("{} {}", examined.count, examined.what);
+        let count = format_examined(examined.count, examined.what);
         rows.push(cells([examined.rule.word(), &count, &result]));
     }
     let mut text = table(&[Left, Left, Left], &rows);
@@ -78,6 +79,21 @@ fn unknown_text(unknown: &UnknownProperty) -> String {
         list_names(&bodies),
         unknown.remedy
     )
+}
+
+/// Formats a count with its noun, which is given in the plural: `1 pair of touching bodies`.
+fn format_examined(count: usize, what: &str) -> String {
+    if count != 1 {
+        return format!("{count} {what}");
+    }
+    let words = [" of ", " in ", " with ", " for ", " against ", " between "];
+    let end = words.iter().filter_map(|word| what.find(word)).min().unwrap_or(what.len());
+    let (nouns, rest) = what.split_at(end);
+    let noun = match nouns.strip_suffix("bodies") {
+        Some(before) => format!("{before}body"),
+        None => nouns.strip_suffix('s').unwrap_or(nouns).to_owned(),
+    };
+    format!("1 {noun}{rest}")
 }
 
 fn finding_text(finding: &Finding) -> String {
@@ -135,4 +151,17 @@ fn batches_text(batches: &[Batch]) -> String {
 pub(super) fn components(batch: &Batch) -> String {
     let weighed = batch.components_g.iter().map(|(name, grams)| format!("{grams:.2} g {name}"));
     weighed.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::format_examined;
+
+    #[test]
+    fn one_is_counted_in_the_singular() {
+        assert_eq!(format_examined(1, "pairs of touching bodies"), "1 pair of touching bodies");
+        assert_eq!(format_examined(1, "bodies in view"), "1 body in view");
+        assert_eq!(format_examined(1, "surface-shaping steps"), "1 surface-shaping step");
+        assert_eq!(format_examined(2, "pours"), "2 pours");
+    }
 }

@@ -112,15 +112,12 @@ fn report(
     );
     if !damaged.is_empty() {
         let count = damaged.len();
-        text += &format!(
-            "warning: {count} files were damaged and are made again: {}\n",
-            damaged.join(", ")
-        );
+        text += &format!("warning: damaged files, made again ({count}): {}\n", damaged.join(", "));
     }
     text += &view::coverage_text(&scene.coverage);
     if !untouched.is_empty() {
         text += &format!(
-            "warning: {} halves press nothing that the camera sees on their side: {}\n",
+            "warning: halves whose contact the camera does not see on their side ({}): {}\n",
             untouched.len(),
             untouched.join(", ")
         );

@@ -85,7 +85,7 @@ fn write(
     let mut text = files.text();
     text += &view::coverage_text(&scene.coverage);
     text += &format!(
-        "{width} x {height} px, {surface_px} see the surface, {contact} of them contact\n",
+        "{width} x {height} px: {surface_px} see the surface, {contact} of these see contact\n",
     );
     if let Some(DeepestContact { depth_mm, label, .. }) = deepest {
         let name = &names[usize::from(label)];
@@ -94,12 +94,15 @@ fn write(
     text += &elastic.as_ref().map(|elastic| elastic_text(level, elastic)).unwrap_or_default();
     let sigma_of = scene.viewpoint.sigma_contributions();
     let sigma_parameters = scene.viewpoint.sigma_parameters();
-    let alone = if sigma_parameters.is_empty() { " alone: no covariance was given" } else { "" };
+    let alone =
+        if sigma_parameters.is_empty() { " only, because no covariance was given" } else { "" };
     text += &format!(
-        "median sigma of points on the surface: {of_points:.4} mm, of ranges: {median:.4} mm; of {sigma_of}{alone}\n"
+        "median sigma of points on the surface: {of_points:.4} mm, of ranges: {median:.4} mm; from {sigma_of}{alone}\n"
     );
     if args.grey.is_some() {
-        text += &format!("grey: {GREY_STEP_MM} mm a step, 0 where there is no value\n");
+        text += &format!(
+            "greyscale image: {GREY_STEP_MM} mm per step; 0 marks pixels without a value\n"
+        );
     }
     let json = json!({
         "format": "fabkit-depth",
@@ -143,7 +146,7 @@ fn elastic_text(level: &str, elastic: &Value) -> String {
     let gap = &elastic["against_rigid"];
     let of = |place: &str, value: &str| gap[place][value].as_f64().unwrap_or(f64::NAN);
     text + &format!(
-        "contact model: rigid contact is {:.3} mm rms off where it touches ({:.3} at most), {:.3} beside ({:.3})\n",
+        "contact model: rigid contact differs by {:.3} mm rms in contact (at most {:.3} mm) and {:.3} mm rms beside it (at most {:.3} mm)\n",
         of("touched", "rms_mm"),
         of("touched", "max_mm"),
         of("beside", "rms_mm"),

@@ -31,7 +31,7 @@ pub(super) fn run(args: &Diff) -> Result<Outcome, Failure> {
         let page = design_difference::difference_page(&from, &to, &difference)?;
         interrupt::begin_writing()?;
         let name = path.file_name().ok_or_else(|| {
-            Failure::plain(ErrorKind::BadInput, format!("{}: no file's name", path.display()))
+            Failure::plain(ErrorKind::BadInput, format!("{} does not name a file", path.display()))
         })?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let file =

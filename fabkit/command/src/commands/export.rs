@@ -24,7 +24,7 @@ use crate::defaults::{self, Defaults};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::roles::FileRoles;
-use crate::table::{Align::Left, Align::Right, format_size, group_digits, table};
+use crate::table::{Align::Left, Align::Right, format_count, format_size, group_digits, table};
 
 /// Default chord tolerance, mm.
 const DEFAULT_TOLERANCE_MM: f64 = 0.01;
@@ -60,8 +60,8 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
     }
     text += &parts_table(&made.own.manifest);
     text += &format!(
-        "{} files, {} in {} ({:.2} s)\n",
-        written.files,
+        "{}, {} in {} ({:.2} s)\n",
+        format_count(written.files, "file"),
         format_size(written.bytes),
         folder.display(),
         start.elapsed().as_secs_f64(),
@@ -384,7 +384,7 @@ fn format_remaining_files(exported: &Exported, written: &WrittenExport) -> Strin
     let kept = written.manifest.files.len().saturating_sub(exported.manifest.files.len());
     let mut text = String::new();
     if kept > 0 {
-        text += &format!("{kept} files of an earlier export of the same design stay\n");
+        text += &format!("files kept from an earlier export of the same design: {kept}\n");
     }
     let mut line = |what: &str, names: Vec<&str>, hint: &str| {
         if !names.is_empty() {
@@ -400,12 +400,12 @@ fn format_remaining_files(exported: &Exported, written: &WrittenExport) -> Strin
     };
     let hint = "; --clean removes them";
     line(
-        "warning: of another version of the design or of the options",
+        "warning: files of another version of the design or of other options",
         of(UnlistedReason::Stale),
         hint,
     );
-    line("warning: changed since an earlier export", of(UnlistedReason::Changed), "");
-    line("not fabkit's", of(UnlistedReason::Foreign), "");
+    line("warning: files changed since an earlier export", of(UnlistedReason::Changed), "");
+    line("files that fabkit did not write", of(UnlistedReason::Foreign), "");
     line("removed", written.removed.iter().map(String::as_str).collect(), "");
     text
 }

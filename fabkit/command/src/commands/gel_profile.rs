@@ -28,7 +28,8 @@ pub(super) fn fit_gel(
 }
 
 fn text_of(coupon: &GelCoupon, fitted: &BallModulus, output: &str) -> String {
-    let mut rows = vec![["load g", "gap mm", "deep mm", "off mm"].map(str::to_owned).to_vec()];
+    let mut rows =
+        vec![["load g", "gap mm", "depth mm", "residual mm"].map(str::to_owned).to_vec()];
     for ((reading, depth_mm), off_mm) in
         coupon.readings.iter().zip(&fitted.depths_mm).zip(&fitted.residuals_mm)
     {
@@ -42,7 +43,7 @@ fn text_of(coupon: &GelCoupon, fitted: &BallModulus, output: &str) -> String {
     let [least, most] = fitted.range_mpa.map(|mpa| 1e3 * mpa);
     table(&[Right; 4], &rows)
         + &format!(
-            "Young's modulus {:.1} +- {:.1} kPa, {least:.1} to {most:.1} kPa with what nobody measured\n",
+            "Young's modulus {:.1} +- {:.1} kPa, {least:.1} to {most:.1} kPa with the effects that were not measured\n",
             1e3 * fitted.young_mpa,
             1e3 * fitted.sigma_mpa
         )

@@ -12,6 +12,7 @@ use crate::cli::{Global, Guide};
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
 use crate::roles::FileRoles;
+use crate::table::format_count;
 
 pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
     let target = Target::new(&args.design.sensor).with_preset(args.design.preset.as_deref());
@@ -51,15 +52,17 @@ pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
     json["files"] = files.iter().map(file).collect();
     Ok(Outcome {
         text: format!(
-            "{folder}: {} files; open {}\n{made} parts to make, {bought} pieces to buy, {} mixes, {} steps{}\n",
-            files.len(),
+            "{folder}: {}; open {}\n{} to make, {} to buy, {}, {}{}\n",
+            format_count(files.len(), "file"),
             outputs[0].display(),
-            guide.mixes.len(),
-            guide.steps.len(),
+            format_count(made as usize, "part"),
+            format_count(bought as usize, "piece"),
+            format_count(guide.mixes.len(), "mix"),
+            format_count(guide.steps.len(), "step"),
             if guide.timeline.days == 0 {
                 String::new()
             } else {
-                format!(" in {} days", guide.timeline.days)
+                format!(" in {}", format_count(guide.timeline.days as usize, "day"))
             },
         ),
         json,

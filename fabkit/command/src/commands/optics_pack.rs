@@ -42,12 +42,12 @@ fn words(json: &Value) -> String {
     if json["shows"] == "slopes" {
         let [least, most] = [0, 1].map(|k| number(&json["mm_per_pixel_range"][k]));
         return format!(
-            "{size} of {:.4} mm ({least:.4} to {most:.4}, taken as one); over the image, polynomials miss {:.0} % of what gentle slopes change\n",
+            "{size} of {:.4} mm ({least:.4} to {most:.4}, taken as one); polynomials over the whole image miss {:.0} % of the change by gentle slopes\n",
             of("mm_per_pixel"),
             100.0 * of("polynomials_miss"),
         );
     }
     let darkest = json["darkest_grey"].as_array().map(Vec::as_slice).unwrap_or_default();
     let ends = darkest.iter().map(|grey| grey.to_string()).collect::<Vec<_>>().join(", ");
-    format!("{size}; nothing is left of the layers at {ends} grey darker than at rest\n")
+    format!("{size}; the layers end at intensities {ends} below those at rest\n")
 }

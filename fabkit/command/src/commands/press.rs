@@ -28,8 +28,8 @@ pub(super) fn run(args: &PressArgs) -> Result<Outcome, Failure> {
         .check()?;
     let target = Target::new(&args.design.sensor);
     if let Some(name) = target.fixture.or(target.part) {
-        let message = format!("a whole sensor is pressed, not its {name}");
-        let hint = format!("write `{}`; what presses is named with --indenter", target.sensor);
+        let message = format!("only a whole sensor can be pressed, not its {name}");
+        let hint = format!("write `{}`, and name the indenter with --indenter", target.sensor);
         return Err(Failure::new(ErrorKind::BadInput, message, hint));
     }
     let project = Source::find(target.sensor)?.load(&args.design.set)?;
@@ -130,19 +130,19 @@ fn marks_text(marks: &[MarkerDisplacement]) -> String {
     let unknown = marks.iter().filter(|moved| moved.displacement_mm.is_none()).count();
     let beyond = match unknown {
         0 => String::new(),
-        count => format!("; {count} lie beyond the layers' end"),
+        count => format!("; beyond the layers' end: {count}"),
     };
-    format!("{} marks, `{name}` moves farthest, {mm:.3} mm{beyond}\n", marks.len())
+    format!("{} markers; `{name}` moves farthest, {mm:.3} mm{beyond}\n", marks.len())
 }
 
 fn skin_text(pressed: &SkinPressResult) -> String {
     let stack = &pressed.stack;
     let mut text =
         heading(&pressed.id, StrainTheory::Linear, &stack.layers, &stack.simplifications);
-    text += "depth mm  force N  contact radius mm  pressed in mm  bulge mm  sags mm\n";
+    text += "depth mm  force N  contact radius mm  indentation mm  bulge mm  sags mm\n";
     for SkinStep { depth_mm, outcome } in &pressed.steps {
         text += &format!(
-            "{depth_mm:8.3}  {:7.3}  {:17.2}  {:13.3}  {:8.3}  {:7.3}\n",
+            "{depth_mm:8.3}  {:7.3}  {:17.2}  {:14.3}  {:8.3}  {:7.3}\n",
             outcome.force_n.norm(),
             outcome.contact_radius_mm,
             outcome.max_indentation_mm,
@@ -171,10 +171,10 @@ fn skin_text(pressed: &SkinPressResult) -> String {
 fn text(pressed: &PressResult) -> String {
     let soft = &pressed.soft;
     let mut text = heading(&pressed.id, pressed.level, &soft.layers, &soft.simplifications);
-    text += "depth mm  along mm  force N  contact radius mm  pressed in mm  bulge mm\n";
+    text += "depth mm  along mm  force N  contact radius mm  indentation mm  bulge mm\n";
     for step in &pressed.steps {
         text += &format!(
-            "{:8.3}  {:8.3}  {:7.3}  {:17.2}  {:13.3}  {:8.3}\n",
+            "{:8.3}  {:8.3}  {:7.3}  {:17.2}  {:14.3}  {:8.3}\n",
             step.depth_mm,
             step.shear_mm,
             step.force_n.norm(),
@@ -189,7 +189,7 @@ fn text(pressed: &PressResult) -> String {
     }
     let [low, high] = pressed.force_range_n();
     text += &format!(
-        "{:.2} N/mm at the end; for the least and the most that is known of the moduli {low:.2} to {high:.2} N\n",
+        "stiffness at the end {:.2} N/mm; force {low:.2} to {high:.2} N for the lowest and highest known moduli\n",
         pressed.stiffness_n_mm()
     );
     text

@@ -22,8 +22,7 @@ pub(super) fn run(args: &Profile) -> Result<Outcome, Failure> {
         .reads("COUPON.yaml", [&args.coupon])
         .writes("-o", [&args.output])
         .check()?;
-    let hint =
-        "is it the right file? `fabkit export SENSOR/coupon` or `SENSOR/gel-coupon` writes it";
+    let hint = "is it the right file? `fabkit export` with `SENSOR/coupon` or `SENSOR/gel-coupon` writes it";
     let expected = ExpectedFile { what: "a coupon's file", max_bytes: MAX_YAML_BYTES, hint };
     let (file, text) =
         (args.coupon.display().to_string(), reading::read_text(&args.coupon, expected)?);

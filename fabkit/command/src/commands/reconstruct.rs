@@ -49,7 +49,7 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     )?;
     let [width, height] = reader.size_px();
     let bytes = (RESULT_BYTES_PER_PIXEL * width * height * outputs.len()) as u64;
-    memory::check_memory("what these images show", bytes, MemoryHint::Files)?;
+    memory::check_memory("reconstruction of these images", bytes, MemoryHint::Files)?;
     let mut text = heading(sensor, &reader, network.as_ref());
     let (mut files, mut listed, mut rates) = (Files::default(), Vec::new(), None);
     for (path, image) in &outputs {
@@ -76,7 +76,8 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     }
     files.write()?;
     let rate = rates.map_or(f64::NAN, |rates| rates.images_per_s);
-    text += &format!("{rate:.0} images a second on one core, read and written apart\n");
+    text +=
+        &format!("{rate:.0} images per second on one core, without reading and writing files\n");
     // A network does not use light constants, and marker tracking alone needs none.
     let constants = if reader.scene.is_some() && network.is_none() {
         json!(constants.document(&lighting.effect))
@@ -120,7 +121,9 @@ fn heading(sensor: &Sensor, reader: &ImageReader, network: Option<&DepthNetwork>
     if let Some(marks) = &reader.marks {
         let [at_rest, drawn] = [marks.rest_px(), marks.drawn_px()].map(count_known);
         let all = marks.names().len();
-        text += &format!("{at_rest} marks at rest, of {drawn} drawn in view and {all} in all\n");
+        text += &format!(
+            "{at_rest} markers found at rest; the design has {all}, {drawn} of them in view\n"
+        );
     }
     text
 }
@@ -131,11 +134,11 @@ fn format_result(read: &ImageReading, farthest_px: Option<f64>) -> String {
     if let Some((shown, contact_px)) = read.depth.as_ref().zip(read.contact_px()) {
         let deepest =
             shown.deepest_mm().map_or("no contact".to_owned(), |mm| format!("{mm:.2} mm deep"));
-        words.push(format!("{deepest}, {contact_px} px touched"));
+        words.push(format!("{deepest}, {contact_px} px in contact"));
     }
     if let Some((followed, farthest_px)) = read.markers.as_ref().zip(farthest_px) {
         let seen = followed.found();
-        words.push(format!("{seen} marks, which move up to {farthest_px:.1} px"));
+        words.push(format!("{seen} markers, moved by up to {farthest_px:.1} px"));
     }
     words.join("; ")
 }

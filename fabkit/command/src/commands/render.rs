@@ -46,7 +46,7 @@ pub(super) fn run(args: &Render, global: &Global) -> Result<Outcome, Failure> {
         return draw_camera_view(args, global, &target, camera);
     }
     if args.pose.is_some() {
-        let message = "--pose is for images of what the camera sees: --rays or --camera";
+        let message = "--pose is only for views of the camera: --rays or --camera";
         return Err(Failure::plain(ErrorKind::BadInput, message));
     }
     let part = target.part;
@@ -84,7 +84,7 @@ fn draw_camera_view(
     camera: Option<&Path>,
 ) -> Result<Outcome, Failure> {
     if let Some(name) = target.fixture.or(target.part) {
-        let message = format!("what the camera sees is for a whole sensor, not for its {name}");
+        let message = format!("the camera's view is drawn of a whole sensor, not of its {name}");
         let hint = format!("write `{}`", target.sensor);
         return Err(Failure::new(ErrorKind::BadInput, message, hint));
     }

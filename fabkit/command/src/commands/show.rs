@@ -64,7 +64,7 @@ fn text(design: &Design) -> String {
     }
 
     for kind in ["part", "layer", "component"] {
-        let mut rows = vec![row([kind, "n", "made", "of", "what it is"])];
+        let mut rows = vec![row([kind, "n", "made", "of", "description"])];
         for body in sensor.bodies.iter().filter(|body| body.kind.word() == kind) {
             let quantity = body.quantity.to_string();
             rows.push(row([
@@ -82,7 +82,7 @@ fn text(design: &Design) -> String {
     text += &materials::text(&design.materials);
     let notes = notes(&sensor.bodies);
     if !notes.is_empty() {
-        let rows: Vec<_> = iter::once(row(["part", "how to make it"])).chain(notes).collect();
+        let rows: Vec<_> = iter::once(row(["part", "instructions"])).chain(notes).collect();
         text += &format!("\n{}", wrapped_table(&[Left, Left], &rows));
     }
     text + &reasons(design)
@@ -90,7 +90,7 @@ fn text(design: &Design) -> String {
 
 /// Lists for each value its expression, note and tolerance. Printed last, because it is long.
 fn reasons(design: &Design) -> String {
-    let mut rows = vec![row(["parameter", "where its value comes from"])];
+    let mut rows = vec![row(["parameter", "origin of the value"])];
     for Setting { path, expression, source, .. } in documents::own_first(&design.parameters) {
         // The whole text is in the file, and in `--json`.
         let formula = expression.iter().map(|expression| format!("`{}`", to_printable(expression)));

@@ -54,8 +54,7 @@ fn report(folder: &Path, finished: &SweepResult, start: Instant) -> Outcome {
     }
     if *panicked > 0 {
         text += &format!(
-            "warning: {panicked} variants made fabkit panic, which is a bug: please report it with the \
-             plan; the column `reason` says where\n"
+            "warning: fabkit panicked on variants ({panicked} in all). This is a bug: report it with the plan; the column `reason` says where\n"
         );
     }
     if let Some(why) = none_left {

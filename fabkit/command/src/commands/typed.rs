@@ -26,24 +26,24 @@ pub(super) fn calibration_commands(
             format!("fabkit export {sensor}/boards{set} -o boards"),
         ));
         lines.push(line(
-            "the lens",
+            "calibrate the lens",
             format!(
-                "fabkit calibrate intrinsics {sensor}{set} --board boards/charuco.board.json pictures/*.png \
+                "fabkit calibrate intrinsics {sensor}{set} --board boards/charuco.board.json images/*.png \
                  -o camera.yaml --report lens.html"
             ),
         ));
     }
     if let Some(fixture) = pins_in {
         lines.push(line(
-            "print the pins and what guides them; its own guide says how",
+            "print the pins and the part that guides them, as the guide of that fixture says",
             format!("fabkit export {sensor}/{fixture}{set} -o {fixture}"),
         ));
         lines.push(line(
-            "what they will tell, before you print",
+            "check what the pins will determine, before you print",
             format!("fabkit check {sensor}/{fixture}{set}"),
         ));
         lines.push(line(
-            "the camera's place, once the images of the sheet below lie in `captures`",
+            "calibrate the camera's pose, once the images of the sheet below lie in `captures`",
             format!(
                 "fabkit calibrate extrinsics {sensor}{set} --camera camera.yaml --captures captures \
                  -o pose.yaml --report pose.html"
@@ -52,11 +52,11 @@ pub(super) fn calibration_commands(
     }
     for halves in names.iter().filter(|name| matches!(**name, "semi-domes" | "half-plates")) {
         lines.push(line(
-            "halves that press known shapes into the surface, for training",
+            "print halves that press known shapes into the surface, for training",
             format!("fabkit export {sensor}/{halves}{set} -o {halves}"),
         ));
         lines.push(line(
-            "what the camera must see under each of them",
+            "compute what the camera must see under each half",
             format!("fabkit dataset {sensor}{set} --camera camera.yaml --pose pose.yaml -o data"),
         ));
     }

@@ -44,7 +44,7 @@ pub(super) fn load_viewpoint(
     let target = Target::new(&design.sensor);
     if let Some(name) = target.fixture.or(target.part) {
         let message = format!("ground truth is for a whole sensor, not for its {name}");
-        let hint = format!("write `{}`; what presses is named with --press", target.sensor);
+        let hint = format!("write `{}`, and name the press with --press", target.sensor);
         return Err(Failure::new(ErrorKind::BadInput, message, hint));
     }
     let source = Source::find(target.sensor)?;
@@ -92,7 +92,7 @@ pub(super) fn coverage_text(coverage: &SurfaceCoverage) -> String {
         return format!("{share}\n");
     }
     format!(
-        "warning: {share}: it lies {:.0} to {:.0} deg off its axis, the lens reaches {:.0} deg\n",
+        "warning: {share}; the surface lies {:.0} to {:.0} deg off the camera's axis, the lens reaches {:.0} deg\n",
         angles_rad[0].to_degrees(),
         angles_rad[1].to_degrees(),
         lens_rad.to_degrees(),

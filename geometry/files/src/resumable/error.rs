@@ -10,6 +10,23 @@ use crate::staging::{StagingError, io_hint};
 use crate::{ErrorKind, ErrorSubject, Explained};
 
 /// Reason why a folder cannot be filled or read.
+///
+/// ```
+/// use fabkit_files::resumable::{FolderKind, ResumableFolder, ResumableFolderError};
+/// use fabkit_files::scratch_folder::ScratchFolder;
+/// use serde_json::json;
+///
+/// let kind = FolderKind { what: "data set", name: "dataset", version: 1 };
+/// let root = ScratchFolder::new()?;
+/// let open = |seed: u32, resume| {
+///     ResumableFolder::open(kind, root.path(), json!({ "version": 1, "seed": seed }), resume)
+/// };
+/// open(7, false)?.put("0.png", b"zero")?;
+/// assert!(matches!(open(7, false), Err(ResumableFolderError::NotEmpty { .. })));
+/// let error = open(8, true).unwrap_err();
+/// assert!(error.to_string().ends_with("holds another data set\n  seed: 7 there, 8 asked for"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, thiserror::Error)]
 pub enum ResumableFolderError {
     /// Folder that is not empty.
@@ -132,7 +149,7 @@ impl Explained for ResumableFolderError {
                 "what the folder holds is unknown without it: begin anew in another one"
             }
             Self::Changed { .. } => {
-                "if nobody edited them, the disk did: delete them, and going on makes them again"
+                "delete them, and going on makes them again; if nobody edited them, check the disk"
             }
             Self::Link { .. } => "replace the link by a folder",
             Self::Outside { .. } => SAME_VERSION_HINT,
@@ -184,6 +201,19 @@ fn describe_changed_files(what: &str, paths: &[PathBuf]) -> String {
 
 /// Lists the first values of `found` that differ from the plan `wanted`. Extra keys of `found` are ignored, because the
 /// document of a complete folder contains more than its plan.
+///
+/// ```
+/// use fabkit_files::resumable::find_differences;
+/// use serde_json::json;
+///
+/// let found = json!({ "size_px": [640, 480], "lens": { "k1": 0.1 }, "files": {} });
+/// let wanted = json!({ "size_px": [640, 360], "lens": { "k1": 0.2 } });
+/// let differences = find_differences(&found, &wanted);
+/// assert_eq!(
+///     differences,
+///     ["lens.k1: 0.1 there, 0.2 asked for", "size_px[1]: 480 there, 360 asked for"]
+/// );
+/// ```
 pub fn find_differences(found: &Value, wanted: &Value) -> Vec<String> {
     /// Maximum number of differences.
     const MOST: usize = 5;

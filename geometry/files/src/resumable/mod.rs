@@ -39,6 +39,14 @@ const JOURNAL: &str = "journal";
 const HIDDEN_PREFIX: &str = ".fabkit-";
 
 /// Kind of a folder's content.
+///
+/// ```
+/// use fabkit_files::resumable::FolderKind;
+///
+/// let kind = FolderKind { what: "data set", name: "dataset", version: 1 };
+/// assert_eq!(kind.document(), "dataset.json");
+/// assert_eq!(kind.partial("plan.json"), "dataset.partial/plan.json");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FolderKind {
     /// Name for people: `data set`.
@@ -109,6 +117,26 @@ impl FolderKind {
 pub type FilesByPath = BTreeMap<String, Piece>;
 
 /// Open folder, locked until it is dropped.
+///
+/// ```
+/// use fabkit_files::resumable::{FolderKind, ResumableFolder, listed_files};
+/// use fabkit_files::scratch_folder::ScratchFolder;
+/// use serde_json::{Map, json};
+///
+/// let kind = FolderKind { what: "data set", name: "dataset", version: 1 };
+/// let plan = json!({ "version": 1, "images": 2 });
+/// let root = ScratchFolder::new()?;
+/// let first = ResumableFolder::open(kind, root.path(), plan.clone(), false)?;
+/// first.put("0.png", b"zero")?;
+/// drop(first); // as a run that is killed
+/// let second = ResumableFolder::open(kind, root.path(), plan, true)?;
+/// assert!(second.is_finished("0.png") && !second.is_finished("1.png"));
+/// second.put("1.png", b"one")?;
+/// second.finish(Map::new())?;
+/// let document = kind.read(&root.path_of_file("dataset.json"))?.unwrap_or_default();
+/// assert!(listed_files(&document).keys().eq(["0.png", "1.png"]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct ResumableFolder {
     kind: FolderKind,
@@ -224,6 +252,22 @@ impl ResumableFolder {
     }
 
     /// Returns the pieces whose content is not what an earlier run wrote. They count as missing.
+    ///
+    /// ```
+    /// use fabkit_files::resumable::{FolderKind, ResumableFolder};
+    /// use fabkit_files::scratch_folder::ScratchFolder;
+    /// use serde_json::json;
+    ///
+    /// let kind = FolderKind { what: "data set", name: "dataset", version: 1 };
+    /// let root = ScratchFolder::new()?;
+    /// let open = |resume| ResumableFolder::open(kind, root.path(), json!({ "version": 1 }), resume);
+    /// open(false)?.put("0.png", b"zero")?;
+    /// root.write("0.png", b"ZERO")?;
+    /// let folder = open(true)?;
+    /// assert_eq!(folder.damaged(), ["0.png"]);
+    /// assert!(!folder.is_finished("0.png") && folder.read("0.png").is_err());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn damaged(&self) -> &[String] {
         &self.damaged
     }

@@ -11,6 +11,21 @@ use super::ResumableFolderError;
 use crate::reading::{self, ExpectedFile, ReadError};
 
 /// Size and hash of a file.
+///
+/// ```
+/// use fabkit_files::resumable::{Piece, PieceState};
+/// use fabkit_files::scratch_folder::ScratchFolder;
+///
+/// let folder = ScratchFolder::new()?;
+/// let piece = Piece::from_bytes(b"zero");
+/// assert_eq!(piece.verify(folder.path(), "0.png")?, PieceState::Missing);
+/// folder.write("0.png", b"zero")?;
+/// assert_eq!(piece.verify(folder.path(), "0.png")?, PieceState::Intact);
+/// folder.write("0.png", b"more than that")?;
+/// let changed = PieceState::Changed("it has 14 bytes, and was written with 4".into());
+/// assert_eq!(piece.verify(folder.path(), "0.png")?, changed);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Piece {
     bytes: u64,
@@ -60,6 +75,15 @@ impl Piece {
     }
 
     /// Creates a piece from another program's list: size, and BLAKE3 in hex; `None` if the hash is malformed.
+    ///
+    /// ```
+    /// use fabkit_files::resumable::Piece;
+    ///
+    /// // BLAKE3 of no bytes.
+    /// let hash = "af1349b9f5f9a1a6a0404dea36dcc9499bcb25c9adc112b7cc9a93cae41f3262";
+    /// assert_eq!(Piece::from_listing(0, hash), Some(Piece::from_bytes(b"")));
+    /// assert_eq!(Piece::from_listing(0, "af13"), None);
+    /// ```
     pub fn from_listing(bytes: u64, blake3: &str) -> Option<Self> {
         Some(Self { bytes, hash: Hash::from_hex(blake3).ok()? })
     }
@@ -139,6 +163,19 @@ impl Piece {
 ///
 /// # Errors
 /// [`ResumableFolderError::Damaged`] for something other than a file, or a file that is too long; [`ResumableFolderError::Io`].
+///
+/// ```
+/// use fabkit_files::resumable::read_regular;
+/// use fabkit_files::scratch_folder::ScratchFolder;
+///
+/// let folder = ScratchFolder::new()?;
+/// folder.write("a", b"12345")?;
+/// assert_eq!(read_regular(&folder.path_of_file("a"), 5)?, Some(b"12345".to_vec()));
+/// assert_eq!(read_regular(&folder.path_of_file("b"), 5)?, None);
+/// let error = read_regular(&folder.path_of_file("a"), 4).unwrap_err();
+/// assert!(error.to_string().ends_with("is damaged: it has 5 bytes; it had at most 4"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn read_regular(path: &Path, max_bytes: u64) -> Result<Option<Vec<u8>>, ResumableFolderError> {
     let damaged = |what| Err(ResumableFolderError::Damaged { path: path.into(), what });
     match reading::read(path, ExpectedFile { what: "it", max_bytes, hint: "" }) {
@@ -159,6 +196,15 @@ fn is_absent(error: &io::Error) -> bool {
 }
 
 /// Returns whether a name stays within its folder on every operating system, and on one line.
+///
+/// ```
+/// use fabkit_files::resumable::is_safe_name;
+///
+/// assert!(is_safe_name("images/0.png"));
+/// for outside in ["../0.png", "/etc/passwd", "C:\\x", "a//b", "./a", "a\nb", ""] {
+///     assert!(!is_safe_name(outside));
+/// }
+/// ```
 pub fn is_safe_name(name: &str) -> bool {
     let is_normal = |part: Component| matches!(part, Component::Normal(_));
     // `\` and `:` separate paths on Windows.

@@ -10,6 +10,16 @@ const HASH_SUFFIX: &str = "\"\n}\n";
 const HASH_LENGTH: usize = 64;
 
 /// Reason why a sealed document is not accepted.
+///
+/// ```
+/// use fabkit_files::resumable::{SealError, seal_text, unseal};
+///
+/// assert_eq!(unseal(b"{\n  \"seed\": 7\n}\n"), Err(SealError::Missing));
+/// let sealed = String::from_utf8(seal_text("{\n  \"seed\": 7\n}"))?;
+/// let edited = sealed.replace("7,", "8,");
+/// assert_eq!(unseal(edited.as_bytes()), Err(SealError::Mismatch));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SealError {
     /// Document that does not end with a hash.
@@ -37,6 +47,15 @@ pub fn seal(document: &Map<String, Value>) -> Vec<u8> {
 }
 
 /// Adds the hash to a document that is text already: a non-empty object with one key per line.
+///
+/// ```
+/// use fabkit_files::resumable::{seal_text, unseal};
+///
+/// let sealed = String::from_utf8(seal_text("{\n  \"seed\": 7\n}\n"))?;
+/// assert!(sealed.starts_with("{\n  \"seed\": 7,\n  \"blake3\": \""));
+/// assert_eq!(unseal(sealed.as_bytes())?["seed"], 7);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn seal_text(text: &str) -> Vec<u8> {
     let text = text.trim_end_matches('\n');
     // The hash takes the place of the closing brace.

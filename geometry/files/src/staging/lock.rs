@@ -25,15 +25,15 @@ const MAX_HOLDER_BYTES: u64 = 400;
 /// Exclusive right to write into a folder, released when dropped.
 ///
 /// ```
+/// use fabkit_files::scratch_folder::ScratchFolder;
 /// use fabkit_files::staging::FolderLock;
 ///
-/// let folder = std::env::temp_dir().join("fabkit-doc-lock");
-/// let lock = FolderLock::acquire(&folder)?;
-/// assert!(FolderLock::acquire(&folder).is_err());
+/// let folder = ScratchFolder::new()?;
+/// let lock = FolderLock::acquire(folder.path())?;
+/// assert!(FolderLock::acquire(folder.path()).is_err());
 /// lock.put("notes/a.txt", b"whole or not at all")?;
 /// drop(lock);
-/// assert_eq!(std::fs::read(folder.join("notes/a.txt"))?, b"whole or not at all");
-/// # std::fs::remove_dir_all(folder)?;
+/// assert_eq!(folder.read("notes/a.txt"), b"whole or not at all");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]

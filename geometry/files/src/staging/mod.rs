@@ -42,6 +42,21 @@ pub struct ForeignFile {
 }
 
 /// Reason why nothing was written.
+///
+/// ```
+/// use fabkit_files::Explained;
+/// use fabkit_files::scratch_folder::ScratchFolder;
+/// use fabkit_files::staging::{OutputFile, StagingError, write_all};
+///
+/// let folder = ScratchFolder::new()?;
+/// folder.make_folder("a.txt")?;
+/// let files = ["b.txt", "a.txt"].map(|name| OutputFile { name: name.into(), bytes: vec![1] });
+/// let error = write_all(folder.path(), &files, &|| false).unwrap_err();
+/// assert!(matches!(error, StagingError::Occupied { found: "a folder", .. }));
+/// assert_eq!(error.hint().as_deref(), Some("move it away, or choose another place"));
+/// assert!(!folder.path_of_file("b.txt").exists());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, thiserror::Error)]
 pub enum StagingError {
     /// Error of the operating system.
@@ -122,6 +137,16 @@ impl Explained for StagingError {
 }
 
 /// Returns what to do about an error of the operating system, if known.
+///
+/// ```
+/// use std::io;
+///
+/// use fabkit_files::staging::io_hint;
+///
+/// let full = io_hint(&io::ErrorKind::StorageFull.into());
+/// assert_eq!(full, Some("the disk is full: free some space, or choose another folder"));
+/// assert_eq!(io_hint(&io::ErrorKind::TimedOut.into()), None);
+/// ```
 pub fn io_hint(error: &io::Error) -> Option<&'static str> {
     match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
@@ -146,6 +171,21 @@ pub fn io_hint(error: &io::Error) -> Option<&'static str> {
 ///
 /// # Errors
 /// [`StagingError`]; the folder is then unchanged.
+///
+/// ```
+/// use fabkit_files::scratch_folder::ScratchFolder;
+/// use fabkit_files::staging::{OutputFile, StagingError, write_all};
+///
+/// let folder = ScratchFolder::new()?;
+/// let file = |name: &str| OutputFile { name: name.into(), bytes: b"solid".to_vec() };
+/// write_all(folder.path(), &[file("base.stl"), file("boards/led.dxf")], &|| false)?;
+/// assert_eq!(folder.read("boards/led.dxf"), b"solid");
+/// // A caller that has been interrupted gets nothing.
+/// let stopped = write_all(folder.path(), &[file("lid.stl")], &|| true);
+/// assert!(matches!(stopped, Err(StagingError::Cancelled)));
+/// assert!(!folder.path_of_file("lid.stl").exists());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write_all(
     folder: &Path,
     files: &[OutputFile],
@@ -158,6 +198,17 @@ pub fn write_all(
 ///
 /// # Errors
 /// As [`write_all`].
+///
+/// ```
+/// use fabkit_files::scratch_folder::ScratchFolder;
+/// use fabkit_files::staging::write_each;
+///
+/// let (here, there) = (ScratchFolder::new()?, ScratchFolder::new()?);
+/// let files = [(here.path_of_file("a"), &b"1"[..]), (there.path_of_file("b"), &b"22"[..])];
+/// write_each(files, &|| false)?;
+/// assert_eq!((here.read("a"), there.read("b")), (b"1".to_vec(), b"22".to_vec()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write_each<'a>(
     files: impl IntoIterator<Item = (PathBuf, &'a [u8])>,
     cancelled: &dyn Fn() -> bool,

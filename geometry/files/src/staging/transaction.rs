@@ -21,17 +21,17 @@ const POLL: Duration = Duration::from_millis(10);
 /// Set of files being written. Everything is undone unless it is committed.
 ///
 /// ```
+/// use fabkit_files::scratch_folder::ScratchFolder;
 /// use fabkit_files::staging::Transaction;
 ///
-/// let root = std::env::temp_dir().join("fabkit-doc-transaction");
-/// let [a, b] = [root.join("here/a.txt"), root.join("there/b.txt")];
+/// let root = ScratchFolder::new()?;
+/// let [a, b] = ["here/a.txt", "there/b.txt"].map(|name| root.path_of_file(name));
 /// let mut set = Transaction::open([a.as_path(), b.as_path()], &|| false)?;
 /// set.write(&a, b"1")?;
 /// set.write(&b, b"2")?;
 /// assert!(!a.exists());
 /// set.commit()?;
 /// assert_eq!(std::fs::read(&b)?, b"2");
-/// # std::fs::remove_dir_all(root)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
@@ -131,6 +131,22 @@ impl Transaction {
     ///
     /// # Errors
     /// [`StagingError`].
+    ///
+    /// ```
+    /// use fabkit_files::scratch_folder::ScratchFolder;
+    /// use fabkit_files::staging::Transaction;
+    ///
+    /// let folder = ScratchFolder::new()?;
+    /// folder.write("old.stl", b"1")?;
+    /// let [old, new] = ["old.stl", "new.stl"].map(|name| folder.path_of_file(name));
+    /// let mut set = Transaction::open([old.as_path(), new.as_path()], &|| false)?;
+    /// set.remove(&old)?;
+    /// set.write(&new, b"2")?;
+    /// assert!(old.exists() && !new.exists());
+    /// set.commit()?;
+    /// assert!(!old.exists() && new.exists());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn remove(&mut self, place: &Path) -> Result<(), StagingError> {
         check_replaceable(place)?;
         let folder = self.index_of(place)?;

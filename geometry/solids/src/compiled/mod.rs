@@ -26,6 +26,13 @@ pub(crate) use self::subdivision::{subdivide_for_obstacles, subdivide_for_overla
 use crate::{Aabb, InvalidSolid, Pose, Solid};
 
 /// Infinite line with a direction. The parameter `t` is measured in lengths of `direction` and may be negative.
+///
+/// ```
+/// use fabkit_geometry::{Point3, Ray, Vector3};
+/// let ray = Ray { origin: Point3::new(0.0, 0.0, 1.0), direction: Vector3::new(0.0, 0.0, 2.0) };
+/// assert_eq!(ray.at(3.0), Point3::new(0.0, 0.0, 7.0)); // 3 lengths of 2 mm
+/// assert_eq!(ray.at(-0.5), Point3::origin()); // a line, not a half line
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Point at t = 0, mm.
@@ -42,6 +49,18 @@ impl Ray {
 }
 
 /// Crossing of a line with a solid's surface.
+///
+/// ```
+/// use fabkit_geometry::{CompiledSolid, Point3, Ray, Solid, Vector3};
+/// let bore = Solid::rod(2.0, [-0.1, 1.1]).named("bore");
+/// let washer = CompiledSolid::new(&Solid::cylinder(5.0, 1.0).minus(bore))?;
+/// let ray = Ray { origin: Point3::new(0.0, 0.0, 0.5), direction: Vector3::x() };
+/// let out_of_bore = washer.crossings(&ray).into_iter().find(|crossing| crossing.t > 0.0).unwrap();
+/// assert_eq!((out_of_bore.t, out_of_bore.entering), (2.0, true)); // into the material
+/// assert_eq!(washer.feature_of(out_of_bore.leaf), "bore");
+/// assert_eq!(out_of_bore.normal, -Vector3::x()); // out of the material, towards the axis
+/// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
     /// Position on the ray, in lengths of its direction.
@@ -80,6 +99,15 @@ pub struct Scratch {
 ///
 /// A line is reduced to sorted stretches inside each primitive and these are combined, so that booleans are exact.
 /// Contacts and gaps shorter than 1e-10 mm along a line are treated as rounding.
+///
+/// ```
+/// use fabkit_geometry::{CompiledSolid, Point3, Solid};
+/// let socket = Solid::cuboid(20.0, 20.0, 8.0).minus(Solid::sphere(6.0).at_z(8.0));
+/// let body = CompiledSolid::new(&socket)?;
+/// assert!(body.contains(&Point3::new(0.0, 0.0, 1.9)) && !body.contains(&Point3::new(0.0, 0.0, 2.1)));
+/// assert_eq!(body.bounds().size_mm(), [20.0, 20.0, 8.0]);
+/// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct CompiledSolid {
     nodes: Vec<Node>,
@@ -119,11 +147,30 @@ impl CompiledSolid {
 
     /// Returns a bounding box: exact for primitives and unions, possibly too large for intersections and differences.
     /// [`Aabb::nothing`] if the boxes of an intersection's operands are apart.
+    ///
+    /// ```
+    /// use fabkit_geometry::{CompiledSolid, Solid};
+    /// let lower_half = Solid::sphere(10.0).minus(Solid::cuboid(30.0, 30.0, 30.0));
+    /// // The solid ends at z = 0, its box does not.
+    /// assert_eq!(CompiledSolid::new(&lower_half)?.bounds().max.z, 10.0);
+    /// assert!(!CompiledSolid::new(&Solid::below(0.0))?.bounds().is_finite());
+    /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+    /// ```
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
 
     /// Returns all primitives; leaf numbers are indices into this list.
+    ///
+    /// ```
+    /// use fabkit_geometry::{CompiledSolid, Point3, Solid};
+    /// let hole = Solid::cylinder(1.0, 5.0).at(3.0, 0.0, -1.0).named("hole");
+    /// let body = CompiledSolid::new(&Solid::cuboid(10.0, 10.0, 3.0).minus(hole))?;
+    /// let [block, tool] = body.leaves() else { panic!("two primitives") };
+    /// assert_eq!((block.is_tool, tool.is_tool, &*tool.feature), (false, true, "hole"));
+    /// assert_eq!(tool.body_from_leaf.point(Point3::origin()), Point3::new(3.0, 0.0, -1.0));
+    /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+    /// ```
     pub fn leaves(&self) -> &[PlacedPrimitive] {
         &self.leaves
     }
@@ -163,6 +210,15 @@ impl CompiledSolid {
     ///
     /// Each entry has its exit, so the number is even: where a solid is unbounded, the first or the last crossing is at
     /// minus or plus infinity. A direction of length zero crosses nothing.
+    ///
+    /// ```
+    /// use fabkit_geometry::{CompiledSolid, Point3, Ray, Solid, Vector3};
+    /// let table = CompiledSolid::new(&Solid::below(2.0))?;
+    /// let down = Ray { origin: Point3::new(0.0, 0.0, 5.0), direction: -Vector3::z() };
+    /// let depths_mm: Vec<f64> = table.crossings(&down).iter().map(|crossing| crossing.t).collect();
+    /// assert_eq!(depths_mm, [3.0, f64::INFINITY]); // the half-space has no bottom
+    /// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+    /// ```
     pub fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
         let mut crossings = Vec::new();
         self.crossings_into(ray, &mut Scratch::default(), &mut crossings);

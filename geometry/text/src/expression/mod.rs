@@ -29,6 +29,24 @@ pub(crate) fn expression_text(written: &str) -> Option<&str> {
 }
 
 /// Expression that a value was computed from.
+///
+/// ```
+/// use fabkit_text::{
+///     Dialect, FieldDeclaration, Parameter, ParameterTable, TextLayer, TextPlace, apply_overrides,
+/// };
+///
+/// const PINS: &Dialect = &Dialect::new("pin field", 1, "");
+/// let count = |name| FieldDeclaration { name, summary: String::new(), shape: u32::shape(&(1..=99)) };
+/// let place = TextPlace::new(TextLayer::File, "pins.yaml", PINS);
+/// let mut table = ParameterTable::new(vec![count("rows"), count("columns")], place);
+/// apply_overrides(&mut table, &["rows=4".into(), "columns== 2 * rows + 1".into()]);
+/// table.resolve();
+/// let columns = table.written("columns").expect("it is written");
+/// assert_eq!(columns.text.to_printable(), "9");
+/// let formula = columns.formula.as_ref().expect("it is computed");
+/// assert_eq!(formula.text, "= 2 * rows + 1");
+/// assert!(formula.inputs.iter().eq(["rows"]));
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Formula {
     /// Text as written, beginning with `= `.

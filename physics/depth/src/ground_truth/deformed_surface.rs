@@ -29,6 +29,38 @@ const NORMAL_STEP_MM: f64 = 1e-5;
 const GRAZING: f64 = 0.05;
 
 /// Displacement field of a surface under elastic contact.
+///
+/// ```
+/// # use fabkit_geometry::{DomeSurface, EllipsoidOffset, FixtureGrip, Path};
+/// # let grip = FixtureGrip {
+/// #     outline: Path::circle([0.0, 0.0], 10.0), top_z_mm: 0.0, bottom_z_mm: -20.0, clear_radius_mm: 8.0,
+/// #     key: None, threads: Vec::new(),
+/// # };
+/// # let dome = EllipsoidOffset { equatorial_mm: 10.0, polar_mm: 10.0, offset_mm: 0.0 };
+/// # let touch = DomeSurface { dome, centre_z_mm: 0.0, foot_z_mm: 0.0, max_indentation_mm: 2.0, grip }.into();
+/// use fabkit_camera::Camera;
+/// use fabkit_depth::ground_truth::{PixelRays, ReferenceSurface, SurfaceDisplacement};
+/// use fabkit_geometry::{Point3, Pose, Vector3};
+///
+/// // A dome of radius 10 mm that is blown up by 0.2 mm everywhere, as by air within.
+/// struct Inflated;
+/// impl SurfaceDisplacement for Inflated {
+///     fn outwards_mm(&self, _: &Point3<f64>, _: &Vector3<f64>) -> f64 {
+///         0.2
+///     }
+///     fn is_touched(&self, _: &Point3<f64>, _: &Vector3<f64>) -> bool {
+///         false
+///     }
+///     fn limits_mm(&self) -> [f64; 2] {
+///         [0.0, 0.2]
+///     }
+/// }
+/// let rays = PixelRays::new(&Camera::equidistant(9, 9, 2.0)?, &Pose::identity());
+/// let surface = ReferenceSurface::cast(&touch, &rays)?;
+/// let map = surface.map_deformed(&[], &Inflated, false);
+/// assert!(map.range_mm().iter().all(|range_mm| (range_mm - 10.2).abs() < 1e-6));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait SurfaceDisplacement: Sync {
     /// Returns the outward displacement, mm, along the outward unit normal of a point of the undeformed surface, sensor
     /// frame; negative where it is pressed in.

@@ -36,6 +36,15 @@ const GLYPHS: [(char, u16); 13] = [
 const DOT_PX: u32 = 2;
 
 /// Returns the colour of a value between `low` and `high`.
+///
+/// ```
+/// use fabkit_depth::ground_truth::scale_color;
+///
+/// // Dark violet at the lower end, yellow at the upper one and beyond; what has no value is light grey.
+/// let color = |depth_mm| scale_color(depth_mm, [0.0, 1.5]);
+/// assert_eq!((color(0.0), color(1.5), color(9.0)), ([68, 1, 84], [253, 231, 37], [253, 231, 37]));
+/// assert_eq!(color(f64::NAN), [236, 236, 240]);
+/// ```
 pub fn scale_color(value: f64, [low, high]: [f64; 2]) -> [u8; 3] {
     if !value.is_finite() {
         return NOTHING;
@@ -54,6 +63,16 @@ pub fn scale_color(value: f64, [low, high]: [f64; 2]) -> [u8; 3] {
 /// Draws a map, in millimetres, row by row, with a scale on its right; `NaN` pixels stay blank.
 ///
 /// `range_mm` sets the ends of the scale; without it they are the smallest and the largest value.
+///
+/// ```
+/// use fabkit_depth::ground_truth::{false_color, scale_color};
+///
+/// // A map of 40 x 30 pixels that rises from 0 to 1 mm; the scale is drawn on its right.
+/// let depths_mm: Vec<f64> = (0..1200).map(|pixel| f64::from(pixel % 40) / 39.0).collect();
+/// let image = false_color(40, &depths_mm, None);
+/// assert!(image.width_px > 40 && image.height_px == 30);
+/// assert_eq!(image.pixel(39, 12), scale_color(1.0, [0.0, 1.0]));
+/// ```
 pub fn false_color(width_px: u32, values_mm: &[f64], range_mm: Option<[f64; 2]>) -> RenderedImage {
     let height_px = values_mm.len() as u32 / width_px.max(1);
     let finite = values_mm.iter().copied().filter(|value| value.is_finite());

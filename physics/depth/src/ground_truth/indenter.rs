@@ -12,6 +12,17 @@ use crate::cast::{BOX_SLACK_MM, box_entry};
 const CELLS: usize = 6;
 
 /// A rigid indenter at a pose.
+///
+/// ```
+/// use fabkit_depth::ground_truth::PlacedIndenter;
+/// use fabkit_geometry::{Point3, Pose, Solid};
+///
+/// // A punch, drawn from z = 0 up, and held with its lower face at z = 10 mm.
+/// let punch = PlacedIndenter::new("punch", &Solid::cylinder(2.0, 5.0), Pose::translation(0.0, 0.0, 10.0))?;
+/// assert!(punch.contains(&Point3::new(1.9, 0.0, 10.1)));
+/// assert!(!punch.contains(&Point3::new(1.9, 0.0, 9.9)));
+/// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct PlacedIndenter {
     /// Name for the list of labels, for example `protrusion 3`.

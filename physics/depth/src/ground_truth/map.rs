@@ -11,6 +11,31 @@ pub const NO_LABEL: u16 = 0;
 pub const SURFACE_LABEL: u16 = 1;
 
 /// Ground truth of one press, row by row; `NaN` where no surface is seen.
+///
+/// ```
+/// # use fabkit_geometry::{DomeSurface, EllipsoidOffset, FixtureGrip, Path};
+/// # let grip = FixtureGrip {
+/// #     outline: Path::circle([0.0, 0.0], 10.0), top_z_mm: 0.0, bottom_z_mm: -20.0, clear_radius_mm: 8.0,
+/// #     key: None, threads: Vec::new(),
+/// # };
+/// # let dome = EllipsoidOffset { equatorial_mm: 10.0, polar_mm: 10.0, offset_mm: 0.0 };
+/// # let touch = DomeSurface { dome, centre_z_mm: 0.0, foot_z_mm: 0.0, max_indentation_mm: 2.0, grip }.into();
+/// use fabkit_camera::Camera;
+/// use fabkit_depth::ground_truth::{PixelRays, ReferenceSurface};
+/// use fabkit_geometry::Pose;
+///
+/// // A hemisphere of radius 10 mm around the camera, and 0.6 rad from pixel to pixel: the diagonal of 3 x 1 px is
+/// // the square root of 10 px long.
+/// let rays = PixelRays::new(&Camera::equidistant(3, 1, 0.6 * 10_f64.sqrt())?, &Pose::identity());
+/// let surface = ReferenceSurface::cast(&touch, &rays)?;
+/// let map = surface.map_without_contact();
+/// // Range runs along the ray, z along the camera's axis.
+/// assert!((map.range_mm()[2] - 10.0).abs() < 1e-9);
+/// assert!((map.z_mm().nth(2).unwrap() - 10.0 * 0.6_f64.cos()).abs() < 1e-9);
+/// // All rays meet the sphere at right angles.
+/// assert!(map.incidence_rad().all(|angle_rad| angle_rad < 1e-9));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct DepthMap<'a> {
     pub(super) surface: &'a ReferenceSurface<'a>,
@@ -86,6 +111,29 @@ impl DepthMap<'_> {
     }
 
     /// Returns the end point of each ray, mm in the sensor frame.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{DomeSurface, EllipsoidOffset, FixtureGrip, Path};
+    /// # let grip = FixtureGrip {
+    /// #     outline: Path::circle([0.0, 0.0], 10.0), top_z_mm: 0.0, bottom_z_mm: -20.0, clear_radius_mm: 8.0,
+    /// #     key: None, threads: Vec::new(),
+    /// # };
+    /// # let dome = EllipsoidOffset { equatorial_mm: 10.0, polar_mm: 10.0, offset_mm: 0.0 };
+    /// # let touch = DomeSurface { dome, centre_z_mm: 0.0, foot_z_mm: 0.0, max_indentation_mm: 2.0, grip }.into();
+    /// use fabkit_camera::Camera;
+    /// use fabkit_depth::ground_truth::{PixelRays, ReferenceSurface};
+    /// use fabkit_geometry::{Point3, Pose};
+    ///
+    /// // A hemisphere of radius 10 mm around the origin, seen from 4 mm below its tip.
+    /// let rays = PixelRays::new(&Camera::equidistant(61, 61, 2.0)?, &Pose::translation(0.0, 0.0, 6.0));
+    /// let surface = ReferenceSurface::cast(&touch, &rays)?;
+    /// let map = surface.map_without_contact();
+    /// let points: Vec<Point3<f64>> = map.point_in_sensor().collect();
+    /// // Every pixel shows a point of it; the middle one shows the tip.
+    /// assert!(points.iter().all(|point| (point.coords.norm() - 10.0).abs() < 1e-9));
+    /// assert!((points[30 * 61 + 30] - Point3::new(0.0, 0.0, 10.0)).norm() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn point_in_sensor(&self) -> impl Iterator<Item = Point3<f64>> + '_ {
         let rays = self.surface.rays();
         self.range_mm.iter().enumerate().map(|(pixel, &range_mm)| match rays.ray(pixel) {

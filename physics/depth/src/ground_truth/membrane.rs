@@ -25,6 +25,31 @@ impl DepthMap<'_> {
     /// Labels and [`DepthMap::contact`] stay those of rigid contact. Normals of displaced pixels are computed from
     /// neighbouring points of the map, since the displaced surface has no closed form. A radius that is not positive
     /// and finite changes nothing.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{DomeSurface, EllipsoidOffset, FixtureGrip, Path};
+    /// # let grip = FixtureGrip {
+    /// #     outline: Path::circle([0.0, 0.0], 10.0), top_z_mm: 0.0, bottom_z_mm: -20.0, clear_radius_mm: 8.0,
+    /// #     key: None, threads: Vec::new(),
+    /// # };
+    /// # let dome = EllipsoidOffset { equatorial_mm: 10.0, polar_mm: 10.0, offset_mm: 0.0 };
+    /// # let touch = DomeSurface { dome, centre_z_mm: 0.0, foot_z_mm: 0.0, max_indentation_mm: 2.0, grip }.into();
+    /// use fabkit_camera::Camera;
+    /// use fabkit_depth::ground_truth::{PixelRays, PlacedIndenter, ReferenceSurface};
+    /// use fabkit_geometry::{Pose, Solid};
+    ///
+    /// // A dome of radius 10 mm around the camera, and a pin of radius 0.5 mm that reaches in by 1 mm.
+    /// let rays = PixelRays::new(&Camera::equidistant(61, 61, 2.0)?, &Pose::identity());
+    /// let surface = ReferenceSurface::cast(&touch, &rays)?;
+    /// let pin = PlacedIndenter::new("pin", &Solid::cylinder(0.5, 9.0), Pose::translation(0.0, 0.0, 9.0))?;
+    /// let rigid = surface.map_with_indenters(&[pin]);
+    /// let hanging = rigid.clone().with_membrane(3.0);
+    /// let indented = |mm: f64| mm > 1e-6;
+    /// // The gel beside the pin comes along, but does not count as contact.
+    /// assert!(hanging.indentation_mm().filter(|mm| indented(*mm)).count() > rigid.contact().filter(|is| *is).count());
+    /// assert!(hanging.contact().eq(rigid.contact()));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     #[must_use]
     pub fn with_membrane(mut self, radius_mm: f64) -> Self {
         if !(radius_mm > 0.0 && radius_mm.is_finite()) {

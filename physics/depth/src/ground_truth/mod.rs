@@ -18,6 +18,31 @@
 //! - *Indentation* is the range without contact minus the range with it, along the same ray.
 //! - Pixels are stored row by row, the first one at the upper left; `NaN` marks pixels that see no sensing surface.
 //! - The same input yields the same bits on any number of threads.
+//!
+//! ```
+//! # use fabkit_geometry::{DomeSurface, EllipsoidOffset, FixtureGrip, Path};
+//! # let grip = FixtureGrip {
+//! #     outline: Path::circle([0.0, 0.0], 10.0), top_z_mm: 0.0, bottom_z_mm: -20.0, clear_radius_mm: 8.0,
+//! #     key: None, threads: Vec::new(),
+//! # };
+//! # let dome = EllipsoidOffset { equatorial_mm: 10.0, polar_mm: 10.0, offset_mm: 0.0 };
+//! # let touch = DomeSurface { dome, centre_z_mm: 0.0, foot_z_mm: 0.0, max_indentation_mm: 2.0, grip }.into();
+//! use fabkit_camera::Camera;
+//! use fabkit_depth::ground_truth::{PixelRays, PlacedIndenter, ReferenceSurface};
+//! use fabkit_geometry::{Pose, Solid};
+//!
+//! // The touch surface is a hemisphere of radius 10 mm around the origin, where a camera looks along +z.
+//! let camera = Camera::equidistant(61, 61, 2.0)?;
+//! let rays = PixelRays::new(&camera, &Pose::identity());
+//! let surface = ReferenceSurface::cast(&touch, &rays)?;
+//! // A ball of radius 3 mm comes from above; its lowest point is at z = 9.5 mm.
+//! let ball = PlacedIndenter::new("ball", &Solid::sphere(3.0), Pose::translation(0.0, 0.0, 12.5))?;
+//! let map = surface.map_with_indenters(&[ball]);
+//! let middle = 30 * 61 + 30;
+//! assert!((map.range_mm()[middle] - 9.5).abs() < 1e-9);
+//! assert!((map.indentation_mm().nth(middle).unwrap() - 0.5).abs() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod ball;
 mod cast;

@@ -12,6 +12,22 @@ use super::tiles::{Tile, tiles};
 use super::transfer::Transfer;
 
 /// Rays of all pixels in the sensor frame, computed once and used for every press.
+///
+/// ```
+/// use fabkit_camera::Camera;
+/// use fabkit_depth::ground_truth::PixelRays;
+/// use fabkit_geometry::{Point3, Pose, Vector3};
+///
+/// // 61 x 61 pixels, from 5 mm below the sensor's origin straight up. Pixels are counted row by row.
+/// let camera = Camera::equidistant(61, 61, 2.0)?;
+/// let rays = PixelRays::new(&camera, &Pose::translation(0.0, 0.0, -5.0));
+/// let middle = rays.ray(30 * 61 + 30).unwrap();
+/// assert_eq!(middle.origin, Point3::new(0.0, 0.0, -5.0));
+/// assert!((middle.direction - Vector3::z()).norm() < 1e-12);
+/// // z in the camera frame is no range: it is the same for all points of a plane across the optical axis.
+/// assert_eq!(rays.z_mm(&Point3::new(7.0, 0.0, 0.0)), 5.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct PixelRays {
     width_px: u32,
@@ -60,12 +76,37 @@ impl PixelRays {
 
     /// Creates the rays of an image whose pixels are split into `samples` x `samples`: `samples` times as wide and as
     /// high.
+    ///
+    /// ```
+    /// use fabkit_camera::{Camera, Point2};
+    /// use fabkit_depth::ground_truth::PixelRays;
+    /// use fabkit_geometry::Pose;
+    ///
+    /// // Two rays across each pixel, a quarter of it from its centre.
+    /// let rays = PixelRays::with_samples(&Camera::equidistant(64, 48, 2.0)?, &Pose::identity(), 2);
+    /// assert_eq!((rays.width_px(), rays.height_px()), (128, 96));
+    /// assert_eq!((rays.at_px(0), rays.at_px(1)), (Point2::new(-0.25, -0.25), Point2::new(0.25, -0.25)));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn with_samples(camera: &Camera, sensor_from_camera: &Pose, samples: u32) -> Self {
         Self::from_rows(camera, sensor_from_camera, samples, 0..camera.height_px() * samples.max(1))
     }
 
     /// Creates some rows of [`PixelRays::with_samples`]: an image as high as there are rows, each ray the same as in
     /// the whole. It serves to work in pieces where the whole needs too much memory. Rows below the image are left out.
+    ///
+    /// ```
+    /// use fabkit_camera::Camera;
+    /// use fabkit_depth::ground_truth::PixelRays;
+    /// use fabkit_geometry::Pose;
+    ///
+    /// // Rows 10 to 19 of an image of 64 x 48: their first ray is that of the whole image's row 10.
+    /// let (camera, pose) = (Camera::equidistant(64, 48, 2.0)?, Pose::identity());
+    /// let (whole, rows) = (PixelRays::new(&camera, &pose), PixelRays::from_rows(&camera, &pose, 1, 10..20));
+    /// assert_eq!(rows.height_px(), 10);
+    /// assert_eq!(rows.ray(0).unwrap().direction, whole.ray(10 * 64).unwrap().direction);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn from_rows(
         camera: &Camera,
         sensor_from_camera: &Pose,
@@ -118,6 +159,27 @@ impl PixelRays {
 
     /// Traces the rays through the media of a sensor. Each then starts at its last refraction, and rays that miss the
     /// sensing surface record what they see instead.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, NominalCamera, Placement, Pose, Sensor, Solid};
+    /// # let nominal = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 60, height_px: 60,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// use fabkit_camera::Camera;
+    /// use fabkit_depth::ground_truth::PixelRays;
+    /// use fabkit_optics::{OpticalStack, ViewStacks};
+    ///
+    /// // An opaque disc of radius 2 mm, 10 mm before the camera, hides what is behind it.
+    /// let disc = Body::bought("disc", "steel", Solid::cylinder(2.0, 1.0).at_z(10.0))
+    ///     .placed([Placement::in_place(Assembly::sensor())]);
+    /// let stack = OpticalStack::from_sensor(&Sensor::new("box", "A box", "", nominal, [disc]))?;
+    /// let rays = PixelRays::new(&Camera::equidistant(60, 60, 2.0)?, &Pose::identity());
+    /// let rays = rays.traced_through(&ViewStacks::new(stack).into());
+    /// let seen_at = |pixel: usize| &rays.seen_by_names()[usize::from(rays.seen_by()[pixel])];
+    /// assert_eq!([seen_at(30 * 60 + 30), seen_at(0)], ["disc", "nothing"]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     #[must_use]
     pub fn traced_through(mut self, sights: &Arc<ViewStacks>) -> Self {
         let stack = sights.stack();

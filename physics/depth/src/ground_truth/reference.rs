@@ -7,6 +7,28 @@ use rayon::prelude::*;
 use super::PixelRays;
 
 /// Sensing surface as one camera sees it without contact.
+///
+/// ```
+/// # use fabkit_geometry::{DomeSurface, EllipsoidOffset, FixtureGrip, Path};
+/// # let grip = FixtureGrip {
+/// #     outline: Path::circle([0.0, 0.0], 10.0), top_z_mm: 0.0, bottom_z_mm: -20.0, clear_radius_mm: 8.0,
+/// #     key: None, threads: Vec::new(),
+/// # };
+/// # let dome = EllipsoidOffset { equatorial_mm: 10.0, polar_mm: 10.0, offset_mm: 0.0 };
+/// # let touch = DomeSurface { dome, centre_z_mm: 0.0, foot_z_mm: 0.0, max_indentation_mm: 2.0, grip }.into();
+/// use fabkit_camera::Camera;
+/// use fabkit_depth::ground_truth::{PixelRays, ReferenceSurface};
+/// use fabkit_geometry::{Pose, Vector3};
+///
+/// // A hemisphere of radius 10 mm around the camera: all of it is 10 mm away, and faces the camera.
+/// let rays = PixelRays::new(&Camera::equidistant(61, 61, 2.0)?, &Pose::identity());
+/// let surface = ReferenceSurface::cast(&touch, &rays)?;
+/// assert_eq!(surface.visible_pixels(), 61 * 61);
+/// assert!(surface.range_mm().iter().all(|range_mm| (range_mm - 10.0).abs() < 1e-9));
+/// // Normals point out of the gel, away from the camera.
+/// assert!((surface.normal_in_sensor()[30 * 61 + 30] - Vector3::z()).norm() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct ReferenceSurface<'a> {
     pub(super) rays: &'a PixelRays,

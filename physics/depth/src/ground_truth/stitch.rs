@@ -8,6 +8,27 @@ use super::reference::ReferenceSurface;
 ///
 /// Halves that meet at a plane can be pressed, captured and cast separately, since one half does not show on the other
 /// side. Near the plane the gel belongs to neither half, so a margin is left out.
+///
+/// ```
+/// # use fabkit_geometry::{DomeSurface, EllipsoidOffset, FixtureGrip, Path};
+/// # let grip = FixtureGrip {
+/// #     outline: Path::circle([0.0, 0.0], 10.0), top_z_mm: 0.0, bottom_z_mm: -20.0, clear_radius_mm: 8.0,
+/// #     key: None, threads: Vec::new(),
+/// # };
+/// # let dome = EllipsoidOffset { equatorial_mm: 10.0, polar_mm: 10.0, offset_mm: 0.0 };
+/// # let touch = DomeSurface { dome, centre_z_mm: 0.0, foot_z_mm: 0.0, max_indentation_mm: 2.0, grip }.into();
+/// use fabkit_camera::Camera;
+/// use fabkit_depth::ground_truth::{PixelRays, ReferenceSurface, Seam, Side};
+/// use fabkit_geometry::{Pose, Vector3};
+///
+/// // Three pixels in a row along x, whose camera is in the centre of a hemisphere.
+/// let rays = PixelRays::new(&Camera::equidistant(3, 1, 2.0)?, &Pose::identity());
+/// let surface = ReferenceSurface::cast(&touch, &rays)?;
+/// let seam = Seam::new(&surface, Vector3::x(), 1.0);
+/// assert_eq!(seam.sides(), [Side::Left, Side::Neither, Side::Right]);
+/// assert_eq!(seam.stitch(&[1, 2, 3], &[10, 20, 30], 0), [1, 0, 30]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Seam {
     sides: Vec<Side>,

@@ -34,6 +34,31 @@ use super::transfer::Change;
 const STEP: f64 = 1e-6;
 
 /// Known errors of camera, pose and shape.
+///
+/// ```
+/// # use fabkit_geometry::{DomeSurface, EllipsoidOffset, FixtureGrip, Path};
+/// # let grip = FixtureGrip {
+/// #     outline: Path::circle([0.0, 0.0], 10.0), top_z_mm: 0.0, bottom_z_mm: -20.0, clear_radius_mm: 8.0,
+/// #     key: None, threads: Vec::new(),
+/// # };
+/// # let dome = EllipsoidOffset { equatorial_mm: 10.0, polar_mm: 10.0, offset_mm: 0.0 };
+/// # let touch = DomeSurface { dome, centre_z_mm: 0.0, foot_z_mm: 0.0, max_indentation_mm: 2.0, grip }.into();
+/// use fabkit_camera::Camera;
+/// use fabkit_depth::ground_truth::{PixelRays, PlacedIndenter, ReferenceSurface, Uncertainty};
+/// use fabkit_geometry::{Pose, Solid};
+///
+/// // A printer that errs by 0.03 mm, and nothing else; a ball reaches into a dome, in whose centre the camera is.
+/// let rays = PixelRays::new(&Camera::equidistant(61, 61, 2.0)?, &Pose::identity());
+/// let surface = ReferenceSurface::cast(&touch, &rays)?;
+/// let ball = PlacedIndenter::new("ball", &Solid::sphere(3.0), Pose::translation(0.0, 0.0, 12.5))?;
+/// let map = surface.map_with_indenters(&[ball]);
+/// let sigmas = map.compute_standard_deviations(&Uncertainty { joint: None, shape_mm: 0.03 });
+/// let middle = 30 * 61 + 30;
+/// // The range depends on the ball alone, the indentation on the dome too. They err independently.
+/// assert!((sigmas.range_mm().nth(middle).unwrap() - 0.03).abs() < 1e-9);
+/// assert!((sigmas.indentation_mm().nth(middle).unwrap() - 0.03 * 2_f64.sqrt()).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Uncertainty {
     /// Joint estimate of pose and camera; `None` if nothing is known. Its camera must be the one of the rays.
@@ -110,6 +135,31 @@ impl DepthMap<'_> {
 
     /// Computes the standard deviations of the pixels for which `is_wanted` returns true; `NaN` elsewhere. A pixel
     /// costs as much as it does among all.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{DomeSurface, EllipsoidOffset, FixtureGrip, Path};
+    /// # let grip = FixtureGrip {
+    /// #     outline: Path::circle([0.0, 0.0], 10.0), top_z_mm: 0.0, bottom_z_mm: -20.0, clear_radius_mm: 8.0,
+    /// #     key: None, threads: Vec::new(),
+    /// # };
+    /// # let dome = EllipsoidOffset { equatorial_mm: 10.0, polar_mm: 10.0, offset_mm: 0.0 };
+    /// # let touch = DomeSurface { dome, centre_z_mm: 0.0, foot_z_mm: 0.0, max_indentation_mm: 2.0, grip }.into();
+    /// use fabkit_camera::Camera;
+    /// use fabkit_depth::ground_truth::{PixelRays, ReferenceSurface, Uncertainty};
+    /// use fabkit_geometry::Pose;
+    ///
+    /// // Three pixels of a dome whose camera is in its centre, of which the middle one is asked for.
+    /// let rays = PixelRays::new(&Camera::equidistant(3, 1, 2.0)?, &Pose::identity());
+    /// let surface = ReferenceSurface::cast(&touch, &rays)?;
+    /// let printer = Uncertainty { joint: None, shape_mm: 0.03 };
+    /// let map = surface.map_without_contact();
+    /// let sigmas = map.compute_standard_deviations_where(&printer, |pixel| pixel == 1);
+    /// let range_mm: Vec<f64> = sigmas.range_mm().collect();
+    /// assert!(range_mm[0].is_nan() && (range_mm[1] - 0.03).abs() < 1e-9);
+    /// // Without a press there is no indentation to err in.
+    /// assert_eq!(sigmas.indentation_mm().nth(1), Some(0.0));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn compute_standard_deviations_where(
         &self,
         uncertainty: &Uncertainty,

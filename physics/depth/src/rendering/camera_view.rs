@@ -37,6 +37,24 @@ type Face = Option<(u32, u32, u32)>;
 ///
 /// # Errors
 /// An image without pixels, or a too large one.
+///
+/// ```
+/// use fabkit_depth::{Actor, PixelContent, render_camera_view};
+/// use fabkit_geometry::{CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
+///
+/// // A pinhole of 45 degrees at the origin looks along +z at a ball; its upper two rows are left black.
+/// let ball = CompiledSolid::new(&Solid::sphere(3.0))?;
+/// let actors = [Actor::new(ball, [200, 0, 0]).placed(Pose::translation(0.0, 0.0, 10.0))];
+/// let look = |_: &mut (), [x_px, y_px]: [f64; 2]| {
+///     let direction = Vector3::new((x_px - 16.0) / 32.0, (y_px - 16.0) / 32.0, 1.0).normalize();
+///     let ray = Ray { origin: Point3::origin(), direction };
+///     if y_px < 2.0 { PixelContent::Plain([0; 3]) } else { PixelContent::Along(ray) }
+/// };
+/// let image = render_camera_view(&actors, &Pose::identity(), [32, 32], || (), look, &|_, _| {})?;
+/// let [red, green, _] = image.pixel(16, 16);
+/// assert!(red > green && image.pixel(16, 0) == [0; 3]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn render_camera_view<T>(
     actors: &[Actor],
     sensor_from_camera: &Pose,

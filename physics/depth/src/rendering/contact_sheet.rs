@@ -7,6 +7,16 @@ use super::{RenderError, RenderedImage, shade};
 ///
 /// # Errors
 /// No images, no columns, or a sheet above [`super::MAX_PIXELS`].
+///
+/// ```
+/// use fabkit_depth::{RenderedImage, contact_sheet};
+///
+/// // Three images in two columns: cells as large as the largest of them, 4 px between and around them.
+/// let image = |width_px, height_px| RenderedImage::filled(width_px, height_px, [0; 3]);
+/// let sheet = contact_sheet(&[image(20, 10)?, image(10, 10)?, image(10, 16)?], 2, 4)?;
+/// assert_eq!((sheet.width_px, sheet.height_px), (4 + 20 + 4 + 20 + 4, 4 + 16 + 4 + 16 + 4));
+/// # Ok::<(), fabkit_depth::RenderError>(())
+/// ```
 pub fn contact_sheet(
     images: &[RenderedImage],
     columns: usize,

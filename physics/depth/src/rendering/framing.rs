@@ -5,6 +5,20 @@ use fabkit_geometry::{Point3, Pose, Ray, Vector3};
 use super::{RenderError, View, ViewProjection};
 
 /// A view with its scale: the ray of each position in the image.
+///
+/// ```
+/// use fabkit_depth::{Actor, View, render_with_framing};
+/// use fabkit_geometry::{CompiledSolid, Point3, Solid};
+///
+/// // A ball of radius 5 mm from the front: its centre is in the middle; right of it is +x, above it +z.
+/// let ball = Actor::new(CompiledSolid::new(&Solid::sphere(5.0))?, [200; 3]);
+/// let (_, framing) = render_with_framing(&[ball], &View::front(200, 200), &|_, _| {})?;
+/// let [centre, right, above] =
+///     [[0.0; 3], [5.0, 0.0, 0.0], [0.0, 0.0, 5.0]].map(|at| framing.project(&Point3::from(at)));
+/// assert!((centre[0] - 100.0).abs() < 1.0 && (centre[1] - 100.0).abs() < 1.0);
+/// assert!(right[0] > 180.0 && (right[1] - centre[1]).abs() < 1e-9 && above[1] < 20.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Framing {
     /// Image axes and viewing direction in the scene frame, unit length.

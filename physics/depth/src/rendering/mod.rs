@@ -39,6 +39,20 @@ pub const MAX_PIXELS: u64 = 64_000_000;
 const PROBES: f64 = 256.0;
 
 /// A body in an image.
+///
+/// ```
+/// use fabkit_depth::{Actor, View, render};
+/// use fabkit_geometry::{CompiledSolid, Pose, Solid};
+///
+/// // A green ball in a blue one, which is half transparent; and beside both what is not there.
+/// let ball = |radius_mm| CompiledSolid::new(&Solid::sphere(radius_mm));
+/// let core = Actor::new(ball(2.0)?, [0, 200, 0]);
+/// let shell = Actor::new(ball(5.0)?, [0, 0, 200]).with_opacity(0.5);
+/// let far = Actor::new(ball(1.0)?, [0; 3]).placed(Pose::translation(20.0, 0.0, 0.0)).with_opacity(0.0);
+/// let [red, green, blue] = render(&[core, shell, far], &View::front(64, 64))?.pixel(10, 32);
+/// assert!(green > red && blue > red);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Actor {
     /// Shape of the body.
@@ -73,6 +87,18 @@ impl Actor {
 }
 
 /// An opaque sRGB image, row by row from the top, three bytes a pixel.
+///
+/// ```
+/// use fabkit_depth::RenderedImage;
+///
+/// // White, with a black square whose right and lower edges are those before pixel 4; parts outside are left out.
+/// let mut image = RenderedImage::filled(8, 6, [255; 3])?;
+/// image.fill([2, 2], [4, 4], [0; 3]);
+/// image.fill([6, 4], [99, 99], [0; 3]);
+/// assert_eq!((image.pixel(2, 2), image.pixel(3, 3), image.pixel(4, 4)), ([0; 3], [0; 3], [255; 3]));
+/// assert_eq!((image.pixel(7, 5), image.rgb.len()), ([0; 3], 3 * 8 * 6));
+/// # Ok::<(), fabkit_depth::RenderError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderedImage {
     /// Width, px.
@@ -110,6 +136,19 @@ impl RenderedImage {
 }
 
 /// Errors of rendering.
+///
+/// ```
+/// use fabkit_depth::{Actor, RenderError, View, render};
+/// use fabkit_geometry::{CompiledSolid, Point3, Solid, Vector3};
+///
+/// // A cut above the ball takes away all that is below it.
+/// let ball = Actor::new(CompiledSolid::new(&Solid::sphere(5.0))?, [200; 3]);
+/// let view = View::front(64, 48).cut(Point3::new(0.0, 0.0, 6.0), -Vector3::z());
+/// assert_eq!(render(std::slice::from_ref(&ball), &view), Err(RenderError::NothingToDraw));
+/// let wide = View::front(100_000, 1_000);
+/// assert!(matches!(render(&[ball], &wide), Err(RenderError::TooLarge { .. })));
+/// # Ok::<(), fabkit_geometry::InvalidSolid>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {
     /// Side of no pixels.
@@ -171,6 +210,19 @@ pub enum RenderError {
 ///
 /// # Errors
 /// See [`RenderError`].
+///
+/// ```
+/// use fabkit_depth::{Actor, View, render};
+/// use fabkit_geometry::{CompiledSolid, Pose, Solid};
+///
+/// // A blue ball stands before a red one: to the front is -y.
+/// let ball = CompiledSolid::new(&Solid::sphere(5.0))?;
+/// let near = Actor::new(ball.clone(), [0, 0, 220]).placed(Pose::translation(0.0, -20.0, 0.0));
+/// let far = Actor::new(ball, [220, 0, 0]);
+/// let [red, _, blue] = render(&[near, far], &View::front(64, 64))?.pixel(32, 32);
+/// assert!(blue > red);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn render(actors: &[Actor], view: &View) -> Result<RenderedImage, RenderError> {
     render_with_progress(actors, view, &|_, _| {})
 }
@@ -179,6 +231,19 @@ pub fn render(actors: &[Actor], view: &View) -> Result<RenderedImage, RenderErro
 ///
 /// # Errors
 /// See [`RenderError`].
+///
+/// ```
+/// use std::cell::RefCell;
+///
+/// use fabkit_depth::{Actor, View, render_with_progress};
+/// use fabkit_geometry::{CompiledSolid, Solid};
+///
+/// let ball = Actor::new(CompiledSolid::new(&Solid::sphere(5.0))?, [200; 3]);
+/// let rows = RefCell::new(Vec::new());
+/// render_with_progress(&[ball], &View::front(64, 200), &|done, all| rows.borrow_mut().push((done, all)))?;
+/// assert_eq!(rows.borrow().last(), Some(&(200, 200)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn render_with_progress(
     actors: &[Actor],
     view: &View,

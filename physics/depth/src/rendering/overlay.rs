@@ -16,6 +16,16 @@ impl RenderedImage {
     }
 
     /// Draws a polyline with round ends over the image; parts outside are clipped.
+    ///
+    /// ```
+    /// use fabkit_depth::RenderedImage;
+    ///
+    /// // A red line, 3 px wide, along the middle of the fourth row, whose centre is at 3.5.
+    /// let mut image = RenderedImage::filled(9, 7, [255; 3])?;
+    /// image.draw_line(&[[0.0, 3.5], [9.0, 3.5]], 3.0, [255, 0, 0]);
+    /// assert_eq!((image.pixel(4, 3), image.pixel(4, 0)), ([255, 0, 0], [255; 3]));
+    /// # Ok::<(), fabkit_depth::RenderError>(())
+    /// ```
     pub fn draw_line(&mut self, points_px: &[[f64; 2]], width_px: f64, color: [u8; 3]) {
         for ends in points_px.windows(2) {
             self.draw_piece(ends[0], ends[1], width_px, color);

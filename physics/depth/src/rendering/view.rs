@@ -42,6 +42,20 @@ pub enum ViewProjection {
 }
 
 /// A half-space removed from every actor. A body that it cuts shows a hatched face.
+///
+/// ```
+/// use fabkit_depth::{Actor, View, render};
+/// use fabkit_geometry::{CompiledSolid, Point3, Solid, Vector3};
+///
+/// // A box with a red ball in it: only where the front half is cut away does the ball show.
+/// let shell = CompiledSolid::new(&Solid::cuboid(8.0, 8.0, 8.0).at_z(-4.0).minus(Solid::sphere(3.0)))?;
+/// let actors = [Actor::new(shell, [90; 3]), Actor::new(CompiledSolid::new(&Solid::sphere(2.0))?, [220, 0, 0])];
+/// let whole = View::front(64, 64);
+/// let half = whole.clone().cut(Point3::new(0.0, -2.5, 0.0), -Vector3::y());
+/// let is_red = |view| render(&actors, view).map(|image| image.pixel(32, 32)).map(|[r, g, _]| r / 2 > g);
+/// assert_eq!((is_red(&whole)?, is_red(&half)?), (false, true));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionCut {
     /// Point on the cutting plane, scene frame, mm.
@@ -85,6 +99,18 @@ impl View {
     }
 
     /// Creates a view from above: x to the right, y up.
+    ///
+    /// ```
+    /// use fabkit_depth::{Actor, View, render_with_framing};
+    /// use fabkit_geometry::{CompiledSolid, Point3, Solid};
+    ///
+    /// // Seen from above, +x is on the right, and +y above the middle. Rows of pixels count downwards.
+    /// let plate = Actor::new(CompiledSolid::new(&Solid::cuboid(20.0, 10.0, 1.0))?, [200; 3]);
+    /// let (_, framing) = render_with_framing(&[plate], &View::top(200, 100), &|_, _| {})?;
+    /// let [x_axis, y_axis] = [[9.0, 0.0, 0.5], [0.0, 4.0, 0.5]].map(|at| framing.project(&Point3::from(at)));
+    /// assert!(x_axis[0] > 150.0 && y_axis[1] < 25.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn top(width_px: u32, height_px: u32) -> Self {
         Self::along(-Vector3::z(), width_px, height_px)
     }
@@ -111,6 +137,17 @@ impl View {
     }
 
     /// Sets a perspective projection.
+    ///
+    /// ```
+    /// use fabkit_depth::{Actor, RenderError, View, render};
+    /// use fabkit_geometry::{Angle, CompiledSolid, Solid};
+    ///
+    /// let ball = [Actor::new(CompiledSolid::new(&Solid::sphere(5.0))?, [200; 3])];
+    /// let view = |deg| View::front(64, 48).perspective(Angle::from_deg(deg).unwrap());
+    /// assert!(render(&ball, &view(25.0)).is_ok());
+    /// assert_eq!(render(&ball, &view(150.0)), Err(RenderError::FieldOfView { field_of_view_deg: 150.0 }));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     #[must_use]
     pub fn perspective(mut self, field_of_view: Angle) -> Self {
         self.projection = ViewProjection::Perspective { field_of_view };

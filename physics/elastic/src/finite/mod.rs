@@ -24,6 +24,24 @@ const MAX_ITERATIONS: usize = 60;
 const MAX_HALVINGS: u32 = 6;
 
 /// A body under large strain. It is slow and serves as the reference for [`ElasticStack`].
+///
+/// ```
+/// use fabkit_elastic::{BallIndenter, ElasticLayer, ElasticMaterial, FiniteStack, LayeredBody};
+/// use fabkit_elastic::{MeshDensity, StrainTheory};
+/// use fabkit_geometry::Point3;
+///
+/// let gel = ElasticLayer { name: "gel".to_owned(), material: ElasticMaterial::new(0.2, 0.49)? };
+/// let pad = LayeredBody::pad(6.0, vec![(gel, 2.0)]);
+/// let stack = FiniteStack::new(&pad, &MeshDensity::around_pole(0.25, 1.5, 0))?;
+/// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 9.0), 3.0)?;
+/// // One outcome for each depth; the work done on the gel grows with it.
+/// let outcomes = stack.press(&ball, &[0.2, 0.4])?;
+/// assert!(outcomes[0].energy_nmm < outcomes[1].energy_nmm);
+/// assert_eq!(outcomes[1].level, StrainTheory::Finite);
+/// // Depths must rise.
+/// assert!(stack.press(&ball, &[0.4, 0.2]).is_err());
+/// # Ok::<(), fabkit_elastic::ElasticError>(())
+/// ```
 #[derive(Debug)]
 pub struct FiniteStack {
     /// The small-strain model of the same body: it checks presses and gives the initial contact region.

@@ -22,6 +22,49 @@ use crate::{ElasticError, Indenter, SoftError, SoftLayer};
 const MOST_TOUCHED: usize = 600;
 
 /// A drawn skin as a factorised slab of bricks.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, Assembly, Body, Elasticity, FixtureGrip, LiquidChannel, LiquidSkin};
+/// # use fabkit_geometry::{MaterialProperties, NominalCamera, Path, Placement, PlaneSurface, Pose, Sensor, Solid};
+/// # let camera = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+/// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+/// # };
+/// # let outline = Path::rectangle([0.0; 2], [12.0; 2], 0.0);
+/// # let grip = FixtureGrip {
+/// #     outline: outline.clone(), top_z_mm: 0.0, bottom_z_mm: -9.0, clear_radius_mm: 8.0,
+/// #     key: None, threads: Vec::new(),
+/// # };
+/// # let touch = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, max_indentation_mm: 1.0, grip };
+/// # let elasticity = Some(Elasticity {
+/// #     young_mpa: 0.2, young_range_mpa: [0.1, 0.3], poissons_ratio: 0.45, friction: None, source: String::new(),
+/// # });
+/// # let liquid = Solid::cuboid(12.0, 2.0, 1.0).at_z(1.0);
+/// # let mut skin = Body::cast("skin", "", Solid::cuboid(12.0, 12.0, 3.0).minus(liquid.clone()))
+/// #     .placed([Placement::in_place(Assembly::sensor())]);
+/// # skin.substance = MaterialProperties { elasticity, ..MaterialProperties::default() };
+/// # let mut sensor = Sensor::new("skin", "A skin", "", camera, [skin]);
+/// # let channel = LiquidChannel {
+/// #     name: "middle".to_owned(), liquid, width_mm: 2.0, height_mm: 1.0, cover_mm: 1.0,
+/// #     column_mm2: 0.5, column_mm: 20.0, air_mm3: 10.0,
+/// # };
+/// # sensor.liquid = Some(LiquidSkin {
+/// #     touch: touch.into(), window_mm: [12.0; 2], levels_mm: vec![0.0, 1.0, 2.0, 3.0], channels: vec![channel],
+/// # });
+/// use fabkit_elastic::{BallIndenter, LiquidStack};
+/// use fabkit_geometry::Point3;
+///
+/// // A skin of 3 mm over a window of 12 x 12 mm, with a channel of 2 x 1 mm along x in it.
+/// let stack = LiquidStack::from_sensor(&sensor, 1.0)?;
+/// // A ball of radius 4 mm whose lowest point is 0.2 mm below the skin's face, at z = 3 mm.
+/// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 6.8), 4.0)?;
+/// let outcome = stack.prepare(&ball)?.press(&ball)?;
+/// // Liquid is squeezed out into its column, and the air ahead of it pushes back.
+/// let channel = &outcome.channels[0];
+/// assert!(channel.volume_mm3 > 0.0 && channel.pressure_mpa > 0.0);
+/// assert!((channel.column_displacement_mm - channel.volume_mm3 / 0.5).abs() < 1e-12);
+/// # Ok::<(), fabkit_elastic::SoftError>(())
+/// ```
 #[derive(Debug)]
 pub struct LiquidStack {
     /// Soft layers from the touched surface inwards, with their largest thickness.

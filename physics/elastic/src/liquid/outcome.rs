@@ -146,6 +146,49 @@ impl LiquidOutcome {
     }
 
     /// Returns the nodes of the touched surface, then those of the underside below them.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, Elasticity, FixtureGrip, LiquidChannel, LiquidSkin};
+    /// # use fabkit_geometry::{MaterialProperties, NominalCamera, Path, Placement, PlaneSurface, Pose, Sensor, Solid};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// # let outline = Path::rectangle([0.0; 2], [12.0; 2], 0.0);
+    /// # let grip = FixtureGrip {
+    /// #     outline: outline.clone(), top_z_mm: 0.0, bottom_z_mm: -9.0, clear_radius_mm: 8.0,
+    /// #     key: None, threads: Vec::new(),
+    /// # };
+    /// # let touch = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, max_indentation_mm: 1.0, grip };
+    /// # let elasticity = Some(Elasticity {
+    /// #     young_mpa: 0.2, young_range_mpa: [0.1, 0.3], poissons_ratio: 0.45, friction: None, source: String::new(),
+    /// # });
+    /// # let liquid = Solid::cuboid(12.0, 2.0, 1.0).at_z(1.0);
+    /// # let mut skin = Body::cast("skin", "", Solid::cuboid(12.0, 12.0, 3.0).minus(liquid.clone()))
+    /// #     .placed([Placement::in_place(Assembly::sensor())]);
+    /// # skin.substance = MaterialProperties { elasticity, ..MaterialProperties::default() };
+    /// # let mut sensor = Sensor::new("skin", "A skin", "", camera, [skin]);
+    /// # let channel = LiquidChannel {
+    /// #     name: "middle".to_owned(), liquid, width_mm: 2.0, height_mm: 1.0, cover_mm: 1.0,
+    /// #     column_mm2: 0.5, column_mm: 20.0, air_mm3: 10.0,
+    /// # };
+    /// # sensor.liquid = Some(LiquidSkin {
+    /// #     touch: touch.into(), window_mm: [12.0; 2], levels_mm: vec![0.0, 1.0, 2.0, 3.0], channels: vec![channel],
+    /// # });
+    /// use fabkit_elastic::{BallIndenter, LiquidStack};
+    /// use fabkit_geometry::Point3;
+    ///
+    /// // A ball presses a skin of 3 mm with a channel in it.
+    /// let stack = LiquidStack::from_sensor(&sensor, 1.0)?;
+    /// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 6.8), 4.0)?;
+    /// let outcome = stack.prepare(&ball)?.press(&ball)?;
+    /// // Pressures over areas make up the force; first come the nodes of the touched face, then those below them.
+    /// let nodes = outcome.nodes(&stack);
+    /// let sum_n: f64 = nodes.iter().map(|node| node.pressure_mpa * node.area_mm2).sum();
+    /// assert!((sum_n + outcome.force_n.z).abs() < 1e-9);
+    /// assert_eq!((nodes[0].outward.z, nodes[stack.surface_nodes()].outward.z), (1.0, -1.0));
+    /// # Ok::<(), fabkit_elastic::SoftError>(())
+    /// ```
     pub fn nodes(&self, stack: &LiquidStack) -> Vec<SkinNode> {
         let node = |at: [usize; 3], outward: Vector3<f64>| SkinNode {
             place_mm: stack.slab.place(at).coords,

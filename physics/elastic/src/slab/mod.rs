@@ -29,6 +29,21 @@ pub struct BrickContents {
 }
 
 /// A slab of bricks between grid lines along x, y and z, with some nodes fixed.
+///
+/// ```
+/// use fabkit_elastic::{BrickContents, ElasticMaterial, Slab};
+///
+/// // A column of 1 x 1 x 10 mm on a fixed floor, without lateral contraction, and 0.1 N up on its upper face.
+/// let material = ElasticMaterial::new(2.0, 0.0)?;
+/// let lines_mm = [vec![0.0, 1.0], vec![0.0, 1.0], (0..=10).map(f64::from).collect()];
+/// let cell = |_| BrickContents { solid: Some((material, 1.0)), cavities: vec![] };
+/// let slab = Slab::new(lines_mm, 0, cell, |place| place.z == 0.0)?;
+/// let top = [[0, 0, 10], [1, 0, 10], [0, 1, 10], [1, 1, 10]].map(|at| slab.node(at));
+/// let field = slab.solve(&top.map(|node| (node, 0.025)), &[]);
+/// // Stress over modulus times length: 0.1 / 2 x 10 mm.
+/// assert!((slab.displacement_mm(&field, top[0]).z - 0.5).abs() < 1e-9);
+/// # Ok::<(), fabkit_elastic::ElasticError>(())
+/// ```
 #[derive(Debug)]
 pub struct Slab {
     /// Positions of the grid lines along each axis, mm, rising.
@@ -104,6 +119,23 @@ impl Slab {
     }
 
     /// Computes the volume change of a cavity, mm3.
+    ///
+    /// ```
+    /// use fabkit_elastic::{BrickContents, ElasticMaterial, Slab};
+    ///
+    /// // A block of 3 x 3 x 3 bricks of 1 mm on a fixed floor; the brick in its middle is a cavity.
+    /// let material = ElasticMaterial::new(0.5, 0.45)?;
+    /// let line: Vec<f64> = (0..=3).map(f64::from).collect();
+    /// let cell = |at: [usize; 3]| match at {
+    ///     [1, 1, 1] => BrickContents { solid: None, cavities: vec![(0, 1.0)] },
+    ///     _ => BrickContents { solid: Some((material, 1.0)), cavities: vec![] },
+    /// };
+    /// let slab = Slab::new([line.clone(), line.clone(), line], 1, cell, |place| place.z == 0.0)?;
+    /// // Pressure within blows it up; a force from above squeezes it.
+    /// assert!(slab.growth_mm3(0, &slab.solve(&[], &[0.01])) > 0.0);
+    /// assert!(slab.growth_mm3(0, &slab.solve(&[(slab.node([1, 1, 3]), -0.1)], &[0.0])) < 0.0);
+    /// # Ok::<(), fabkit_elastic::ElasticError>(())
+    /// ```
     pub fn growth_mm3(&self, cavity: usize, field: &SlabField) -> f64 {
         self.growth[cavity].iter().map(|(unknown, mm2)| mm2 * field.0[*unknown]).sum()
     }

@@ -5,6 +5,19 @@ use fabkit_geometry::InvalidSolid;
 use crate::ElasticError;
 
 /// Error of building or pressing a sensor's soft layers.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, NominalCamera, Pose, Sensor};
+/// # let camera = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+/// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+/// # };
+/// use fabkit_elastic::SoftStack;
+///
+/// // A sensor without bodies.
+/// let error = SoftStack::at_tip(&Sensor::new("air", "Air", "", camera, [])).unwrap_err();
+/// assert_eq!(error.to_string(), "nothing of known elasticity lies below the surface of air");
+/// ```
 #[derive(Debug, thiserror::Error)]
 pub enum SoftError {
     /// No material of known elasticity below the surface.

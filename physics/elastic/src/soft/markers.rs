@@ -39,6 +39,41 @@ impl LayerPosition {
 impl SoftStack {
     /// Divides layers at markers inside them, so that the solver computes the displacement at just that depth. At most
     /// one interface is added to each layer, at the depth of the median marker as a part of the layer.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, Elasticity, FixtureGrip, MaterialProperties, NominalCamera};
+    /// # use fabkit_geometry::{Path, Placement, PlaneSurface, Pose, Sensor, Solid};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// # let outline = Path::circle([0.0, 0.0], 15.0);
+    /// # let grip = FixtureGrip {
+    /// #     outline: outline.clone(), top_z_mm: 0.0, bottom_z_mm: -9.0, clear_radius_mm: 8.0,
+    /// #     key: None, threads: Vec::new(),
+    /// # };
+    /// # let touch = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, max_indentation_mm: 1.0, grip };
+    /// # let elasticity = Some(Elasticity {
+    /// #     young_mpa: 0.2, young_range_mpa: [0.1, 0.3], poissons_ratio: 0.49, friction: None, source: String::new(),
+    /// # });
+    /// # let mut gel = Body::cast("gel", "", Solid::cylinder(15.0, 3.0));
+    /// # gel.substance = MaterialProperties { elasticity, ..MaterialProperties::default() };
+    /// # let plate = Body::bought("plate", "", Solid::cylinder(15.0, 2.0).at_z(-2.0));
+    /// # let [gel, plate] = [gel, plate].map(|body| body.placed([Placement::in_place(Assembly::sensor())]));
+    /// # let mut sensor = Sensor::new("pad", "A pad", "", camera, [gel, plate]);
+    /// # sensor.touch = Some(touch.into());
+    /// use fabkit_elastic::SoftStack;
+    /// use fabkit_geometry::{Marker, MarkerCarrier, Point3, Vector3};
+    ///
+    /// // A dot in the middle of 3 mm of gel: the gel becomes two layers, bonded to each other, with the dot between.
+    /// let mut soft = SoftStack::at_tip(&sensor)?;
+    /// let (point, axis) = (Point3::new(2.0, 0.0, 1.5), -Vector3::z());
+    /// let dot = Marker { name: "dot 1".to_owned(), point, axis, radius_mm: 0.2, carrier: MarkerCarrier::Gel };
+    /// soft.divide_at_markers(sensor.touch.as_ref().unwrap(), &[dot]);
+    /// let heights_mm: Vec<f64> = soft.body.interfaces.iter().map(|face| face.at(0.0)[1]).collect();
+    /// assert!(heights_mm.iter().zip([3.0, 1.5, 0.0]).all(|(found, z_mm)| (found - z_mm).abs() < 1e-9));
+    /// # Ok::<(), fabkit_elastic::SoftError>(())
+    /// ```
     pub fn divide_at_markers(&mut self, touch: &TouchSurface, marks: &[Marker]) {
         let mut shares = vec![Vec::new(); self.body.layers.len()];
         for within in marks.iter().filter_map(|mark| self.locate(touch, mark.point)) {
@@ -64,6 +99,44 @@ impl SoftStack {
     /// The gel carries a marker like its centre. This is exact for markers as stiff as the gel around them, and for any
     /// symmetric marker in a strain that is uniform over its size. A pin follows the displacement and the rotation of
     /// the interface that it stands on, averaged over its foot; beyond its foot it is a beam in the surrounding gel.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, Elasticity, FixtureGrip, MaterialProperties, NominalCamera};
+    /// # use fabkit_geometry::{Path, Placement, PlaneSurface, Pose, Sensor, Solid};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// # let outline = Path::circle([0.0, 0.0], 15.0);
+    /// # let grip = FixtureGrip {
+    /// #     outline: outline.clone(), top_z_mm: 0.0, bottom_z_mm: -9.0, clear_radius_mm: 8.0,
+    /// #     key: None, threads: Vec::new(),
+    /// # };
+    /// # let touch = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, max_indentation_mm: 1.0, grip };
+    /// # let elasticity = Some(Elasticity {
+    /// #     young_mpa: 0.2, young_range_mpa: [0.1, 0.3], poissons_ratio: 0.49, friction: None, source: String::new(),
+    /// # });
+    /// # let mut gel = Body::cast("gel", "", Solid::cylinder(15.0, 3.0));
+    /// # gel.substance = MaterialProperties { elasticity, ..MaterialProperties::default() };
+    /// # let plate = Body::bought("plate", "", Solid::cylinder(15.0, 2.0).at_z(-2.0));
+    /// # let [gel, plate] = [gel, plate].map(|body| body.placed([Placement::in_place(Assembly::sensor())]));
+    /// # let mut sensor = Sensor::new("pad", "A pad", "", camera, [gel, plate]);
+    /// # sensor.touch = Some(touch.into());
+    /// use fabkit_elastic::{BallIndenter, Press, SoftStack};
+    /// use fabkit_geometry::{Marker, MarkerCarrier, Point3, Vector3};
+    ///
+    /// // A dot on the face of 3 mm of gel, 2 mm beside a ball that comes down 0.2 mm deep.
+    /// let soft = SoftStack::at_tip(&sensor)?;
+    /// let stack = soft.build_stack(0.25, 3.0, 8, 1)?;
+    /// let ball = BallIndenter::new(Point3::new(0.0, 0.0, 9.0), 4.0)?;
+    /// let outcome = stack.press(&ball, &Press::along(-Vector3::z(), 0.2)?)?;
+    /// let (point, axis) = (Point3::new(2.0, 0.0, 3.0), -Vector3::z());
+    /// let dot = Marker { name: "dot 1".to_owned(), point, axis, radius_mm: 0.2, carrier: MarkerCarrier::Gel };
+    /// let moved = soft.displace_marker(&outcome, sensor.touch.as_ref().unwrap(), &dot).unwrap();
+    /// // It moves away from the ball, and not around it.
+    /// assert!(moved.displacement_mm.x > 0.0 && moved.displacement_mm.y.abs() < 1e-6);
+    /// # Ok::<(), fabkit_elastic::SoftError>(())
+    /// ```
     pub fn displace_marker(
         &self,
         outcome: &PressOutcome,

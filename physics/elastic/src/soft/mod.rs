@@ -55,6 +55,40 @@ pub struct SoftLayer {
 }
 
 /// The soft layers of a sensor, as a body for the solver.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, Assembly, Body, Elasticity, FixtureGrip, MaterialProperties, NominalCamera};
+/// # use fabkit_geometry::{Path, Placement, PlaneSurface, Pose, Sensor, Solid};
+/// # let camera = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+/// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+/// # };
+/// # let outline = Path::circle([0.0, 0.0], 15.0);
+/// # let grip = FixtureGrip {
+/// #     outline: outline.clone(), top_z_mm: 0.0, bottom_z_mm: -9.0, clear_radius_mm: 8.0,
+/// #     key: None, threads: Vec::new(),
+/// # };
+/// # let touch = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, max_indentation_mm: 1.0, grip };
+/// # let elasticity = Some(Elasticity {
+/// #     young_mpa: 0.2, young_range_mpa: [0.1, 0.3], poissons_ratio: 0.49, friction: None, source: String::new(),
+/// # });
+/// # let mut gel = Body::cast("gel", "", Solid::cylinder(15.0, 3.0));
+/// # gel.substance = MaterialProperties { elasticity, ..MaterialProperties::default() };
+/// # let plate = Body::bought("plate", "", Solid::cylinder(15.0, 2.0).at_z(-2.0));
+/// # let [gel, plate] = [gel, plate].map(|body| body.placed([Placement::in_place(Assembly::sensor())]));
+/// # let mut sensor = Sensor::new("pad", "A pad", "", camera, [gel, plate]);
+/// # sensor.touch = Some(touch.into());
+/// use fabkit_elastic::SoftStack;
+///
+/// // 3 mm of gel of 0.2 MPa, cast onto a stiff plate.
+/// let soft = SoftStack::at_tip(&sensor)?;
+/// assert_eq!((soft.layers.len(), soft.held_by.as_deref()), (1, Some("plate")));
+/// assert!((soft.layers[0].thickness_mm - 3.0).abs() < 1e-9);
+/// // Small strain holds for a fifth of the thickness.
+/// let (limit_mm, part) = soft.small_strain_mm();
+/// assert!((limit_mm - 0.6).abs() < 1e-9 && (part - 0.2).abs() < 1e-9);
+/// # Ok::<(), fabkit_elastic::SoftError>(())
+/// ```
 #[derive(Debug)]
 pub struct SoftStack {
     /// Layers from the touched one inwards.
@@ -75,6 +109,40 @@ impl SoftStack {
     ///
     /// # Errors
     /// Nothing soft below the surface, or nothing rigid that holds it.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, Elasticity, FixtureGrip, MaterialProperties, NominalCamera};
+    /// # use fabkit_geometry::{Path, Placement, PlaneSurface, Pose, Sensor, Solid};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// # let outline = Path::circle([0.0, 0.0], 15.0);
+    /// # let grip = FixtureGrip {
+    /// #     outline: outline.clone(), top_z_mm: 0.0, bottom_z_mm: -9.0, clear_radius_mm: 8.0,
+    /// #     key: None, threads: Vec::new(),
+    /// # };
+    /// # let touch = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, max_indentation_mm: 1.0, grip };
+    /// # let elasticity = Some(Elasticity {
+    /// #     young_mpa: 0.2, young_range_mpa: [0.1, 0.3], poissons_ratio: 0.49, friction: None, source: String::new(),
+    /// # });
+    /// # let mut gel = Body::cast("gel", "", Solid::cylinder(15.0, 3.0));
+    /// # gel.substance = MaterialProperties { elasticity, ..MaterialProperties::default() };
+    /// # let plate = Body::bought("plate", "", Solid::cylinder(15.0, 2.0).at_z(-2.0));
+    /// # let [gel, plate] = [gel, plate].map(|body| body.placed([Placement::in_place(Assembly::sensor())]));
+    /// # let mut sensor = Sensor::new("pad", "A pad", "", camera, [gel, plate]);
+    /// # sensor.touch = Some(touch.into());
+    /// use fabkit_elastic::SoftStack;
+    /// use fabkit_geometry::{Point3, SurfacePoints, Vector3};
+    ///
+    /// // A place 13 mm from the middle of a pad whose radius is 15 mm, and whose gel is 3 mm thick.
+    /// let points = SurfacePoints::new(sensor.touch.as_ref().unwrap())?;
+    /// let soft = SoftStack::from_sensor(&sensor, &points, &(Point3::new(13.0, 0.0, 3.0), Vector3::z()))?;
+    /// // The solver's frame stands on the plate below the place. That the edge is near is not modelled, and said.
+    /// assert!((soft.sensor_from_stack.translation_mm() - Vector3::new(13.0, 0.0, 0.0)).norm() < 1e-9);
+    /// assert!(soft.simplifications[0].starts_with("the pad's edge, 2.0 mm from the press"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn from_sensor(
         sensor: &Sensor,
         points: &SurfacePoints,

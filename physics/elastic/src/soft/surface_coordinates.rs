@@ -19,6 +19,39 @@ pub(super) enum SurfaceCoordinates {
 impl SoftStack {
     /// Returns s and azimuth, rad, of a point of the undeformed surface, sensor frame, mm; s is above 1 beyond the
     /// layers' end.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, Elasticity, FixtureGrip, MaterialProperties, NominalCamera};
+    /// # use fabkit_geometry::{Path, Placement, PlaneSurface, Pose, Sensor, Solid};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// # let outline = Path::circle([0.0, 0.0], 15.0);
+    /// # let grip = FixtureGrip {
+    /// #     outline: outline.clone(), top_z_mm: 0.0, bottom_z_mm: -9.0, clear_radius_mm: 8.0,
+    /// #     key: None, threads: Vec::new(),
+    /// # };
+    /// # let touch = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, max_indentation_mm: 1.0, grip };
+    /// # let elasticity = Some(Elasticity {
+    /// #     young_mpa: 0.2, young_range_mpa: [0.1, 0.3], poissons_ratio: 0.49, friction: None, source: String::new(),
+    /// # });
+    /// # let mut gel = Body::cast("gel", "", Solid::cylinder(15.0, 3.0));
+    /// # gel.substance = MaterialProperties { elasticity, ..MaterialProperties::default() };
+    /// # let plate = Body::bought("plate", "", Solid::cylinder(15.0, 2.0).at_z(-2.0));
+    /// # let [gel, plate] = [gel, plate].map(|body| body.placed([Placement::in_place(Assembly::sensor())]));
+    /// # let mut sensor = Sensor::new("pad", "A pad", "", camera, [gel, plate]);
+    /// # sensor.touch = Some(touch.into());
+    /// use fabkit_elastic::SoftStack;
+    /// use fabkit_geometry::Point3;
+    ///
+    /// // 3 mm of gel: the disc that stands for the pad is ten times as wide, around the middle.
+    /// let soft = SoftStack::at_tip(&sensor)?;
+    /// assert!((soft.disc_radius_mm().unwrap() - 30.0).abs() < 1e-9);
+    /// let [s, azimuth] = soft.coordinates(&Point3::new(0.0, 3.0, 3.0));
+    /// assert!((s - 0.1).abs() < 1e-9 && (azimuth.to_degrees() - 90.0).abs() < 1e-9);
+    /// # Ok::<(), fabkit_elastic::SoftError>(())
+    /// ```
     #[inline]
     pub fn coordinates(&self, point_in_sensor: &Point3<f64>) -> [f64; 2] {
         match &self.plan {
@@ -78,6 +111,38 @@ impl SoftStack {
 
     /// Returns two directions along the undeformed surface at one of its points: away from the pole, and
     /// counter-clockwise around it. At the pole they are x and y.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, Elasticity, FixtureGrip, MaterialProperties, NominalCamera};
+    /// # use fabkit_geometry::{Path, Placement, PlaneSurface, Pose, Sensor, Solid};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// # let outline = Path::circle([0.0, 0.0], 15.0);
+    /// # let grip = FixtureGrip {
+    /// #     outline: outline.clone(), top_z_mm: 0.0, bottom_z_mm: -9.0, clear_radius_mm: 8.0,
+    /// #     key: None, threads: Vec::new(),
+    /// # };
+    /// # let touch = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, max_indentation_mm: 1.0, grip };
+    /// # let elasticity = Some(Elasticity {
+    /// #     young_mpa: 0.2, young_range_mpa: [0.1, 0.3], poissons_ratio: 0.49, friction: None, source: String::new(),
+    /// # });
+    /// # let mut gel = Body::cast("gel", "", Solid::cylinder(15.0, 3.0));
+    /// # gel.substance = MaterialProperties { elasticity, ..MaterialProperties::default() };
+    /// # let plate = Body::bought("plate", "", Solid::cylinder(15.0, 2.0).at_z(-2.0));
+    /// # let [gel, plate] = [gel, plate].map(|body| body.placed([Placement::in_place(Assembly::sensor())]));
+    /// # let mut sensor = Sensor::new("pad", "A pad", "", camera, [gel, plate]);
+    /// # sensor.touch = Some(touch.into());
+    /// use fabkit_elastic::SoftStack;
+    /// use fabkit_geometry::{Point3, Vector3};
+    ///
+    /// // On the y axis of a pad, away from its middle is +y, and counter-clockwise is -x.
+    /// let soft = SoftStack::at_tip(&sensor)?;
+    /// let [along, around] = soft.surface_tangents(&Point3::new(0.0, 3.0, 3.0), &Vector3::z());
+    /// assert!((along - Vector3::y()).norm() < 1e-12 && (around + Vector3::x()).norm() < 1e-12);
+    /// # Ok::<(), fabkit_elastic::SoftError>(())
+    /// ```
     pub fn surface_tangents(
         &self,
         point_in_sensor: &Point3<f64>,

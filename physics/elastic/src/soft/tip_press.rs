@@ -76,6 +76,40 @@ impl SoftStack {
     ///
     /// # Errors
     /// An invalid radius or depth, a press deeper than the layers, or no convergence.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, Elasticity, FixtureGrip, MaterialProperties, NominalCamera};
+    /// # use fabkit_geometry::{Path, Placement, PlaneSurface, Pose, Sensor, Solid};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// # let outline = Path::circle([0.0, 0.0], 15.0);
+    /// # let grip = FixtureGrip {
+    /// #     outline: outline.clone(), top_z_mm: 0.0, bottom_z_mm: -9.0, clear_radius_mm: 8.0,
+    /// #     key: None, threads: Vec::new(),
+    /// # };
+    /// # let touch = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, max_indentation_mm: 1.0, grip };
+    /// # let elasticity = Some(Elasticity {
+    /// #     young_mpa: 0.2, young_range_mpa: [0.1, 0.3], poissons_ratio: 0.49, friction: None, source: String::new(),
+    /// # });
+    /// # let mut gel = Body::cast("gel", "", Solid::cylinder(15.0, 3.0));
+    /// # gel.substance = MaterialProperties { elasticity, ..MaterialProperties::default() };
+    /// # let plate = Body::bought("plate", "", Solid::cylinder(15.0, 2.0).at_z(-2.0));
+    /// # let [gel, plate] = [gel, plate].map(|body| body.placed([Placement::in_place(Assembly::sensor())]));
+    /// # let mut sensor = Sensor::new("pad", "A pad", "", camera, [gel, plate]);
+    /// # sensor.touch = Some(touch.into());
+    /// use fabkit_elastic::SoftStack;
+    ///
+    /// // 3 mm of gel on a stiff plate, and a ball of radius 4 mm.
+    /// let soft = SoftStack::at_tip(&sensor)?;
+    /// let [shallow, deep] = [soft.press_tip(4.0, 0.2)?, soft.press_tip(4.0, 0.4)?];
+    /// // Twice as deep needs more than twice the force, since the contact grows.
+    /// assert!(deep.force_n > 2.0 * shallow.force_n && deep.stiffness_n_mm > shallow.stiffness_n_mm);
+    /// // One bond: that of the gel to the plate.
+    /// assert_eq!(deep.bonds[0].below.as_deref(), Some("plate"));
+    /// # Ok::<(), fabkit_elastic::SoftError>(())
+    /// ```
     pub fn press_tip(&self, radius_mm: f64, depth_mm: f64) -> Result<TipPressOutcome, SoftError> {
         let (body, lines) = self.with_bond_lines();
         let stack = ElasticStack::new(&body, &self.tip_division(radius_mm, depth_mm), 1)?;
@@ -113,6 +147,38 @@ impl SoftStack {
     ///
     /// # Errors
     /// As [`SoftStack::press_tip`].
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, Elasticity, FixtureGrip, MaterialProperties, NominalCamera};
+    /// # use fabkit_geometry::{Path, Placement, PlaneSurface, Pose, Sensor, Solid};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// # let outline = Path::circle([0.0, 0.0], 15.0);
+    /// # let grip = FixtureGrip {
+    /// #     outline: outline.clone(), top_z_mm: 0.0, bottom_z_mm: -9.0, clear_radius_mm: 8.0,
+    /// #     key: None, threads: Vec::new(),
+    /// # };
+    /// # let touch = PlaneSurface { outline, top_z_mm: 3.0, foot_z_mm: 0.0, max_indentation_mm: 1.0, grip };
+    /// # let elasticity = Some(Elasticity {
+    /// #     young_mpa: 0.2, young_range_mpa: [0.1, 0.3], poissons_ratio: 0.49, friction: None, source: String::new(),
+    /// # });
+    /// # let mut gel = Body::cast("gel", "", Solid::cylinder(15.0, 3.0));
+    /// # gel.substance = MaterialProperties { elasticity, ..MaterialProperties::default() };
+    /// # let plate = Body::bought("plate", "", Solid::cylinder(15.0, 2.0).at_z(-2.0));
+    /// # let [gel, plate] = [gel, plate].map(|body| body.placed([Placement::in_place(Assembly::sensor())]));
+    /// # let mut sensor = Sensor::new("pad", "A pad", "", camera, [gel, plate]);
+    /// # sensor.touch = Some(touch.into());
+    /// use fabkit_elastic::{SoftStack, StrainTheory};
+    ///
+    /// // 3 mm of gel on a stiff plate, pressed by a ball of radius 4 mm to a tenth of that.
+    /// let [linear, finite] = SoftStack::at_tip(&sensor)?.press_tip_both(4.0, &[0.3])?.remove(0);
+    /// assert_eq!([linear.level, finite.level], [StrainTheory::Linear, StrainTheory::Finite]);
+    /// // At a depth this small both agree to a tenth.
+    /// assert!((linear.force_n.z / finite.force_n.z - 1.0).abs() < 0.1);
+    /// # Ok::<(), fabkit_elastic::SoftError>(())
+    /// ```
     pub fn press_tip_both(
         &self,
         radius_mm: f64,

@@ -56,6 +56,35 @@ const MAX_FAILED_ITINERARIES: usize = 2;
 const SLICES: usize = 8;
 
 /// Stack prepared for tracing many rays.
+///
+/// ```
+/// # use fabkit_geometry::{Angle, Assembly, Body, MaterialProperties, NominalCamera, OpticalClarity};
+/// # use fabkit_geometry::{Placement, Point3, Pose, Ray, Sensor, Solid, Vector3};
+/// # let camera = NominalCamera {
+/// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+/// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+/// # };
+/// # let mut pane = Body::bought("pane", "glass", Solid::cylinder(20.0, 2.0).at(0.0, 0.0, 5.0))
+/// #     .with_clarity(OpticalClarity::Clear)
+/// #     .placed([Placement::in_place(Assembly::sensor())]);
+/// # pane.substance = MaterialProperties { refractive_index: Some(1.5), ..MaterialProperties::default() };
+/// use fabkit_optics::{OpticalStack, TILE, TileTracing, Tracer};
+///
+/// // A tile of rays through a pane: all pass the same two faces, and come out as if traced one by one.
+/// let stack = OpticalStack::from_sensor(&Sensor::new("window", "A window", "", camera, [pane]))?;
+/// let ray = |column: u32, row: u32| {
+///     let direction = Vector3::new(0.01 * f64::from(column), 0.01 * f64::from(row), 1.0).normalize();
+///     Some(Ray { origin: Point3::origin(), direction })
+/// };
+/// let (tracing, mut single, mut rays) = (TileTracing::new(&stack), Tracer::new(&stack), 0);
+/// tracing.tracer().cast(0..TILE, 0..TILE, &ray, &mut |column, row, path| {
+///     let expected = single.follow(&ray(column, row).unwrap());
+///     assert!((path.lead_mm - expected.lead_mm).abs() < 1e-9 && path.end == expected.end);
+///     rays += 1;
+/// });
+/// assert_eq!(rays, TILE * TILE);
+/// # Ok::<(), fabkit_optics::InvalidStack>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct TileTracing<'a> {
     stack: &'a OpticalStack,

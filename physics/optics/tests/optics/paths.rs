@@ -259,7 +259,10 @@ fn bad_stacks_are_refused_with_the_place() {
     let mut unknown = medium("gel", 1.4, ball(2.0, 5.0));
     unknown.substance.refractive_index = None;
     let error = refused(vec![unknown]);
-    assert_eq!(error.to_string(), "gel: light passes it, but nobody says how jelly bends light");
+    assert_eq!(
+        error.to_string(),
+        "gel: light passes it, but the refractive index of jelly is not known"
+    );
     assert!(error.hint().contains("refractive_index"));
     let error = refused(vec![medium("a", 1.4, ball(2.0, 5.0)), medium("b", 1.5, ball(2.0, 7.0))]);
     let InvalidStack::Overlap { bodies, place_in_sensor, depth_mm } = &error else {

@@ -79,13 +79,13 @@ pub enum FitLightError {
         least: usize,
     },
     /// A fit to pins of a sensor that is not a dome.
-    #[error("pins are fitted to on domes; `{sensor}` is none")]
+    #[error("pins are fitted on domes, and `{sensor}` has no dome")]
     NoDome {
         /// Name of the sensor.
         sensor: String,
     },
     /// A capture without a dark place.
-    #[error("{} shows no ball: nothing is {least} grey darker than at rest", .file.display())]
+    #[error("{} shows no ball: no intensity is {least} below that at rest", .file.display())]
     NoBall {
         /// Path of the image.
         file: PathBuf,
@@ -127,8 +127,8 @@ impl Explained for FitLightError {
     fn hint(&self) -> Option<String> {
         let hint = match self {
             Self::TooFew { .. } => "take more captures, with pins in full view",
-            Self::NoDome { .. } => "press one ball in each capture, and leave landmarks away",
-            Self::NoBall { .. } => "press deeper; the image at rest belongs apart from the others",
+            Self::NoDome { .. } => "press one ball in each capture, and leave out landmarks",
+            Self::NoBall { .. } => "press deeper; keep the image at rest apart from the others",
             Self::BallAtEdge { .. } => {
                 "press nearer to the middle of the pad, or give the size of a pixel if images are straight"
             }

@@ -56,6 +56,18 @@ pub enum PadMapping<'a> {
 }
 
 /// Returns whether optical constants are fitted to balls rather than pins: on flat gels.
+///
+/// ```
+/// use fabkit_capture::light_fit::is_pad;
+///
+/// let of = |name: &str| -> Result<bool, Box<dyn std::error::Error>> {
+///     let yaml = fabkit_designs::builtin_yaml(name).ok_or("no such sensor")?;
+///     Ok(is_pad(&fabkit_fixtures::load(name, yaml, &[])?.design.sensor))
+/// };
+/// // A flat gel is fitted to balls, a dome to the pins of its calibration dome.
+/// assert!(of("9dtact")? && !of("rtac0")?);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn is_pad(sensor: &Sensor) -> bool {
     matches!(sensor.touch, Some(TouchSurface::Plane(_)))
 }

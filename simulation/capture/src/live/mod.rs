@@ -93,6 +93,27 @@ pub struct LiveInfo {
 }
 
 /// A sensor that is ready for presses. Dropping it ends its thread.
+///
+/// ```
+/// use std::sync::Arc;
+///
+/// use fabkit_capture::live::{LiveOptions, LivePress, LiveSensor};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("gelsight-like.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([32, 24])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// let press = scene.project.press("ball@0mm,0mm,0.3mm")?;
+/// let options = LiveOptions { spacing_mm: Some(1.0), ..LiveOptions::default() };
+/// let live = LiveSensor::new(Arc::new(scene), options)?;
+/// assert_eq!(live.about().size_px, [32, 24]);
+/// let shown = live.press(vec![LivePress { press, shear_mm: [0.0; 2], friction: None, seed: None }])?;
+/// // The ball pushes the pad down, and the camera sees it in the middle.
+/// assert!(shown[0].step.as_ref().is_some_and(|step| step.force_n.z < 0.0));
+/// assert!(shown[0].contact[12 * 32 + 16] && !shown[0].contact[0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct LiveSensor {
     asks: Sender<LiveRequest>,

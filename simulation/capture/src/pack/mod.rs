@@ -31,6 +31,21 @@ pub struct OpticsPack {
 /// # Errors
 /// [`CaptureError`] for a lighting that shows neither slopes nor thickness, and for slopes on a surface that is not
 /// flat.
+///
+/// ```
+/// use fabkit_capture::{LightConstants, find_lighting, optics_pack};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("digit-like").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("digit-like.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([32, 24])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// let sensor = &scene.project.design.sensor;
+/// let pack = optics_pack(&scene, find_lighting(sensor, None)?, &LightConstants::for_sensor(sensor))?;
+/// assert_eq!(pack.document["shows"], "slopes");
+/// assert!(pack.files.iter().any(|file| file.name == "background.png"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn optics_pack(
     scene: &SensorView,
     lighting: &Lighting,

@@ -405,7 +405,7 @@ mod tests {
                 seen += 1;
             }
         }
-        println!("{seen} of {there} marks are told");
+        println!("{seen} of {there} markers are assigned");
         // A place that is none may lie where a hidden mark would be, or beside one.
         assert!(f64::from(seen) > 0.97 * there as f64, "{seen} of {there}");
     }

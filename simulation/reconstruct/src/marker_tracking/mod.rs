@@ -48,6 +48,43 @@ const EVEN_PITCHES: f64 = 1.0;
 const LEAST_SLOPE: f64 = 0.05;
 
 /// Tracker of a sensor's markers, calibrated with the image at rest.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use fabkit_reconstruct::{CapturedImage, MarkerTracker};
+/// # use fabkit_capture::find_lighting;
+/// # use fabkit_optics::ViewStacks;
+/// # use fabkit_scene::ground_truth::{Viewpoint, project_points};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
+/// # let sensor = &fabkit_designs::load("gelsight-like.yaml", yaml, &[], &["fixtures"])?.sensor;
+/// # let viewpoint = Viewpoint::new(&sensor.camera, None, None)?.resized([320, 240])?;
+/// # let sights = ViewStacks::new(viewpoint.stack(sensor)?);
+/// # let places: Vec<_> = sensor.marks.iter().map(|mark| Some(mark.point)).collect();
+/// # let dots = project_points(&viewpoint, &sights, &places);
+/// # let image = |right_px: f64| {
+/// #     let ink = |i: usize| {
+/// #         let [x, y] = [i / 3 % 320, i / 3 / 320].map(|px| px as f64);
+/// #         let square = |dot: &[f64; 2]| (dot[0] + right_px - x).powi(2) + (dot[1] - y).powi(2);
+/// #         let nearest = dots.iter().flatten().map(square).fold(f64::INFINITY, f64::min);
+/// #         (4.5 - nearest.sqrt()).clamp(0.0, 1.0) as f32
+/// #     };
+/// #     let values = (0..3 * 320 * 240).map(|i| 0.6 - 0.5 * ink(i)).collect();
+/// #     CapturedImage { size_px: [320, 240], channels: 3, values }
+/// # };
+/// // `image` draws dark dots where the camera sees them, so many pixels further right.
+/// let (rest, lighting) = (image(0.0), find_lighting(sensor, None)?);
+/// let tracker = MarkerTracker::new(sensor, &viewpoint, lighting, (Path::new("rest.png"), &rest))?;
+/// let followed = tracker.follow(Path::new("moved.png"), &image(2.0))?;
+/// assert_eq!((tracker.names().len(), followed.found()), (63, 63));
+/// let moved_px = tracker.displacements_px(&followed);
+/// assert!(moved_px.iter().flatten().all(|[x, y]| (x - 2.0).abs() < 0.1 && y.abs() < 0.1));
+/// // With 320 columns, a pixel is 0.06 mm on the surface.
+/// let moved_mm = tracker.displacements_mm(&followed)[31].ok_or("lost")?;
+/// assert!((moved_mm.norm() - 0.12).abs() < 0.02);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct MarkerTracker {
     size_px: [usize; 2],
@@ -81,6 +118,19 @@ impl TrackedMarkers {
 }
 
 /// Returns the reason why a lighting shows no markers; `None` if it shows some.
+///
+/// ```
+/// use fabkit_reconstruct::why_markers_hidden;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("uvdtact").ok_or("no such sensor")?;
+/// # let design = fabkit_designs::load("uvdtact.yaml", yaml, &[], &["fixtures"])?;
+/// let sensor = &design.sensor;
+/// let [white, uv] = &sensor.lightings[..] else { return Err("two lightings".into()) };
+/// assert_eq!(why_markers_hidden(sensor, uv), None);
+/// let why = why_markers_hidden(sensor, white).ok_or("shown")?;
+/// assert_eq!(why, "marks of `uvdtact` do not show in `white` light, but in `uv`");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn why_markers_hidden(sensor: &Sensor, lighting: &Lighting) -> Option<String> {
     let shows = |lighting: &Lighting| match &lighting.effect {
         VisibleEffect::LiquidColumns { columns, .. } => !columns.is_empty(),
@@ -101,9 +151,9 @@ pub fn why_markers_hidden(sensor: &Sensor, lighting: &Lighting) -> Option<String
         .collect();
     let name = &sensor.name;
     Some(match &others[..] {
-        [] => format!("`{name}` has no marks to follow"),
+        [] => format!("`{name}` has no markers to track"),
         _ => format!(
-            "marks of `{name}` do not show in `{}` light, but in {}",
+            "markers of `{name}` do not show in `{}` light, but in {}",
             lighting.name,
             others.join(" and ")
         ),

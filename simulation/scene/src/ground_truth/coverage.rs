@@ -48,6 +48,23 @@ impl SurfaceCoverage {
 ///
 /// # Errors
 /// Returns an error if the surface's dimensions make no valid solid.
+///
+/// ```
+/// use fabkit_optics::ViewStacks;
+/// use fabkit_scene::ground_truth::{Viewpoint, compute_coverage};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// let sensor = &project.design.sensor;
+/// let touch = sensor.touch.as_ref().ok_or("no surface")?;
+/// let viewpoint = Viewpoint::new(&sensor.camera, None, None)?;
+/// let sights = ViewStacks::new(viewpoint.stack(sensor)?);
+/// let coverage = compute_coverage(touch, &viewpoint, &sights)?;
+/// // What is not seen has causes, and all shares make 1.
+/// let lost: f64 = coverage.lost.iter().map(|(_, share)| share).sum();
+/// assert!((coverage.area + lost - 1.0).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn compute_coverage(
     touch: &TouchSurface,
     viewpoint: &Viewpoint,

@@ -10,6 +10,26 @@ use fabkit_export::{
 pub const GREY_STEP_MM: f64 = 0.001;
 
 /// Quantity that an image or a TIFF shows, mm.
+///
+/// ```
+/// use fabkit_scene::Cast;
+/// use fabkit_scene::ground_truth::MapQuantity;
+/// use fabkit_scene::press_simulation::ContactModel;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([40, 30])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// scene.cast(&Cast::at_rest(ContactModel::Rigid), |seen| {
+///     // Without contact, the indentation is 0 where the surface is seen, and NaN elsewhere.
+///     let indentation_mm = MapQuantity::Indentation.values_mm(seen.map, seen.sigmas);
+///     assert_eq!(indentation_mm.len(), 40 * 30);
+///     assert_eq!(indentation_mm.iter().filter(|mm| **mm == 0.0).count(), seen.surface_px);
+///     Ok::<_, fabkit_files::Error>(())
+/// })?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapQuantity {
     /// Distance along the ray.
@@ -35,6 +55,25 @@ impl MapQuantity {
 }
 
 /// Returns all maps of a press as arrays for `numpy.load`. They have rows x columns, vectors a third axis of 3.
+///
+/// ```
+/// use fabkit_scene::Cast;
+/// use fabkit_scene::ground_truth::arrays;
+/// use fabkit_scene::press_simulation::ContactModel;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([40, 30])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// let arrays = scene.cast(&Cast::at_rest(ContactModel::Rigid), |seen| {
+///     Ok::<_, fabkit_files::Error>(arrays(seen.map, seen.sigmas))
+/// })?;
+/// let shape = |name| arrays.iter().find(|array| array.name == name).map(|array| array.shape.clone());
+/// assert_eq!(shape("range_mm"), Some(vec![30, 40]));
+/// assert_eq!(shape("point_in_sensor"), Some(vec![30, 40, 3]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn arrays(map: &DepthMap, sigmas: &StandardDeviations) -> Vec<NpyArray> {
     let shape = vec![map.height_px() as usize, map.width_px() as usize];
     let array = |name: &str, values| NpyArray { name: name.into(), shape: shape.clone(), values };

@@ -205,6 +205,15 @@ impl MapCollector {
 
 /// Returns the median of the finite values, the upper one of an even number; NaN if there are none. A radix selection
 /// of 16 bits at a time: `values` is iterated several times instead of being copied and sorted.
+///
+/// ```
+/// use fabkit_scene::ground_truth::median;
+/// let values_mm = [3.0, f64::NAN, 1.0, 2.0, f64::INFINITY];
+/// assert_eq!(median(|| values_mm.iter().copied()), 2.0);
+/// // Of an even number, the upper one of the two in the middle.
+/// assert_eq!(median(|| [1.0, 2.0, 3.0, 4.0].into_iter()), 3.0);
+/// assert!(median(|| [f64::NAN].into_iter()).is_nan());
+/// ```
 pub fn median<I: Iterator<Item = f64>>(values: impl Fn() -> I) -> f64 {
     const SIGN: u64 = 1 << 63;
     // Maps floats to integers in the same order: negative numbers are inverted, positive ones get the sign bit.

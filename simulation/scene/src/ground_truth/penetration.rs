@@ -59,6 +59,22 @@ pub fn find_penetration(
 ///
 /// # Errors
 /// Returns an error if the body's solid is not valid.
+///
+/// ```
+/// use fabkit_geometry::Pose;
+/// use fabkit_scene::ground_truth::{find_deepest_point, find_penetration};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// let touch = project.design.sensor.touch.as_ref().ok_or("no surface")?;
+/// let mut body = project.press("hemisphere@0deg,0deg,1mm")?.bodies.remove(0);
+/// // Lifted by 3 mm, it ends 2 mm above the surface: the depth is negative.
+/// body.sensor_from_body = Pose::translation(0.0, 0.0, 3.0).then_in(body.sensor_from_body);
+/// let nearest = find_deepest_point(touch, &body)?.ok_or("below the foot")?;
+/// assert!((nearest.depth_mm + 2.0).abs() < 1e-6);
+/// assert_eq!(find_penetration(touch, &body)?, None);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn find_deepest_point(
     touch: &TouchSurface,
     body: &PressBody,

@@ -20,6 +20,20 @@ pub struct DeepestContact {
 ///
 /// # Errors
 /// Returns an error if a solid is not valid.
+///
+/// ```
+/// use fabkit_geometry::Point3;
+/// use fabkit_scene::ground_truth::compile_indenters;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// let presses = [project.press("hemisphere@0deg,0deg,1mm")?, project.press("hemisphere@90deg,0deg,1mm")?];
+/// let indenters = compile_indenters(&presses)?;
+/// // The dome's apex is at z = 21 mm; the first hemisphere reaches down to 20 mm.
+/// assert!(indenters[0].contains(&Point3::new(0.0, 0.0, 20.5)));
+/// assert!(!indenters[1].contains(&Point3::new(0.0, 0.0, 20.5)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn compile_indenters(presses: &[Press]) -> Result<Vec<PlacedIndenter>, InvalidSolid> {
     let mut indenters = Vec::new();
     for press in presses {

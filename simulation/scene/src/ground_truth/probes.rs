@@ -41,6 +41,23 @@ pub struct Probes {
 ///
 /// # Errors
 /// Returns an error if the surface's dimensions make no valid solid.
+///
+/// ```
+/// use fabkit_scene::ground_truth::probes::sample_probes;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([640, 480])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// let seed = 7;
+/// let set = sample_probes(scene.touch()?, &scene.viewpoint, scene.sights(), 20, 1.5, seed)?;
+/// // A header line, then a line for each probe.
+/// assert_eq!(set.csv.lines().count(), 21);
+/// let depths_mm = set.csv.lines().skip(1).filter_map(|line| line.split(',').nth(1)?.parse().ok());
+/// assert!(depths_mm.into_iter().all(|depth_mm: f64| depth_mm > 0.0 && depth_mm <= 1.5));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn sample_probes(
     touch: &TouchSurface,
     viewpoint: &Viewpoint,

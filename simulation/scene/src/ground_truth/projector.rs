@@ -133,6 +133,24 @@ impl InterfaceProjector<'_> {
 
 /// Returns the pixel of each point, column and row. `None` stands for points outside the image and for points from
 /// which no light reaches the camera. Points hidden by opaque bodies have a pixel.
+///
+/// ```
+/// use fabkit_geometry::Point3;
+/// use fabkit_scene::ground_truth::project_points;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([640, 480])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// let apex = Point3::new(0.0, 0.0, scene.touch()?.apex_z_mm());
+/// let behind = Point3::new(0.0, 0.0, -50.0);
+/// let pixels = project_points(&scene.viewpoint, scene.sights(), &[Some(apex), Some(behind), None]);
+/// let [column, row] = pixels[0].ok_or("outside the image")?;
+/// assert!((column - 319.5).abs() < 1e-6 && (row - 239.5).abs() < 1e-6);
+/// assert_eq!(pixels[1..], [None, None]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn project_points(
     viewpoint: &Viewpoint,
     sights: &ViewStacks,
@@ -148,6 +166,22 @@ pub fn project_points(
 }
 
 /// Returns for each point whether it is visible: inside the image, and not behind an opaque body.
+///
+/// ```
+/// use fabkit_geometry::Point3;
+/// use fabkit_scene::ground_truth::are_visible;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([640, 480])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// let apex_z_mm = scene.touch()?.apex_z_mm();
+/// // The apex, a point behind the camera, and a point of unknown place.
+/// let places = [Some(Point3::new(0.0, 0.0, apex_z_mm)), Some(Point3::new(15.0, 0.0, -40.0)), None];
+/// assert_eq!(are_visible(&scene.viewpoint, scene.sights(), &places), [true, false, false]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn are_visible(
     viewpoint: &Viewpoint,
     sights: &ViewStacks,

@@ -12,6 +12,21 @@ use fabkit_optics::{FirstInterface, InvalidStack, OpticalStack, ViewStacks};
 use serde_json::{Value, json};
 
 /// A camera, its pose, and the uncertainty of both.
+///
+/// ```
+/// use fabkit_geometry::Point3;
+/// use fabkit_scene::ground_truth::Viewpoint;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// let viewpoint = Viewpoint::new(&project.design.sensor.camera, None, None)?.resized([64, 48])?;
+/// // The camera looks along the sensor's axis: what lies on its own axis is in the middle of the image.
+/// let middle = viewpoint.camera().project(&Point3::new(0.0, 0.0, 10.0))?;
+/// assert_eq!([middle.x, middle.y], [31.5, 23.5]);
+/// // The nominal camera is a bare lens: bodies of the design refract its rays, and nothing is uncertain.
+/// assert!(viewpoint.is_bare_lens() && !viewpoint.has_uncertainty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Viewpoint {
     /// Camera model with the joint covariance of its parameters and pose.

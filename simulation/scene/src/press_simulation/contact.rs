@@ -12,6 +12,16 @@ use super::{ElasticSolver, MarkerDisplacement, PressStep, PressingError, SHEAR_S
 use crate::ground_truth::{Penetration, find_deepest_point};
 
 /// Contact model: how the surface reacts to indenters.
+///
+/// ```
+/// use fabkit_scene::press_simulation::{ContactModel, LinearOptions};
+/// let named = |name, membrane_mm| ContactModel::from_name(name, membrane_mm, LinearOptions::default());
+/// assert_eq!(named(None, 0.0)?, ContactModel::Rigid);
+/// // A radius alone says that a membrane is meant.
+/// assert_eq!(named(None, 1.5)?, ContactModel::Membrane(1.5));
+/// assert!(named(Some("linear"), 1.5).is_err());
+/// # Ok::<(), fabkit_scene::press_simulation::PressingError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ContactModel {
     /// The surface follows the indenter inside the contact and stays at rest elsewhere.
@@ -49,13 +59,13 @@ impl ContactModel {
             "linear" if has_membrane => wrong("`linear` contact has no membrane"),
             "linear" => Ok(Self::Linear(linear)),
             "rigid" | "membrane" if is_told => {
-                wrong("friction and the distance of nodes belong to `linear` contact")
+                wrong("friction and spacing are only for `linear` contact")
             }
             "rigid" if has_membrane => wrong("`rigid` contact has no membrane"),
             "rigid" => Ok(Self::Rigid),
-            "membrane" if !has_membrane => wrong(
-                "`membrane` contact needs to know within which distance the gel comes back to rest",
-            ),
+            "membrane" if !has_membrane => {
+                wrong("`membrane` contact needs the distance within which the gel returns to rest")
+            }
             "membrane" => Ok(Self::Membrane(membrane_mm)),
             other => wrong(&format!("there is no contact `{other}`: rigid, membrane or linear")),
         }

@@ -7,6 +7,20 @@ use super::markers::marks_document;
 use super::{ContactGap, ContactSolution, PressResult, PressStep};
 
 /// Lists the soft layers as JSON, from the touched one inwards.
+///
+/// ```
+/// use fabkit_scene::press_simulation::{ElasticSolver, soft_layers};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("gelsight-like.yaml", yaml, &[])?;
+/// let bodies = project.press("ball@0mm,0mm,0.3mm")?.bodies;
+/// let solver = ElasticSolver::for_press(&project.design.sensor, &bodies, Some(1.0), 1)?;
+/// let layers = soft_layers(&solver.soft.layers);
+/// // The gel of 4 mm is all that is soft here; its coat is thin, and left out.
+/// assert_eq!(layers[0]["name"], "gel");
+/// assert_eq!(layers[0]["thickness_mm"], 4.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn soft_layers(layers: &[SoftLayer]) -> Value {
     let layer = |layer: &SoftLayer| {
         json!({

@@ -27,6 +27,22 @@ const SINGLE_CONTACT_HARMONICS: usize = 24;
 const SPACING_LIMITS_MM: [f64; 2] = [0.01, 5.0];
 
 /// Soft layers with their compliance to surface tractions.
+///
+/// ```
+/// use fabkit_scene::press_simulation::ElasticSolver;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("gelsight-like.yaml", yaml, &[])?;
+/// let sensor = &project.design.sensor;
+/// let touch = sensor.touch.as_ref().ok_or("no surface")?;
+/// let bodies = project.press("ball@0mm,0mm,0.3mm")?.bodies;
+/// let solver = ElasticSolver::for_press(sensor, &bodies, Some(0.5), 1)?;
+/// let answer = solver.solve_contact(touch, &bodies, [0.0; 2], None)?;
+/// // The gel yields as deep as the ball goes, and rises beside it.
+/// assert!((answer.step.max_indentation_mm - 0.3).abs() < 0.03);
+/// assert!(answer.step.bulge_mm > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct ElasticSolver {
     /// The soft layers.

@@ -17,7 +17,7 @@ pub enum PressingError {
     #[error(transparent)]
     Elastic(ElasticError),
     /// A displacement along a surface of unknown friction.
-    #[error("nobody says how much friction {material} has")]
+    #[error("the friction of {material} is not known")]
     NoFriction {
         /// Name of the material.
         material: String,
@@ -35,7 +35,7 @@ pub enum PressingError {
         problem: String,
     },
     /// A displacement along the surface with a contact model that is not elastic.
-    #[error("a way along the surface needs contact that gives way, not `{contact}`")]
+    #[error("shear needs elastic contact, not `{contact}`")]
     RigidShear {
         /// Requested contact model.
         contact: &'static str,
@@ -102,6 +102,21 @@ const FIRST_TOUCH_MM: f64 = 0.05;
 
 impl PressingError {
     /// Returns whether the error is that nothing touches the surface.
+    ///
+    /// ```
+    /// use fabkit_geometry::Pose;
+    /// use fabkit_scene::press_simulation::ElasticSolver;
+    ///
+    /// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
+    /// # let project = fabkit_fixtures::load("gelsight-like.yaml", yaml, &[])?;
+    /// let sensor = &project.design.sensor;
+    /// let touch = sensor.touch.as_ref().ok_or("no surface")?;
+    /// let mut bodies = project.press("ball@0mm,0mm,0.3mm")?.bodies;
+    /// let solver = ElasticSolver::for_press(sensor, &bodies, Some(1.0), 1)?;
+    /// bodies[0].sensor_from_body = Pose::translation(0.0, 0.0, 5.0).then_in(bodies[0].sensor_from_body);
+    /// assert!(solver.solve_contact(touch, &bodies, [0.0; 2], None).is_err_and(|error| error.is_no_contact()));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn is_no_contact(&self) -> bool {
         matches!(self, Self::Elastic(ElasticError::NoContact { .. }))
     }

@@ -81,6 +81,29 @@ impl PressResult {
 
     /// Returns the slope of force over depth at full depth, N/mm: the difference quotient of the last two states
     /// without displacement along the surface. NaN without states.
+    ///
+    /// ```
+    /// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
+    /// # let project = fabkit_fixtures::load("gelsight-like.yaml", yaml, &[])?;
+    /// # use fabkit_scene::press_simulation::{PressRequest, StrainTheory};
+    /// let request = PressRequest {
+    ///     indenter: "ball@0mm,0mm",
+    ///     depth_mm: 0.4,
+    ///     steps: 2,
+    /// #     level: StrainTheory::Linear,
+    /// #     shear_mm: [0.0; 2],
+    /// #     friction: None,
+    ///     spacing_mm: Some(0.5),
+    /// #     threads: 1,
+    /// };
+    /// let pressed = request.run(&project)?;
+    /// let [half, full] = [&pressed.steps[0], &pressed.steps[1]];
+    /// let slope_n_mm = (full.force_n.norm() - half.force_n.norm()) / (full.depth_mm - half.depth_mm);
+    /// assert!((pressed.stiffness_n_mm() - slope_n_mm).abs() < 1e-9);
+    /// // A ball's contact grows, so the last part of the way is the stiffest.
+    /// assert!(pressed.stiffness_n_mm() > full.force_n.norm() / full.depth_mm);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn stiffness_n_mm(&self) -> f64 {
         let straight: Vec<&PressStep> =
             self.steps.iter().filter(|step| step.shear_mm == 0.0).collect();
@@ -98,7 +121,7 @@ impl PressResult {
         // Large strain has no such limit.
         (self.level == StrainTheory::Linear && depth_mm > limit_mm).then(|| {
             format!(
-                "{depth_mm} mm is more than {:.0} % of what gives way, {limit_mm:.2} mm: at large strain forces may be \
+                "{depth_mm} mm is more than {:.0} % of the soft thickness, {limit_mm:.2} mm: at large strain forces may be \
                  more than 10 % lower",
                 100.0 * strain
             )

@@ -31,13 +31,13 @@ impl PressRequest<'_> {
         let soft = elastic_solver::build_stack(sensor, touch, &points, &place)?;
         let pole = soft.sensor_from_stack.inverse().point(place.0);
         if self.shear_mm != [0.0; 2] {
-            return Err(PressingError::Finite { what: "goes straight in, not along the surface" });
+            return Err(PressingError::Finite { what: "cannot have shear" });
         }
         let [body] = &press.bodies[..] else {
-            return Err(PressingError::Finite { what: "is one of a single body" });
+            return Err(PressingError::Finite { what: "must be of a single body" });
         };
         if pole.x.hypot(pole.y) > OFF_AXIS_MM {
-            return Err(PressingError::Finite { what: "is one at the tip" });
+            return Err(PressingError::Finite { what: "must be at the tip" });
         }
         let solid = CompiledSolid::new(&body.solid).map_err(SoftError::Solid)?;
         // Lifts the indenter from its final pose to its start.

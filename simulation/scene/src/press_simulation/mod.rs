@@ -40,6 +40,30 @@ pub const MAX_STEPS: u32 = 200;
 pub(super) const SHEAR_STEPS: usize = 8;
 
 /// Options of a press and of its discretisation.
+///
+/// ```
+/// use fabkit_scene::press_simulation::{PressRequest, curve_csv};
+/// # use fabkit_scene::press_simulation::StrainTheory;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("gelsight-like.yaml", yaml, &[])?;
+/// let request = PressRequest {
+///     indenter: "ball@2mm,-1mm",
+///     depth_mm: 0.3,
+///     steps: 3,
+///     spacing_mm: Some(0.4),
+/// #     level: StrainTheory::Linear,
+/// #     shear_mm: [0.0; 2],
+/// #     friction: None,
+/// #     threads: 1,
+/// };
+/// let pressed = request.run(&project)?;
+/// // The ball pushes the pad down, towards -z, and the force grows with depth.
+/// assert!(pressed.steps[2].force_n.z < pressed.steps[0].force_n.z && pressed.steps[0].force_n.z < 0.0);
+/// // A line for each step, and a header.
+/// assert_eq!(curve_csv(&pressed).lines().count(), 1 + 3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct PressRequest<'a> {
     /// Indenter and place without depth: `ball@30deg,120deg`, or `ball@2mm,-3mm` on a pad.

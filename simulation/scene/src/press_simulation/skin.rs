@@ -49,6 +49,18 @@ pub struct SkinPressResult {
 
 impl PressRequest<'_> {
     /// Returns whether the sensor's only surface is a skin with liquid channels.
+    ///
+    /// ```
+    /// use fabkit_scene::press_simulation::PressRequest;
+    ///
+    /// let is_on_skin = |name: &str| -> Result<bool, Box<dyn std::error::Error>> {
+    ///     let yaml = fabkit_designs::builtin_yaml(name).ok_or("no such sensor")?;
+    ///     Ok(PressRequest::is_on_skin(&fabkit_fixtures::load(name, yaml, &[])?.design.sensor))
+    /// };
+    /// assert!(is_on_skin("fluidic")?);
+    /// assert!(!is_on_skin("rtac0")?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn is_on_skin(sensor: &Sensor) -> bool {
         sensor.touch.is_none() && sensor.liquid.is_some()
     }
@@ -164,7 +176,7 @@ impl SkinPressResult {
         let closed = self.max_closing();
         if closed > MOST_CLOSED {
             warnings.push(format!(
-                "a channel closes by {:.0} % of its height: above {:.0} %, small strain only tells about how much",
+                "a channel closes by {:.0} % of its height: above {:.0} %, small strain gives only an estimate",
                 100.0 * closed,
                 100.0 * MOST_CLOSED
             ));

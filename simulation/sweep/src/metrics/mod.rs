@@ -19,6 +19,15 @@ use self::camera::View;
 pub use self::stock::{densities, stock_density_g_per_cm3};
 
 /// Group of metrics that are computed together.
+///
+/// ```
+/// use fabkit_sweep::{METRICS, MetricGroup};
+/// let group = |name| METRICS.iter().find(|metric| metric.name == name).map(|metric| metric.group);
+/// assert_eq!(group("coverage"), Some(MetricGroup::Camera));
+/// // A plan that names no metrics computes the fast groups.
+/// assert_eq!(group("force_at_1mm_n"), Some(MetricGroup::Press));
+/// assert!(MetricGroup::Press.is_slow() && !MetricGroup::Camera.is_slow());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MetricGroup {
     /// Camera's view of the surface, as designed.

@@ -57,6 +57,14 @@ pub fn find_stock(material: &str) -> Option<&'static Stock> {
 }
 
 /// Returns the density of stock by a material's name, g/cm3, if it is known.
+///
+/// ```
+/// use fabkit_sweep::stock_density_g_per_cm3;
+/// // A word in the name decides.
+/// assert_eq!(stock_density_g_per_cm3("Dow Sylgard 184"), Some(1.03));
+/// assert_eq!(stock_density_g_per_cm3("black PLA"), Some(1.24));
+/// assert_eq!(stock_density_g_per_cm3("unobtainium"), None);
+/// ```
 pub fn stock_density_g_per_cm3(material: &str) -> Option<f64> {
     find_stock(material).map(|stock| stock.density_g_per_cm3)
 }
@@ -83,6 +91,17 @@ pub fn process_speed(process: Process) -> Option<ProcessSpeed> {
 
 /// Returns densities, g/cm3, by body, as far as they are known: of the mix of a layer, else of the design's own
 /// materials, else of stock.
+///
+/// ```
+/// use fabkit_sweep::densities;
+///
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+/// let densities = densities(&project.design);
+/// // Sylgard 184, between the two other gels.
+/// assert_eq!(densities["transparent-gel"], 1.03);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn densities(design: &Design) -> BTreeMap<&str, f64> {
     let mixed = design.sensor.chain.iter().filter_map(|step| match &step.action {
         Action::Pour(pour) => Some((&*pour.layer, pour.mix.density_g_per_cm3)),

@@ -6,6 +6,20 @@ use super::quantity;
 use crate::row::Value;
 
 /// Parameter that is varied.
+///
+/// ```
+/// use fabkit_sweep::{Plan, PlanSource};
+///
+/// let axes = "axes: {camera.depth: {from: 6 mm, to: 7 mm, steps: 3}}";
+/// let text = &format!("format: 1\nsensor: rtac0\n{axes}\nmetrics: [coverage]\n");
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// let plan = Plan::new(PlanSource::new("sweep.yaml", text, "rtac0.yaml", yaml))?;
+/// let depth = &plan.axes()[0];
+/// assert_eq!(depth.column(), "camera.depth_mm");
+/// let space = depth.search_space();
+/// assert_eq!((&space["low"], &space["high"], &space["unit"]), (&6.0.into(), &7.0.into(), &"mm".into()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanAxis {
     /// Path of the parameter, for example `surface.radius`.

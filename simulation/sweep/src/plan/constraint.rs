@@ -8,6 +8,23 @@ use super::KnownNames;
 use super::quantity;
 
 /// Comparison, for example `surface.radius <= 0.5 * envelope.diameter`.
+///
+/// ```
+/// use fabkit_sweep::{Plan, PlanSource, Status};
+///
+/// let text = "
+/// format: 1
+/// sensor: rtac0
+/// axes: {camera.depth: [6 mm, 7 mm]}
+/// constraints: [camera.depth <= 6.5 mm]
+/// metrics: [coverage]
+/// ";
+/// let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// let plan = Plan::new(PlanSource::new("sweep.yaml", text, "rtac0.yaml", yaml))?;
+/// assert_eq!(plan.evaluate(0).status, Status::Ok);
+/// assert_eq!(plan.evaluate(1).status, Status::Excluded);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constraint {
     /// Constraint as written.

@@ -29,6 +29,16 @@ pub const MAX_VARIANTS: usize = 100_000;
 pub const MAX_AXES: usize = sequences::MAX_DIMENSIONS;
 
 /// Everything that a plan is made from, sufficient to recreate it on another machine.
+///
+/// ```
+/// use fabkit_sweep::PlanSource;
+/// let source = PlanSource::new("sweep.yaml", "sensor: mine.yaml", "mine.yaml", "format: 1");
+/// // One line, from which another machine makes the same plan.
+/// let line = source.to_json()?;
+/// assert!(!line.contains('\n'));
+/// assert_eq!(PlanSource::from_json(&line)?, source);
+/// # Ok::<(), fabkit_sweep::InvalidSource>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlanSource {
@@ -218,6 +228,24 @@ pub type ComputeCustomMetrics<'a, E> =
     &'a mut dyn FnMut(&Variant, &Project) -> Result<CustomMetrics, E>;
 
 /// Plan that has been read and checked.
+///
+/// ```
+/// use fabkit_sweep::{Plan, PlanSource, Value};
+///
+/// let text = "
+/// format: 1
+/// sensor: rtac0
+/// axes: {camera.depth: [6 mm, 7 mm], camera.field_of_view: {from: 100 deg, to: 120 deg, steps: 3}}
+/// metrics: [coverage]
+/// ";
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// let plan = Plan::new(PlanSource::new("sweep.yaml", text, "rtac0.yaml", yaml))?;
+/// // All combinations; the last axis changes fastest.
+/// assert_eq!(plan.len(), 2 * 3);
+/// assert_eq!(plan.variant(1).values, [Value::Number(6.0), Value::Number(110.0)]);
+/// assert_eq!(plan.variant(3).overrides, ["camera.depth=7 mm", "camera.field_of_view=100 deg"]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Plan {
     /// Cache of results that variants share; rows do not depend on it.
@@ -298,6 +326,19 @@ impl Plan {
     }
 
     /// Computes a BLAKE3 hash, in hex, over everything that determines the rows: plan, sensor, version.
+    ///
+    /// ```
+    /// use fabkit_sweep::{Plan, PlanSource};
+    ///
+    /// let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+    /// let hash = |depth: &str| -> Result<String, Box<dyn std::error::Error>> {
+    ///     let text = format!("format: 1\nsensor: rtac0\naxes: {{camera.depth: [{depth}]}}\nmetrics: [coverage]\n");
+    ///     Ok(Plan::new(PlanSource::new("sweep.yaml", &text, "rtac0.yaml", yaml))?.hash())
+    /// };
+    /// assert_eq!(hash("6 mm")?, hash("6 mm")?);
+    /// assert_ne!(hash("6 mm")?, hash("7 mm")?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
         let PlanSource { text, sensor_yaml, custom_metrics, sensor_bases, user, .. } = &self.source;
@@ -350,6 +391,22 @@ impl Plan {
 
     /// Creates a variant that the plan does not number itself from the value of each axis, in their order, as sensor
     /// files write it. A variant that cannot be built gets a row that says so.
+    ///
+    /// ```
+    /// use fabkit_sweep::{Plan, PlanSource};
+    ///
+    /// let axes = "axes: {camera.depth: {from: 6 mm, to: 7 mm, steps: 2}}";
+    /// let text = &format!("format: 1\nsensor: rtac0\n{axes}\nmetrics: [coverage]\n");
+    /// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+    /// let plan = Plan::new(PlanSource::new("sweep.yaml", text, "rtac0.yaml", yaml))?;
+    /// // An optimiser asks for a depth between those of the plan, and for one that cannot be.
+    /// let between = plan.variant_at(2, &["6.5 mm".into()]);
+    /// assert_eq!(between.overrides, ["camera.depth=6.5 mm"]);
+    /// let project = plan.load(&between)?;
+    /// assert!(project.design.parameters.iter().any(|one| one.path == "camera.depth" && one.value == "6.5 mm"));
+    /// assert!(plan.load(&plan.variant_at(3, &["-1 mm".into()])).is_err());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn variant_at(&self, number: usize, texts: &[String]) -> Variant {
         let pairs = || self.axes.iter().zip(texts);
         let set = pairs().map(|(axis, text)| format!("{}={text}", axis.path));
@@ -381,6 +438,22 @@ impl Plan {
     ///
     /// # Errors
     /// Returns the errors of `custom`.
+    ///
+    /// ```
+    /// use fabkit_sweep::{CustomMetrics, Plan, PlanSource};
+    ///
+    /// let text = "format: 1\nsensor: rtac0\naxes: {camera.depth: [6 mm, 7 mm]}\nmetrics: [coverage]\n";
+    /// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+    /// let mut source = PlanSource::new("sweep.yaml", text, "rtac0.yaml", yaml);
+    /// source.custom_metrics = vec!["bodies".into()];
+    /// let plan = Plan::new(source)?;
+    /// let row = plan.evaluate_with(&plan.variant(0), &mut |_, project| {
+    ///     let bodies = project.design.sensor.bodies.len() as f64;
+    ///     Ok::<_, String>(CustomMetrics { values: vec![("bodies".into(), bodies)], notes: Vec::new() })
+    /// })?;
+    /// assert!(row.metrics["bodies"] > 1.0 && row.metrics.contains_key("coverage"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn evaluate_with<E>(
         &self,
         variant: &Variant,

@@ -51,6 +51,14 @@ impl Plan {
     ///
     /// # Errors
     /// Fails for a text that cannot be read, or names no sensor.
+    ///
+    /// ```
+    /// use fabkit_sweep::Plan;
+    /// assert_eq!(Plan::sensor_name("sweep.yaml", "sensor: rtac0")?, "rtac0");
+    /// let invalid = Plan::sensor_name("sweep.yaml", "format: 1").unwrap_err();
+    /// assert_eq!(invalid.problems[0].message, "the sensor is missing");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn sensor_name(file: &str, text: &str) -> Result<String, InvalidDesign> {
         read_sensor_name(file, text)
     }
@@ -60,6 +68,23 @@ impl Plan {
     /// # Errors
     /// Returns all problems of the plan, with their lines; then those of its sensor; then constraints on parameters
     /// that no variant fulfils.
+    ///
+    /// ```
+    /// use fabkit_sweep::{Plan, PlanSource};
+    ///
+    /// let text = "
+    /// format: 1
+    /// sensor: rtac0
+    /// axes: {camera.dept: [6 mm, 7 mm]}
+    /// metrics: [covrage]
+    /// ";
+    /// let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+    /// // Both misspelled names are told at once.
+    /// let invalid = Plan::new(PlanSource::new("sweep.yaml", text, "rtac0.yaml", yaml)).unwrap_err();
+    /// assert_eq!(invalid.problems.iter().map(|problem| problem.line).collect::<Vec<_>>(), [Some(4), Some(5)]);
+    /// assert_eq!(invalid.problems[1].hint.as_deref(), Some("did you mean `coverage`?"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn new(source: PlanSource) -> Result<Self, InvalidDesign> {
         read(source)
     }

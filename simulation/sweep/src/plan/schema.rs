@@ -6,6 +6,12 @@ use super::{MAX_AXES, MAX_VARIANTS};
 use crate::metrics::{GROUPS, METRICS, Metric};
 
 /// Returns the schema of sweep files, for editors.
+///
+/// ```
+/// let schema = fabkit_sweep::json_schema();
+/// // What a plan cannot do without.
+/// assert_eq!(schema["required"], serde_json::json!(["format", "sensor", "axes"]));
+/// ```
 pub fn json_schema() -> Value {
     let groups = GROUPS.iter().map(|group| {
         let summary = format!("All metrics of the group {}.", group.word());

@@ -20,6 +20,18 @@ const MAX_LISTED_REASONS: usize = 12;
 const MAX_DRAWN_METRICS: usize = 4;
 
 /// Writes the report of a table.
+///
+/// ```
+/// use fabkit_sweep::{Plan, PlanSource, Table, report};
+///
+/// let text = "format: 1\nsensor: rtac0\naxes: {camera.depth: [6 mm, 7 mm]}\nmetrics: [coverage]\n";
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// let plan = Plan::new(PlanSource::new("sweep.yaml", text, "rtac0.yaml", yaml))?;
+/// let rows = (0..plan.len()).map(|number| plan.evaluate(number)).collect();
+/// let html = report(&plan, &Table::new(&plan, rows));
+/// assert!(html.contains("Sweep of rtac0") && html.contains("coverage"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn report(plan: &Plan, table: &Table) -> String {
     let drawn = metrics_to_draw(plan, table);
     let mut body = summary(plan, table);

@@ -151,7 +151,7 @@ fn the_lens_and_the_pose_are_unsure_together() {
     let write = |name: &str, text: &str| fs::write(setup.path().join(name), text).unwrap();
     let read = |name: &str| fs::read_to_string(setup.path().join(name)).unwrap();
     let alone = setup.calibrate(&["--json"]).ok().json();
-    let exact = "camera.yaml does not say how sure the lens is";
+    let exact = "camera.yaml states no covariance";
     assert!(alone["warnings"].to_string().contains(exact), "{}", alone["warnings"]);
     let camera = *files::read(&read("camera.yaml")).unwrap().camera();
     let mut covariance = DMatrix::zeros(8, 8);

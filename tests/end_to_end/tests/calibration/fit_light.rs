@@ -188,14 +188,14 @@ fn what_shows_no_ball_is_said() {
         let is_said = expected.iter().all(|words| run.stderr.contains(words));
         assert!(run.code == Some(2) && is_said, "{more:?}: {}", run.stderr);
     };
-    wrong(&[], &["nobody says how large the ball is", "--ball-diameter LENGTH"]);
+    wrong(&[], &["the diameter of the ball is not given", "--ball-diameter LENGTH"]);
     let sized = ["--ball-diameter", "5mm"];
     wrong(&sized, &["same.png shows no ball", "0.png is too near to the side: around"]);
     let two = ["capture", "9dtact", "--spacing", "0.5mm", "--press", "ball@-6mm,0mm,1mm"];
     let two = [&two[..], &["--press", "ball@6mm,0mm,1mm", "-o", "balls/two.png"]].concat();
     fabkit(root.path(), &two).ok();
     wrong(&sized, &["two.png shows more than one ball"]);
-    wrong(&["--ball-diameter", "5mm", "--pin-radius", "1mm"], &["--pin-radius belongs to domes"]);
+    wrong(&["--ball-diameter", "5mm", "--pin-radius", "1mm"], &["--pin-radius is for domes"]);
     wrong(&["--ball-diameter", "50mm"], &["20 mm"]);
     let dome = ["fit-light", "rtac0", "--captures", "balls"];
     let run = fabkit(root.path(), &dome);
@@ -205,7 +205,7 @@ fn what_shows_no_ball_is_said() {
         run.stderr
     );
     let run = fabkit(root.path(), &[&dome[..], &["--scale", "0.05mm"]].concat());
-    assert!(run.code == Some(2) && run.stderr.contains("belongs to pads"), "{}", run.stderr);
+    assert!(run.code == Some(2) && run.stderr.contains("is for pads"), "{}", run.stderr);
 }
 
 /// A folder with `ref.png` and images of a ball of 8 mm at 0.051 mm to a pixel, as 9DTact's authors published.

@@ -84,7 +84,9 @@ fn held_out_captures_are_predicted_nearly_as_well_as_pins_repeat() {
     // The unit is not the drawn one, and it says in what.
     assert_eq!(report["within_tolerances"], false);
     let warnings = report["warnings"].as_array().unwrap().iter();
-    let said = warnings.filter(|text| text.as_str().unwrap().contains("it differs in")).count();
+    let said = warnings
+        .filter(|text| text.as_str().unwrap().contains("differs from the drawing in"))
+        .count();
     assert_eq!(said, 1);
     let ratios = report["jackknife_ratio"].as_array().unwrap();
     println!("jackknife over claimed  {ratios:?}");

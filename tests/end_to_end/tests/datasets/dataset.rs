@@ -198,7 +198,7 @@ fn patterns_from_a_file_are_read_and_refused_line_by_line() {
         root.path(),
         &[&["dataset", "rtac0", "-o", "new", "--presses", "list.txt"], SMALL].concat(),
     );
-    assert!(run.stdout.contains("2 halves press nothing"), "{run:?}");
+    assert!(run.stdout.contains("does not see on their side (2)"), "{run:?}");
 }
 
 #[test]

@@ -292,7 +292,7 @@ fn metrics_agree_with_other_ways_to_them() {
     // As `fabkit check` tells it, to its digits.
     let root = tempfile::tempdir().unwrap();
     let run = fabkit(root.path(), &["check", "rtac0/pin-dome"]);
-    let told = format!("place to {:.4} mm", of("camera_position_sigma_mm"));
+    let told = format!("position to {:.4} mm", of("camera_position_sigma_mm"));
     assert!(run.stdout.contains(&told), "no `{told}` in {}", run.stdout);
     let told = format!("seating offset to {:.4} mm", of("seating_offset_sigma_mm"));
     assert!(run.stdout.contains(&told), "no `{told}` in {}", run.stdout);

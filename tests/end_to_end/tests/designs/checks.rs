@@ -52,7 +52,7 @@ fn every_built_in_sensor_passes() {
     }
     // Nothing passes because nothing was looked at. (A printed skin has nothing to demold.) What ships is
     // made on machines that are nobody's own.
-    assert_eq!(examined.remove("parts on own machines"), Some(0));
+    assert_eq!(examined.remove("parts with a stated machine"), Some(0));
     assert!(examined.values().all(|&count| count > 0), "{examined:?}");
 }
 

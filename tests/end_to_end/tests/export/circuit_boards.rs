@@ -142,7 +142,10 @@ fn a_stranger_in_a_boards_folder_is_told() {
     assert!(run.stdout.contains("led-board/led-board-In1_Cu.gbr"), "{run:?}");
     // An export that finds it there names it in its list.
     let again = fabkit(root.path(), &export).ok();
-    assert!(again.stdout.contains("not fabkit's: led-board/led-board-In1_Cu.gbr"), "{again:?}");
+    assert!(
+        again.stdout.contains("files that fabkit did not write: led-board/led-board-In1_Cu.gbr"),
+        "{again:?}"
+    );
     verify().ok();
 
     // A layer that is gone or changed.

@@ -81,7 +81,11 @@ fn a_screw_that_finds_no_thread_is_named() {
     let mut sensor = build_design("rtac0", &[]).sensor;
     sensor.bodies.retain(|body| body.name != "nut-m2");
     let found = errors(&sensor);
-    assert!(found.iter().any(|f| f.message.contains("in no thread, and of no use: screw-m2x4")));
+    assert!(
+        found
+            .iter()
+            .any(|f| f.message.contains("these have no thread and hold nothing: screw-m2x4"))
+    );
     // Its own camera's screws have theirs, though they leave with the base.
     assert!(!found.iter().any(|f| f.message.contains("screw-m1-6x5")), "{found:#?}");
 }

@@ -179,7 +179,7 @@ fn dowels_need_what_presses_them_in() {
 
 /// Sensor, the step that is said to be done during which other one, and what is said of it.
 const OVERLAPS: [(&str, &str, &str, &str); 14] = [
-    ("rtac0", "cut-tube", "cast-translucent-mold", "no step before it"),
+    ("rtac0", "cut-tube", "cast-translucent-mold", "no earlier step"),
     ("rtac0", "prime", "cast-transparent-mold", "comes in between"),
     ("rtac0", "open-transparent-form", "cast-transparent-mold", "is handled while it cures"),
     ("rtac0", "cut-tube", "make", "nothing cures"),
@@ -189,7 +189,7 @@ const OVERLAPS: [(&str, &str, &str, &str); 14] = [
     ("tactip", "close-holes", "fill", "is handled while it cures"),
     ("shadowtac", "glue-skin", "paint", "is handled while it cures"),
     ("shadowtac", "open-mold", "pour-skin", "is handled while it cures"),
-    ("fluidic", "glue-tubes-right", "cement-display", "takes 48 h"),
+    ("fluidic", "glue-tubes-right", "cement-display", "take 48 h"),
     ("fluidic", "glue-needles", "cement-display", "comes in between"),
     ("uvdtact", "peel-silicone-core", "pour-silicone-core", "comes in between"),
     ("uvdtact", "peel-inner-elastomer", "pour-inner-elastomer", "is handled while it cures"),

@@ -179,9 +179,9 @@ fn what_cannot_be_captured_is_refused_and_nothing_is_written() {
     std::fs::remove_file(root.path().join("light.json")).unwrap();
     let rigid = ["--contact", "rigid", "-o", "a.png"];
     let press = ["--press", "ball@5deg,30deg,1mm"];
-    refused(&[&["capture", "shadowtac"][..], &press, &rigid].concat(), "where marks go");
+    refused(&[&["capture", "shadowtac"][..], &press, &rigid].concat(), "does not move markers");
     let of_skin = ["--reference", "--truth", "a.npz", "-o", "a.png"];
-    refused(&[&["capture", "fluidic"][..], &of_skin].concat(), "no truth of depth");
+    refused(&[&["capture", "fluidic"][..], &of_skin].concat(), "no ground truth of depth");
     refused(&["capture", "rtac0", "--reference", "-o", "a.jpg"], "does not name a .png file");
     refused(&["capture", "rtac0", "--reference", "-o", "a.png", "--truth", "a.png"], "a.png");
     refused(&["capture", "rtac0", "-o", "a.png"], "--press");

@@ -303,7 +303,7 @@ fn words_that_do_not_go_together_are_refused() {
         assert!(!root.path().join("a.npz").exists());
     };
     refused(&["--shear", "0.1mm,0mm"], &["not `rigid`", "linear"]);
-    refused(&["--contact", "membrane"], &["within which distance"]);
+    refused(&["--contact", "membrane"], &["the distance within which"]);
     refused(&["--contact", "linear", "--membrane", "1mm"], &["`linear` contact has no membrane"]);
     refused(&["--contact", "rigid", "--friction", "1"], &["friction"]);
     refused(&["--contact", "liner"], &["liner", "linear"]);

@@ -143,7 +143,7 @@ fn a_press_that_does_not_touch_is_refused_unless_asked_for() {
     let better = recommended(&run, "for example ").to_owned();
     depth(&["--press", &better]).ok();
     let run = depth(&["--press", "ring@30deg,0deg,0.02mm", "--allow-no-contact"]);
-    assert!(run.ok().stdout.contains("0 of them contact"));
+    assert!(run.ok().stdout.contains("0 of these see contact"));
     // Pins that are too short: nothing to write instead, but how far they end from the surface.
     let short = ["--set", "fixtures.pin_dome.pins.lengths=[4mm,6mm]", "--press", "pin-1-short"];
     let run = depth(&short);

@@ -308,7 +308,7 @@ fn large_strain_is_asked_for_at_the_tip() {
         assert!(run.stderr.contains(word), "{}", run.stderr);
     };
     refused(&["--indenter", "ball@20deg,0deg"], "at the tip");
-    refused(&["--indenter", "ball@0deg,0deg", "--shear", "0.1mm,0mm"], "straight in");
+    refused(&["--indenter", "ball@0deg,0deg", "--shear", "0.1mm,0mm"], "cannot have shear");
 }
 
 /// How far apart nodes of a skin are here: a press takes seconds.

@@ -171,8 +171,8 @@ fn a_network_says_what_it_was_trained_to_say() {
     assert_eq!(json["constants"], serde_json::json!([]));
     // Nothing of marks, and that is said.
     assert!(json["marks"].is_null() && json["files"][0]["marks_seen"].is_null());
-    assert_eq!(json["left_out"], serde_json::json!(["`rtac0` has no marks to follow"]));
-    assert!(!text.contains("no marks to follow"), "{text}");
+    assert_eq!(json["left_out"], serde_json::json!(["`rtac0` has no markers to track"]));
+    assert!(!text.contains("no markers to track"), "{text}");
     // A card says something else.
     let card = |more: serde_json::Value| {
         let mut card = serde_json::json!({
@@ -238,7 +238,7 @@ fn what_cannot_be_reconstructed_is_refused_by_name() {
         (&["uvdtact", "dark.png", "--reference", "small.png"], "the camera takes 400 x 400 px"),
         (
             &["uvdtact", "square.png", "--reference", "square.png", "--light", "uv"],
-            "this image has no colours, by which lamps and layers are told apart",
+            "this image has no colours, which tell light sources and layers apart",
         ),
         (&["digit-like", "dark.png", "--reference", "dark.png"], "this image has no colours"),
         (

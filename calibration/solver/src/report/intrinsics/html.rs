@@ -40,9 +40,7 @@ impl IntrinsicsReport<'_> {
         if let Some(map) = self.uncertainty_map() {
             let _ = write!(
                 body,
-                "<h2>How well rays are known</h2>\n<figure>{map}</figure>\n<p>One standard \
-                 deviation of where the camera sees a thing, from the corners' noise alone, as the \
-                 chosen lens model extrapolates it; white where that lens shows nothing.</p>\n"
+                "<h2>Uncertainty of rays</h2>\n<figure>{map}</figure>\n<p>One standard deviation of a point's pixel, from the corners' noise alone, extrapolated by the chosen lens model; white where that lens has no image.</p>\n"
             );
         }
         body += &self.views_table();
@@ -96,8 +94,7 @@ impl IntrinsicsReport<'_> {
             .collect();
         format!(
             "<h2>Parameters</h2>\n<table><tr><th>parameter</th><th>value</th><th>sigma</th></tr>\n\
-             {rows}</table>\n<p>Parameters trade against each other; what counts is how sure rays \
-             are.</p>\n"
+             {rows}</table>\n<p>Parameters trade against each other; judge the uncertainty of rays instead.</p>\n"
         )
     }
 

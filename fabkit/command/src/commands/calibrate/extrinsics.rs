@@ -18,6 +18,7 @@ use crate::cli::CalibrateExtrinsics;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::roles::FileRoles;
+use crate::table::format_count;
 
 pub(super) fn run(args: &CalibrateExtrinsics) -> Result<Outcome, Failure> {
     roles(args)?.check()?;
@@ -94,10 +95,10 @@ fn summary(args: &CalibrateExtrinsics, report: &ExtrinsicsReport<'_>) -> String 
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "{}: {} captures, {} pins",
+        "{}: {}, {}",
         report.sensor,
-        report.captures.len(),
-        report.calibration.observations.len()
+        format_count(report.captures.len(), "capture"),
+        format_count(report.calibration.observations.len(), "pin")
     );
     let _ = writeln!(text, "  model                    {}", chosen.candidate);
     let _ = writeln!(text, "  held-out rms             {:.2} px", chosen.held_out_rms_px);

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use super::Outcome;
 use crate::cli::CalibratePins;
 use crate::failure::Failure;
+use crate::table::format_count;
 
 pub(super) fn run(args: &CalibratePins) -> Result<Outcome, Failure> {
     let polarity = if args.brighter { Polarity::Brighter } else { Polarity::Darker };
@@ -20,7 +21,7 @@ pub(super) fn run(args: &CalibratePins) -> Result<Outcome, Failure> {
     let mut text = String::new();
     let mut images = Vec::new();
     for (file, detection) in files.zip(&detections) {
-        let _ = writeln!(text, "{file}: {} pins", detection.marks.len());
+        let _ = writeln!(text, "{file}: {}", format_count(detection.marks.len(), "pin"));
         for mark in &detection.marks {
             let _ = writeln!(
                 text,

@@ -48,13 +48,13 @@ fn words(plan: &PlanReport, done: usize) -> String {
     let mut text = String::new();
     let [seen, all] = plan.visible_pins;
     let marks = match (&plan.unrendered_reason, plan.marks_rendered) {
-        (Some(why), _) => format!("marks are taken for tips: {why}"),
-        (None, count) => format!("{count} marks are rendered; simulated"),
+        (Some(why), _) => format!("marks are taken as tips: {why}"),
+        (None, count) => format!("{count} marks are rendered (simulated)"),
     };
     let _ = writeln!(text, "{seen} of {all} pins are seen; {marks}");
     let loose = &plan.looseness;
     let line = format!(
-        "expected (1 sigma), with marks found to {} px, tips {:.2} mm beside their places, and a seat that is {:.2} mm and {:.2} deg off in each image:",
+        "expected errors (1 sigma). Assumed in each image: marks {} px, tips {:.2} mm, seat {:.2} mm and {:.2} deg off:",
         plan.noise_px,
         loose.across_mm,
         loose.dome_mm[0],
@@ -82,11 +82,11 @@ fn words(plan: &PlanReport, done: usize) -> String {
         let told = cells(plan.done.as_ref());
         let _ = writeln!(
             text,
-            "\n{done} captures are there: surface {} mm, worst {} mm",
+            "\ncaptures so far: {done}; surface {} mm, worst {} mm",
             told[0], told[1]
         );
     }
-    let _ = writeln!(text, "\npress next, each time what helps the surface most:\n");
+    let _ = writeln!(text, "\npress next; each row lowers the error on the surface most:\n");
     let mut rows = vec![
         [&["", "holes", "kind"], &heading[2..]].concat().into_iter().map(String::from).collect(),
     ];

@@ -18,13 +18,21 @@ use crate::failure::{ErrorKind, Failure};
 
 pub(super) fn run(args: &FitLight, design: &Design, reference: &Path) -> Result<Outcome, Failure> {
     let of_pads = [
-        ("--pose", args.pose.is_some(), "a dome's pins say where the camera is"),
+        (
+            "--pose",
+            args.pose.is_some(),
+            "leave it out: the pins of a dome determine the camera's pose",
+        ),
         ("--scale", args.scale.is_some(), "write --camera FILE.yaml"),
-        ("--ball-diameter", args.ball_diameter.is_some(), "captures of a dome show pins"),
+        (
+            "--ball-diameter",
+            args.ball_diameter.is_some(),
+            "leave it out: captures of a dome show pins",
+        ),
     ];
-    refuse_options(&of_pads, &format!("belongs to pads; {} is none", design.sensor.name))?;
+    refuse_options(&of_pads, &format!("is for pads; {} has none", design.sensor.name))?;
     let Some(camera) = &args.camera else {
-        let message = format!("nobody says which camera looks at {}", design.sensor.name);
+        let message = format!("the camera of {} is not given", design.sensor.name);
         return Err(Failure::new(ErrorKind::BadInput, message, "write --camera FILE.yaml"));
     };
     let camera = read_camera(camera)?;
@@ -44,7 +52,7 @@ pub(super) fn run(args: &FitLight, design: &Design, reference: &Path) -> Result<
         None => own()?.tip_radius_mm,
     };
     if pin_radius_mm <= 0.0 {
-        let message = "nobody says how round the pins' tips are";
+        let message = "the radius of the pins' tips is not given";
         return Err(Failure::new(ErrorKind::BadInput, message, "write --pin-radius"));
     }
     let kind = args.pin.as_deref();
@@ -69,11 +77,10 @@ fn summary(fitted: &LightFit) -> String {
     let [layer, ground, scatter, spread] = fitted.values;
     let [of_layer, of_ground, of_scatter, of_spread] = fitted.sigmas;
     let mut text = format!(
-        "an endless layer sends back {layer:.0} +- {of_layer:.0} grey, {ground:.0} +- {of_ground:.0} come from elsewhere; it \
-         scatters {scatter:.2} +- {of_scatter:.2} /mm, light spreads {spread:.2} +- {of_spread:.2} mm\n\
-         pins go {:.2} mm in (landmarks: {:.2} mm)\n\
-         held out: profiles {:.2} grey rms; at rest {:.2} grey rms\n\
-         ring deg  pins  real grey  predicted  profile rms\n",
+        "intensity: {layer:.0} +- {of_layer:.0} from an endless layer, {ground:.0} +- {of_ground:.0} from elsewhere\nscattering {scatter:.2} +- {of_scatter:.2} /mm, spread of light {spread:.2} +- {of_spread:.2} mm\n\
+         pins press {:.2} mm deep (landmarks: {:.2} mm)\n\
+         intensity rms: held-out profiles {:.2}, at rest {:.2}\n\
+         ring deg  pins  intensity  predicted  profile rms\n",
         fitted.pin_depth_mm,
         fitted.stated_depth_mm,
         fitted.held_out_profile_rms_grey,

@@ -13,13 +13,17 @@ use crate::failure::{ErrorKind, Failure};
 
 pub(super) fn run(args: &FitLight, reference: &Path) -> Result<Outcome, Failure> {
     let of_domes = [
-        ("--landmarks", args.landmarks.is_some(), "where a ball is, its image says"),
+        (
+            "--landmarks",
+            args.landmarks.is_some(),
+            "leave it out: the image shows where the ball is",
+        ),
         ("--pin", args.pin.is_some(), "press one ball in each capture"),
         ("--pin-radius", args.pin_radius.is_some(), "write --ball-diameter LENGTH"),
     ];
-    refuse_options(&of_domes, "belongs to domes; captures of a pad show a ball")?;
+    refuse_options(&of_domes, "is for domes; captures of a pad show a ball")?;
     let Some(diameter_mm) = args.ball_diameter else {
-        let message = "nobody says how large the ball is";
+        let message = "the diameter of the ball is not given";
         return Err(Failure::new(ErrorKind::BadInput, message, "write --ball-diameter LENGTH"));
     };
     let camera = CameraArgs { camera: args.camera.clone(), pose: args.pose.clone() };
@@ -44,16 +48,14 @@ fn summary(fitted: &PadFit) -> String {
     let [first, of_first] = fitted.layer_grey_per_mm;
     let held_out = fitted.held_out_profile_rms_grey;
     let held_out = held_out.map_or_else(
-        || "one capture alone: none is held out".to_owned(),
+        || "none held out (one capture)".to_owned(),
         |rms| format!("held out {rms:.2}"),
     );
     let mut text = format!(
-        "the first of the layer sends back {first:.1} +- {of_first:.1} grey/mm, {ground:.0} +- {of_ground:.0} grey come from \
-         elsewhere\n\
-         taken apart: an endless layer {layer:.0} +- {of_layer:.0} grey, scatter {scatter:.2} +- {of_scatter:.2} /mm; that \
-         light spreads {:.2} mm is taken as known\n\
-         profiles {:.2} grey rms, {held_out}; at rest {:.2} grey rms\n\
-         each real, predicted:  depth mm  middle grey     edge mm      ring grey    ring mm      dark rms\n",
+        "intensity: {first:.1} +- {of_first:.1} per mm of a thin layer, {ground:.0} +- {of_ground:.0} from elsewhere\n\
+         intensity of an endless layer {layer:.0} +- {of_layer:.0}, scattering {scatter:.2} +- {of_scatter:.2} /mm; a spread of light of {:.2} mm is assumed\n\
+         intensity rms: profiles {:.2}, {held_out}; at rest {:.2}\n\
+         each real, predicted:  depth mm  middle          edge mm      ring         ring mm      dark rms\n",
         fitted.spread_mm, fitted.profile_rms_grey, fitted.reference_rms_grey
     );
     for ball in &fitted.balls {

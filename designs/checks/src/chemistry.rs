@@ -1,9 +1,7 @@
 //! Chemistry of casting: liquids cure against everything that they touch, and bodies that are to be separated do not
 //! bond.
 
-use fabkit_geometry::{
-    Action, Assembly, Body, BodyKind, CureMechanism, MaterialClass, Sensor,
-};
+use fabkit_geometry::{Action, Assembly, Body, BodyKind, CureMechanism, MaterialClass, Sensor};
 
 use crate::declaration::rule;
 use crate::finding::Finding;
@@ -109,7 +107,8 @@ impl<'a> Contact<'a> {
         let Self { index: step, layer, wall, .. } = self;
         let told =
             |harm, kept_off_in| Hazard { step, layer, wall, harm, prevented_in: kept_off_in };
-        let inhibited = self.inhibited(questions).map(|curing| told(Harm::Inhibits(curing), self.sealed_in()));
+        let inhibited =
+            self.inhibited(questions).map(|curing| told(Harm::Inhibits(curing), self.sealed_in()));
         // An inhibited liquid does not cure, so bonding matters only once the wall is sealed.
         match inhibited {
             Some(Hazard { prevented_in: None, .. }) => inhibited,
@@ -147,9 +146,8 @@ impl<'a> Contact<'a> {
     /// release agent lies between them. Silicone that cures by moisture does not count.
     fn grows_together(&self, questions: &MaterialQuestions) -> bool {
         let both_stay = [self.layer, self.wall].into_iter().all(is_in_sensor);
-        let is_silicone = |body: &Body| {
-            questions.class(Rule::Chemistry, body) == Some(MaterialClass::Silicone)
-        };
+        let is_silicone =
+            |body: &Body| questions.class(Rule::Chemistry, body) == Some(MaterialClass::Silicone);
         if both_stay || !is_silicone(self.layer) || !is_silicone(self.wall) {
             return false;
         }

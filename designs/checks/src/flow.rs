@@ -1,6 +1,6 @@
 //! Flow of surplus liquid out of a closed mold, through gates and vents, while a hand presses it shut.
 
-use fabkit_geometry::{Pour, Sensor};
+use fabkit_geometry::Pour;
 
 use crate::declaration::rule;
 use crate::finding::Finding;

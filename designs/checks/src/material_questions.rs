@@ -162,7 +162,10 @@ mod tests {
         for name in ["shell", "base"] {
             assert_eq!(questions.shore(Rule::Softness, &part(name)), None);
         }
-        assert_eq!(questions.inhibits(Rule::Chemistry, &part("shell"), CureMechanism::Tin), Some(false));
+        assert_eq!(
+            questions.inhibits(Rule::Chemistry, &part("shell"), CureMechanism::Tin),
+            Some(false)
+        );
         let open = questions.unanswered();
         assert_eq!(open.len(), 1, "{open:#?}");
         assert_eq!(open[0].subject(), "hardness of unobtainium");

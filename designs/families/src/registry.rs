@@ -471,15 +471,14 @@ impl Registry {
                     companions: Vec::new(),
                     articles: own.articles.clone(),
                 };
-                let workshop =
-                    Workshop {
-                        processes: own.processes,
-                        making,
-                        labels,
-                        articles: own.articles,
-                        materials: own.materials,
-                        stock: own.stock,
-                    };
+                let workshop = Workshop {
+                    processes: own.processes,
+                    making,
+                    labels,
+                    articles: own.articles,
+                    materials: own.materials,
+                    stock: own.stock,
+                };
                 Ok(LoadedDesign { design, report, workshop })
             }
             _ if !report.is_clean() => Err(report.into_invalid()),

@@ -103,7 +103,7 @@ impl<'a> Graph<'a> {
     /// Removes the links of screws without a thread and of nuts without a screw, which hold nothing.
     fn drop_idle(&mut self) {
         let is_idle = |node: usize| {
-            let Node { body, placed } = &self.nodes[node];
+            let Node { body, placed, .. } = &self.nodes[node];
             // A fastener that no tool drives needs no thread.
             let needs_thread = body.duty == MechanicalRole::Threaded
                 || body.duty == MechanicalRole::Fastener && placed.is_drawn();

@@ -174,7 +174,8 @@ fn platinum(change: impl Fn(&mut Sensor)) -> Vec<Finding> {
 }
 
 fn bare(sensor: &mut Sensor) {
-    sensor.body_mut("dish").unwrap().substance.inhibited_cures = vec![CureMechanism::Platinum];
+    sensor.body_mut("dish").unwrap().substance.inhibited_cures =
+        Some(vec![CureMechanism::Platinum]);
 }
 
 fn says(sensor: &mut Sensor, instruction: &str) {

@@ -8,11 +8,10 @@ use fabkit_geometry::{
     SofteningPoint,
 };
 use fabkit_text::{
-    Dialect, LocatedProblem, Section, TextLayer, TextPlace, YamlEntry, read_mapping, take_format,
+    Dialect, LocatedProblem, TextLayer, TextPlace, YamlEntry, read_mapping, take_format,
 };
 
 use super::{Celsius, Clarity, Hardness, Pressure, elasticity, shore};
-use crate::processes::ProcessKind;
 use crate::user_catalogue::named_sections::{
     LayeredSections, RawSection, SectionKind, key_of, read, read_sections,
 };
@@ -87,10 +86,8 @@ sections! {
     pub struct StockMaterial {
         /// Class of material: `plastic`, `resin`, `rubber`, `acrylic`, `glass`, `metal` and so on.
         sort: StockClass,
-        /// Other names of the same material.
-        also: Option<Vec<String>> = (1..=32, 1..=40),
-        /// Processes that take it; any if not given.
-        made_by: Option<Vec<String>> = (1..=8, 1..=20),
+        /// Other names of the same material, with commas between them.
+        also: Option<String> = 1..=400,
         /// Hardness, of the softest variety in use.
         hardness: Option<Hardness>,
         /// Minimum stress at which the material fails.
@@ -230,7 +227,7 @@ impl StockCatalogue {
             else {
                 continue;
             };
-            let others = material.also.iter().flatten().map(|name| key_of(name));
+            let others = items(material.also.as_deref()).map(key_of);
             let keys: Vec<String> = others.chain([key.clone()]).collect();
             for key in keys {
                 by_key.insert(key, StockEntry { name: name.clone(), material: material.clone() });
@@ -286,8 +283,9 @@ impl StockCatalogue {
         match best {
             Some((_, name)) => name,
             // A colour of an unknown material is a colour nevertheless.
-            None => explain(words.iter().filter(|word| qualifier(word).is_some()))
-                .unwrap_or_default(),
+            None => {
+                explain(words.iter().filter(|word| qualifier(word).is_some())).unwrap_or_default()
+            }
         }
     }
 
@@ -374,21 +372,11 @@ impl StockCatalogue {
         });
         is_entry || (!body.material.is_empty() && contains_words(&body.material, to))
     }
+}
 
-    /// Returns the processes that take a material, by its name; `None` if any does or the name is not known.
-    pub fn processes(&self, material: &str) -> Option<Vec<ProcessKind>> {
-        let made_by = self.read_name(material).entry?.material.made_by.as_ref()?;
-        let kinds = ProcessKind::ALL.into_iter();
-        Some(kinds.filter(|kind| made_by.iter().any(|word| word == kind.word())).collect())
-    }
-
-    /// Returns the names of all entries, in order.
-    pub fn names(&self) -> Vec<&str> {
-        let mut names: Vec<&str> = self.by_key.values().map(|entry| &*entry.name).collect();
-        names.sort_unstable();
-        names.dedup();
-        names
-    }
+/// Splits a list with commas.
+fn items(list: Option<&str>) -> impl Iterator<Item = &str> {
+    list.into_iter().flat_map(|list| list.split(',')).map(str::trim)
 }
 
 /// Returns what the words beside a material's name say; `None` if one of them is not known.

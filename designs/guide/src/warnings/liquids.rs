@@ -132,7 +132,7 @@ pub(super) fn heat(sensor: &Sensor) -> Vec<Warning> {
         let (Some((layer, walls)), Some(cure)) = (liquid(step), step.cure()) else { continue };
         for wall in walls.iter().filter_map(|name| sensor.body(name)) {
             let Some(softens) =
-                wall.substance.softening_point.filter(|s| s.celsius <= cure.celsius)
+                wall.substance.softening_point.as_ref().filter(|s| s.celsius <= cure.celsius)
             else {
                 continue;
             };
@@ -152,7 +152,7 @@ pub(super) fn heat(sensor: &Sensor) -> Vec<Warning> {
                 Warning::new("heat", why, does)
                     .in_steps([index + 1])
                     .with_bodies([layer, wall.name.as_str()])
-                    .with_source(softens.source),
+                    .with_source(&softens.source),
             );
         }
     }

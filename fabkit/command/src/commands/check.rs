@@ -57,7 +57,8 @@ fn text(name: &str, report: &CheckReport) -> String {
     text += &match report.errors() {
         0 if report.not_known.is_empty() => format!("\n{name} can be built as described\n"),
         0 => {
-            let subjects: Vec<String> = report.not_known.iter().map(UnknownProperty::subject).collect();
+            let subjects: Vec<String> =
+                report.not_known.iter().map(UnknownProperty::subject).collect();
             let names: Vec<&str> = subjects.iter().map(String::as_str).collect();
             let names = list_names(&names);
             format!("\n{name} can be built, as far as is known; not known: {names}\n")

@@ -12,7 +12,7 @@ use crate::failure::Failure;
 pub(super) fn apply_fix(command: &mut Command) -> Result<Option<Vec<ValueChange>>, Failure> {
     let (sensor, preset, set, is_wanted) = match command {
         Command::Show(args) => design_fields(&mut args.design),
-        Command::Check(args) => design_fields(&args.design),
+        Command::Check(args) => design_fields(&mut args.design),
         Command::Depth(args) => design_fields(&mut args.design),
         Command::Capture(args) => design_fields(&mut args.design),
         Command::FitLight(args) => design_fields(&mut args.design),

@@ -5,7 +5,7 @@ use fabkit_geometry::{Action, Assembly, Body, BodyKind, Sensor, Shore, Vector3};
 use crate::chemistry::is_in_sensor;
 use crate::declaration::rule;
 use crate::finding::Finding;
-use crate::material_questions::{MaterialQuestions, gives_way};
+use crate::material_questions::MaterialQuestions;
 use crate::rule::Rule;
 use crate::rule_input::{RuleInput, RuleResult};
 use crate::sampling_lines::{Bundle, Caster, steepness};
@@ -52,8 +52,8 @@ pub(crate) fn examine(
 ) -> (Vec<Finding>, usize) {
     let bodies = sensor.bodies.iter().filter(|body| body.kind != BodyKind::Bought);
     // Forces, images and robots need the elasticity of what gives way; here is where it is missed first.
-    for body in bodies.clone().filter(|body| gives_way(questions, Rule::Softness, body)) {
-        let _ = questions.elasticity(Rule::Softness, body);
+    for body in bodies.clone().filter(|body| is_in_sensor(body) && body.gives_way()) {
+        questions.elasticity(Rule::Softness, body);
     }
     let findings = bodies.clone().filter_map(|body| firmness(body, questions));
     let findings = findings.chain(coats(sensor, scene)).collect();

@@ -11,7 +11,6 @@ use fabkit_geometry::{
     Body, BodyKind, CureMechanism, Elasticity, MaterialClass, MaterialProperty, Shore,
 };
 
-use crate::chemistry::is_in_sensor;
 use crate::rule::Rule;
 
 /// A property that a rule needed and no source at hand states.
@@ -62,12 +61,17 @@ impl MaterialQuestions {
     /// Asks whether a wall inhibits a cure.
     pub(crate) fn inhibits(&self, rule: Rule, body: &Body, cure: CureMechanism) -> Option<bool> {
         let inhibited = body.substance.inhibited_cures.as_ref();
+        // What a cast body gives off follows from how it cured.
+        let property = match body.kind {
+            BodyKind::Cast => MaterialProperty::Cure,
+            _ => MaterialProperty::Inhibition,
+        };
         // Only platinum catalysts are known to be poisoned by what they touch.
         let answer = match cure {
             CureMechanism::Platinum => inhibited.map(|cures| cures.contains(&cure)),
             _ => Some(inhibited.is_some_and(|cures| cures.contains(&cure))),
         };
-        self.note(rule, body, MaterialProperty::Inhibition, answer)
+        self.note(rule, body, property, answer)
     }
 
     /// Asks for the hardness.
@@ -140,12 +144,6 @@ impl MaterialQuestions {
         };
         self.open.into_inner().into_iter().map(unknown).collect()
     }
-}
-
-/// Returns whether a body has to give way in the finished sensor, so that its elasticity matters.
-pub(crate) fn gives_way(questions: &MaterialQuestions, rule: Rule, body: &Body) -> bool {
-    let is_soft = body.kind == BodyKind::Cast || body.is_deformable;
-    is_soft && is_in_sensor(body) && questions.class(rule, body) != Some(MaterialClass::Liquid)
 }
 
 #[cfg(test)]

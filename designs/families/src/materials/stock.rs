@@ -11,7 +11,7 @@ use fabkit_text::{
     Dialect, LocatedProblem, TextLayer, TextPlace, YamlEntry, read_mapping, take_format,
 };
 
-use super::{Celsius, Clarity, Hardness, Pressure, elasticity, shore};
+use super::{Celsius, Clarity, Hardness, Pressure, Viscosity, elasticity, shore};
 use crate::user_catalogue::named_sections::{
     LayeredSections, RawSection, SectionKind, key_of, read, read_sections,
 };
@@ -96,6 +96,8 @@ sections! {
         inhibits_platinum: Option<bool>,
         /// Refractive index in the middle of the visible spectrum.
         refractive_index: Option<f64> = 1.0..=3.0,
+        /// Viscosity, of liquids.
+        viscosity: Option<Viscosity> = 0.0001..=10000.0,
         /// Transparency of the material without pigment.
         clarity: Option<Clarity>,
         /// Brightness, where the name of the material decides it.
@@ -327,6 +329,7 @@ impl StockCatalogue {
             },
             shore,
             tear_strength_mpa: material.strength.map(|Pressure(kpa)| kpa / 1e3),
+            viscosity_pa_s: material.viscosity.map(|Viscosity(pa_s)| pa_s),
             is_dark: is_dark.or(material.shade.map(|shade| shade == Shade::Dark)),
             refractive_index: material.refractive_index,
             softening_point: material.softens.map(|Celsius(celsius)| SofteningPoint {

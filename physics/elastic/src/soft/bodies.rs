@@ -1,8 +1,7 @@
 //! Intersections of rays with the bodies of a sensor.
 
 use fabkit_geometry::{
-    Assembly, BodyKind, CompiledSolid, Elasticity, Point3, Ray, Scratch, Sensor, TouchSurface,
-    Vector3,
+    Assembly, CompiledSolid, Elasticity, Point3, Ray, Scratch, Sensor, TouchSurface, Vector3,
 };
 
 use super::error::SoftError;
@@ -47,13 +46,17 @@ pub(super) struct Bodies {
 impl Bodies {
     /// Compiles the bodies of the finished sensor.
     pub(super) fn from_sensor(sensor: &Sensor) -> Result<Self, SoftError> {
-        let mut placed = Vec::new();
+        let (mut placed, mut unknown) = (Vec::new(), Vec::new());
         for body in &sensor.bodies {
+            let is_soft = body.gives_way();
+            let is_in_sensor = body.placements.iter().any(|p| p.assembly == Assembly::sensor());
+            if is_soft && is_in_sensor && body.substance.elasticity.is_none() {
+                unknown.push(format!("{} of {}", body.name, body.material));
+            }
             for place in body.placements.iter().filter(|p| p.assembly == Assembly::sensor()) {
                 let solid = body.solid.clone().placed(place.assembly_from_body);
                 let solid = CompiledSolid::new(&solid)?;
                 let elasticity = body.substance.elasticity.clone();
-                let is_soft = body.kind == BodyKind::Cast || body.is_deformable;
                 placed.push(PlacedBody {
                     name: body.name.clone(),
                     material: body.material.clone(),
@@ -61,6 +64,9 @@ impl Bodies {
                     solid,
                 });
             }
+        }
+        if !unknown.is_empty() {
+            return Err(SoftError::UnknownElasticity { layers: unknown.join(", ") });
         }
         // Normals of a dome meet in its centre: far below a press, soft material is treated as rigid.
         let curvature = |touch: &TouchSurface| DEEPEST * touch.least_curvature_radius_mm();

@@ -26,6 +26,15 @@ pub enum SoftError {
         /// Name of the sensor.
         sensor: String,
     },
+    /// Layers that give way, of materials whose elasticity nobody states.
+    #[error(
+        "the Young's modulus of {layers} is not known; state `youngs_modulus`, `modulus` or `hardness` of the material \
+         below `materials:`"
+    )]
+    UnknownElasticity {
+        /// Names of the layers with their materials.
+        layers: String,
+    },
     /// Soft layers that nothing rigid holds.
     #[error("nothing stiff holds the soft layers: neither from inside nor at their rim")]
     NotHeld,

@@ -15,9 +15,11 @@ use crate::scene::InvalidBody;
 rule! {
     /// The printer can make the part.
     Printability = "printability",
-    examines: "parts with a stated machine",
+    examines: "printed parts",
     finds: "walls and holes that a machine cannot make, and parts that do not fit its bed",
-    limit: "the machine's data in the sensor's file",
+    limit: "the machine's data in the sensor's file, else those of usual machines: walls of 0.8 mm \
+             and holes of 1 mm for filament, 0.4 and 0.5 mm for resin, 0.6 and 0.6 mm for jetted \
+             resin",
     for_variants: true,
     look: apply,
 }
@@ -134,23 +136,22 @@ pub fn printability(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> 
     all(limits.collect())
 }
 
-/// Applies the rule to parts whose machine a file names, with the stated limits of walls and holes and with the
-/// machine's bed. Walls that are too thin are warnings: sharp edges count as such, and print blunt.
+/// Applies the rule to all printed parts, with the limits of their machines, else the usual ones, and to parts of other
+/// machines that state limits. Walls that are too thin are warnings: sharp edges count as such, and print blunt.
 pub(crate) fn on_machines(kit: &Sensor) -> Result<(Vec<Finding>, usize), InvalidBody> {
-    let stated = |part: &Body| {
-        let machine = part.machine.as_ref()?;
-        // Usual beds exist only for printers; laser cutters and mills have a limit only if it is stated.
-        let usual = print_limits(part.process()?);
-        let [width, depth, height] = usual.map_or([f64::INFINITY; 3], |usual| usual.bed_mm);
-        let bed = machine.bed_mm;
-        Some(PrintLimits {
-            wall_mm: machine.wall_mm.unwrap_or(0.0),
-            hole_mm: machine.hole_mm.unwrap_or(0.0),
-            bed_mm: [bed[0].unwrap_or(width), bed[1].unwrap_or(depth), bed[2].unwrap_or(height)],
+    let limits = |part: &Body| {
+        part_limits(part).or_else(|| {
+            // Laser cutters and mills have only the limits that a file states.
+            let machine = part.machine.as_ref()?;
+            Some(PrintLimits {
+                wall_mm: machine.wall_mm.unwrap_or(0.0),
+                hole_mm: machine.hole_mm.unwrap_or(0.0),
+                bed_mm: machine.bed_mm.map(|side| side.unwrap_or(f64::INFINITY)),
+            })
         })
     };
     let (mut findings, count) =
-        all(kit.parts().filter_map(|part| Some((part, stated(part)?))).collect())?;
+        all(kit.parts().filter_map(|part| Some((part, limits(part)?))).collect())?;
     for finding in findings.iter_mut().filter(|finding| finding.message.starts_with(WALL)) {
         finding.severity = Severity::Warning;
     }

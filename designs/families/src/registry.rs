@@ -462,6 +462,7 @@ impl Registry {
                 }
                 let mut parameters = settings;
                 parameters.extend(own.settings(&materials, &of_sensor));
+                parameters.extend(own.stock.settings(&sensor.bodies));
                 let design = Design {
                     family: family.name,
                     sensor,

@@ -28,7 +28,7 @@ pub(crate) use adhesion::{assign_substances, find_adhesions};
 pub(crate) use bonds::{add_bonds, check_kinds};
 pub(crate) use catalogue::{Catalogue, MATERIALS};
 pub use stock::Shade;
-pub(crate) use stock::StockCatalogue;
+pub(crate) use stock::{StockCatalogue, StockMaterial};
 pub(crate) use units::split_number;
 pub use units::{
     Celsius, Current, Density, Euros, Force, Hardness, Hours, Kelvin, Mass, Minutes, Percent,

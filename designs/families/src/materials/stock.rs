@@ -8,9 +8,10 @@ use fabkit_geometry::{
     SofteningPoint,
 };
 use fabkit_text::{
-    Dialect, LocatedProblem, TextLayer, TextPlace, YamlEntry, read_mapping, take_format,
+    Dialect, LocatedProblem, Setting, TextLayer, TextPlace, YamlEntry, read_mapping, take_format,
 };
 
+use super::catalogue::MATERIALS;
 use super::{Celsius, Clarity, Hardness, Pressure, Viscosity, elasticity, shore};
 use crate::user_catalogue::named_sections::{
     LayeredSections, RawSection, SectionKind, key_of, read, read_sections,
@@ -177,6 +178,8 @@ fn take_sections(
 struct StockEntry {
     name: String,
     material: StockMaterial,
+    /// Values that a file states, with their sources; empty for built-in entries.
+    settings: Vec<Setting>,
 }
 
 /// All materials that parts may be printed, cut or milled from.
@@ -224,15 +227,21 @@ impl StockCatalogue {
                 entries.retain(|entry| entry.key != "also");
             }
             let name = first.name.clone();
-            let Some((material, _)) =
-                read::<StockMaterial>(STOCK, &name, &last.place, stack, found)
-            else {
-                continue;
-            };
+            let read = read::<StockMaterial>(MATERIALS, &name, &last.place, stack, found);
+            let Some((material, mut settings)) = read else { continue };
+            settings.retain(|setting| {
+                let is_text = setting.path.ends_with(".source") || setting.path.ends_with(".note");
+                &*last.place.file != BUILTIN_FILE && !setting.is_default && !is_text
+            });
             let others = items(material.also.as_deref()).map(key_of);
             let keys: Vec<String> = others.chain([key.clone()]).collect();
             for key in keys {
-                by_key.insert(key, StockEntry { name: name.clone(), material: material.clone() });
+                let entry = StockEntry {
+                    name: name.clone(),
+                    material: material.clone(),
+                    settings: settings.clone(),
+                };
+                by_key.insert(key, entry);
             }
         }
         Self { raws: Arc::new(raws), by_key: Arc::new(by_key) }
@@ -341,6 +350,14 @@ impl StockCatalogue {
         }
     }
 
+    /// Returns what files state of the materials of these bodies, as further parameters that the design depends on.
+    pub fn settings(&self, bodies: &[Body]) -> Vec<Setting> {
+        let entries = bodies.iter().filter_map(|body| self.name_of_body(body).entry);
+        let by_name: BTreeMap<&str, &StockEntry> =
+            entries.map(|entry| (&*entry.name, entry)).collect();
+        by_name.into_values().flat_map(|entry| entry.settings.clone()).collect()
+    }
+
     /// Returns whether the name of a body's material says that it is left bare, whatever a step does to it.
     pub fn is_bare(&self, body: &Body) -> bool {
         self.name_of_body(body).surface == Some(SurfaceTreatment::Bare)
@@ -445,6 +462,14 @@ mod tests {
         );
         for (key, entry) in StockCatalogue::builtin().by_key.iter() {
             assert!(entry.material.source.is_some(), "{key} states no source");
+        }
+    }
+
+    #[test]
+    fn the_book_lists_every_entry() {
+        let book = include_str!("../../../../docs/reference/own.md");
+        for entry in StockCatalogue::builtin().by_key.values() {
+            assert!(book.contains(&format!("\n| {} |", entry.name)), "{}", entry.name);
         }
     }
 

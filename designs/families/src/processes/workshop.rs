@@ -42,7 +42,9 @@ impl Workshop {
             labels::apply(labels, kit, report);
         }
         if found.is_empty() {
-            Ok(self.processes.settings(&names(kit, &scope)))
+            let mut settings = self.processes.settings(&names(kit, &scope));
+            settings.extend(self.stock.settings(&kit.bodies));
+            Ok(settings)
         } else {
             Err(InvalidDesign { problems: LocatedProblem::sort(found) })
         }

@@ -4,7 +4,7 @@ use fabkit_text::{Json, Section, section_schema};
 use serde_json::json;
 
 use crate::articles::Article;
-use crate::materials::Figures;
+use crate::materials::{Figures, StockMaterial};
 use crate::processes::ProcessFigures;
 
 /// Adds the sections to every definition of a sensor's file.
@@ -39,7 +39,22 @@ fn materials() -> Json {
         "Bonds to other materials: the primer, or `itself` without one; `none` where it does not bond.",
     );
     one["properties"]["extends"] = json!({ "type": "string", "description": "Name of another material, of which the section lists only the changes." });
-    named(&one, "Materials that are cast, by name: new ones, or changes to the built-in ones.")
+    let summary = "Data of a material that parts are printed, cut or milled from.";
+    let mut stock = section_schema(&StockMaterial::fields(), summary);
+    stock["properties"]["extends"] = one["properties"]["extends"].clone();
+    if let Some(keys) = stock.as_object_mut() {
+        // A change of a known material states what differs.
+        keys.remove("required");
+    }
+    let description = "Materials by name, new ones or changes to the built-in ones: what is cast, and, with `sort` or \
+                       by its name, what parts are printed, cut or milled from.";
+    let [mut cast, stock] = [one, stock].map(|one| named(&one, description));
+    // Both are a map of names to sections or a list: the sections differ.
+    for (form, key) in [(0, "additionalProperties"), (1, "items")] {
+        let both = json!({ "anyOf": [cast["anyOf"][form][key], stock["anyOf"][form][key]] });
+        cast["anyOf"][form][key] = both;
+    }
+    cast
 }
 
 fn processes() -> Json {

@@ -56,7 +56,7 @@ pub enum Harm {
 /// let mut sensor = example::puck();
 /// sensor.bodies[2].substance.cure_mechanism = Some(CureMechanism::Platinum);
 /// // The dish is printed of a resin whose residues keep platinum silicone from curing.
-/// sensor.bodies[0].substance.inhibited_cures = vec![CureMechanism::Platinum];
+/// sensor.bodies[0].substance.inhibited_cures = Some(vec![CureMechanism::Platinum]);
 /// let found = hazards(&sensor);
 /// assert_eq!((&*found[0].layer.name, &*found[0].wall.name), ("puck", "dish"));
 /// assert_eq!(found[0].harm, Harm::Inhibits(CureMechanism::Platinum));

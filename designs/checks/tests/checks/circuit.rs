@@ -145,7 +145,7 @@ fn every_mistake_is_found_and_told_with_its_numbers() {
     }
     let mut short = sensor();
     short.circuits[0].nets[0].pins.push(("D1".into(), "A".into()));
-    let said = "D1.A is on V+ and on LED";
+    let said = "D1.A is on two nets, V+ and LED";
     assert!(messages(&short).iter().any(|message| message.contains(said)));
 }
 

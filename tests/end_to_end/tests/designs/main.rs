@@ -9,6 +9,7 @@ mod fixing;
 mod flat_gel;
 mod freedom;
 mod marks;
+mod materials;
 mod modules;
 mod new;
 mod own;

@@ -1,8 +1,10 @@
 //! Reading of camera and pose files.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use fabkit_camera::files::{PoseFile, read_pose};
+use fabkit_camera::files::{
+    CameraFile, InvalidCameraFile, PoseFile, read_file, read_pose, split_camera_name,
+};
 use fabkit_files::Error;
 use fabkit_files::reading::MAX_YAML_BYTES;
 use fabkit_files::reading::{self, ExpectedFile};
@@ -11,11 +13,14 @@ use fabkit_fixtures::Project;
 use super::SceneError;
 use crate::ground_truth::Viewpoint;
 
-/// Contents of calibration files: the text of a camera file, and a pose.
+/// Hint for files that are too large for a camera, or no text.
+const CAMERA_HINT: &str = "is it the right file? It holds a lens and an image size";
+
+/// Contents of calibration files: a camera, and a pose.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ViewpointFiles {
-    /// Text of the camera file: the one given, else the one that the pose file names.
-    pub camera: Option<String>,
+    /// Camera of the file that is given, else of the one that the pose file names.
+    pub camera: Option<CameraFile>,
     /// Parsed pose.
     pub pose: Option<PoseFile>,
 }
@@ -48,16 +53,33 @@ impl ViewpointFiles {
         let beside = pose_path.zip(pose.as_ref().and_then(|pose| pose.camera.as_ref()));
         let beside = beside.map(|(path, camera)| path.with_file_name(camera));
         let camera_path = camera.or(beside.as_deref());
-        let camera_hint = "is it the right file? It holds a lens and an image size";
-        let camera = read(camera_path, "a camera file", camera_hint)?;
+        let of_camera = |error| SceneError::viewpoint(camera_path, error);
+        let camera = match camera_path {
+            None => None,
+            Some(path) => Some(read_camera_file(path)?.map_err(|error| of_camera(error.into()))?),
+        };
         let nominal = &project.design.sensor.camera;
         // The camera is checked alone first, so that each fault is reported with its own file.
-        Viewpoint::new(nominal, camera.as_deref(), None)
-            .map_err(|error| SceneError::viewpoint(camera_path, error))?;
+        Viewpoint::from_files(nominal, camera.as_ref(), None).map_err(of_camera)?;
         let viewpoint =
-            Viewpoint::new(nominal, camera.as_deref(), pose.as_ref()).map_err(of_pose)?;
+            Viewpoint::from_files(nominal, camera.as_ref(), pose.as_ref()).map_err(of_pose)?;
         Ok((Self { camera, pose }, viewpoint))
     }
+}
+
+/// Splits `FILE#NAME`, as `--camera` and pose files name one camera of several, into the file and the name.
+pub fn split_camera_path(path: &Path) -> (PathBuf, Option<String>) {
+    split_camera_name(path, Path::exists)
+}
+
+/// Reads a camera file; `FILE#NAME` selects one camera of several. The inner result has the faults of the content.
+///
+/// # Errors
+/// Names a file that cannot be read.
+pub fn read_camera_file(path: &Path) -> Result<Result<CameraFile, InvalidCameraFile>, Error> {
+    let (file, name) = split_camera_path(path);
+    let text = read(Some(&file), "a camera file", CAMERA_HINT)?.unwrap_or_default();
+    Ok(read_file(&text, name.as_deref()))
 }
 
 /// Returns the viewpoint of a design, with the camera and pose of calibration files where given. A pose file brings the

@@ -12,7 +12,8 @@ use fabkit_calibration::model::{MarkOffsets, Model, Observation};
 use fabkit_calibration::pin_captures::images::read_grey;
 use fabkit_calibration::pin_captures::{PinCaptureError, PinCaptures};
 use fabkit_calibration::report::{ExtrinsicsReport, PinCrop};
-use fabkit_camera::{CameraEstimate, Vector2, files};
+use fabkit_camera::files::CameraFile;
+use fabkit_camera::{CameraEstimate, Vector2};
 use fabkit_capture::LightConstants;
 use fabkit_designs::Design;
 use fabkit_files::Error;
@@ -20,6 +21,7 @@ use fabkit_files::reading::{self, ExpectedFile};
 use fabkit_fixtures::halves::is_from_halves;
 use fabkit_fixtures::{DrawnBodies, Project};
 use fabkit_geometry::{Point3, Pose};
+use fabkit_scene::read_camera_file;
 
 use super::CalibrationRunError;
 use super::marks::{LandmarkShapes, PinMarkRenderer, RenderingView};
@@ -226,18 +228,13 @@ fn crop_outliers(calibration: &PoseCalibration, captures: &PinCaptures<'_>) -> V
     calibration.checks.outliers.iter().take(MAX_CROPS).filter_map(|(pin, _)| crop(*pin)).collect()
 }
 
-/// Reads a camera file.
+/// Reads a camera file; `FILE#NAME` selects one camera of several.
 ///
 /// # Errors
 /// The file cannot be read or holds no valid camera.
-pub fn read_camera(path: &Path) -> Result<CameraEstimate, Error> {
-    let hint = "fabkit reads its own camera files and those of OpenCV, ROS and Kalibr";
-    let text = reading::read_text(
-        path,
-        ExpectedFile { what: "a camera's file", max_bytes: 1 << 20, hint },
-    )?;
+pub fn read_camera(path: &Path) -> Result<CameraFile, Error> {
     let wrong = |source| CalibrationRunError::Camera { file: path.into(), source };
-    Ok(files::read(&text).map_err(wrong)?)
+    Ok(read_camera_file(path)?.map_err(wrong)?)
 }
 
 /// Reads the landmarks of a fixture.

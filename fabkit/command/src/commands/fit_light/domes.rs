@@ -3,15 +3,13 @@
 use std::path::Path;
 
 use fabkit_application::calibration_runs::captures;
-use fabkit_application::calibration_runs::extrinsics::{
-    fixture_landmarks, read_camera, read_landmarks,
-};
+use fabkit_application::calibration_runs::extrinsics::{fixture_landmarks, read_landmarks};
 use fabkit_application::designs::Design;
 use fabkit_application::light_fit::{LightFit, LightFitInput, fit_document};
 use fabkit_application::source::Target;
 use serde_json::json;
 
-use super::super::Outcome;
+use super::super::{Outcome, read_camera};
 use super::{finish_outcome, refuse_options};
 use crate::cli::FitLight;
 use crate::failure::{ErrorKind, Failure};

@@ -100,10 +100,10 @@ fn add_numbers(entries: &mut [YamlEntry], line: &str, at: Position) -> Result<()
     let words = line
         .split_whitespace()
         .map(|word| YamlNode { position: at, content: YamlContent::Scalar(word.to_owned()) });
-    let is_side = matches!(key.as_str(), "image_width" | "image_height");
+    let is_single = matches!(key.as_str(), "image_width" | "image_height" | "fisheye_model");
     match &mut value.content {
         YamlContent::List(items) => items.extend(words),
-        YamlContent::Nothing if is_side => {
+        YamlContent::Nothing if is_single => {
             value.content = YamlContent::Scalar(line.to_owned());
             value.position = at;
         }
@@ -142,6 +142,14 @@ mod tests {
         assert_eq!((intrinsics.fx_px, intrinsics.cy_px), (614.5, 235.5));
         assert_eq!(camera.lens().coefficients(), [0.18, -0.28, 0.0008, 0.0021, 0.0]);
         assert_eq!((camera.width_px(), camera.height_px()), (640, 480));
+    }
+
+    #[test]
+    fn fisheyes_are_stated() {
+        let four = MONO.replace("0.18 -0.28 0.0008 0.0021 0.000000", "0.01 0.001 0 0");
+        let stated = four.replace("distortion\n", "fisheye_model\n1\n\ndistortion\n");
+        assert_eq!(read(&stated).unwrap().camera().lens().model_name(), "kannala-brandt");
+        assert!(read(&four).is_err());
     }
 
     #[test]

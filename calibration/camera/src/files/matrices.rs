@@ -9,19 +9,9 @@ use crate::interface::Interface;
 use crate::lens::{INTRINSICS, Intrinsics, KannalaBrandt, Lens, OpenCv};
 
 /// Spellings of each key in OpenCV's and ROS's calibration tools, in ROS messages, and in common scripts.
-const MATRIX: [&str; 10] = [
-    "camera_matrix",
-    "K",
-    "k",
-    "cameraMatrix",
-    "Camera_Matrix",
-    "intrinsic_matrix",
-    "mtx",
-    "M1",
-    "K1",
-    "cameraMatrix1",
-];
-const DISTORTION: [&str; 13] = [
+const MATRIX: [&str; 7] =
+    ["camera_matrix", "K", "k", "cameraMatrix", "Camera_Matrix", "intrinsic_matrix", "mtx"];
+const DISTORTION: [&str; 11] = [
     "distortion_coefficients",
     "D",
     "d",
@@ -32,9 +22,18 @@ const DISTORTION: [&str; 13] = [
     "dist_coefs",
     "distortion_coeffs",
     "dist",
-    "D1",
-    "distCoeffs1",
     "distortion",
+];
+/// Matrix and vector of each camera of a pair, in OpenCV's samples and common scripts. The matrix's key is the name.
+const PAIRS: [(&str, &str); 8] = [
+    ("M1", "D1"),
+    ("M2", "D2"),
+    ("K1", "D1"),
+    ("K2", "D2"),
+    ("cameraMatrix1", "distCoeffs1"),
+    ("cameraMatrix2", "distCoeffs2"),
+    ("camera_matrix_1", "dist_coeffs_1"),
+    ("camera_matrix_2", "dist_coeffs_2"),
 ];
 const WIDTH: [&str; 4] = ["image_width", "width", "image_Width", "w"];
 const HEIGHT: [&str; 4] = ["image_height", "height", "image_Height", "h"];
@@ -52,10 +51,16 @@ fn first<'a>(root: &'a YamlNode, spellings: &[&str]) -> Option<&'a YamlNode> {
     spellings.iter().find_map(|key| root.get(key))
 }
 
-/// Returns the names of mappings that hold a camera each, empty for a file with one camera at its top.
+/// Returns the names of the cameras of a pair, or of mappings that hold a camera each; empty for a file with one camera at
+/// its top.
 pub(super) fn cameras(root: &YamlNode) -> Option<Vec<String>> {
     if first(root, &MATRIX).is_some() {
         return Some(Vec::new());
+    }
+    let keys = PAIRS.iter().map(|(matrix, _)| *matrix).filter(|key| root.get(key).is_some());
+    let pair: Vec<String> = keys.map(str::to_owned).collect();
+    if !pair.is_empty() {
+        return Some(pair);
     }
     let has_camera = |node: &YamlNode| first(node, &MATRIX).is_some();
     let entries = root.entries().iter().filter(|entry| has_camera(&entry.value));
@@ -72,14 +77,17 @@ pub(super) fn missing_part(root: &YamlNode) -> Option<&'static str> {
 /// Reads a camera in OpenCV's or ROS's format.
 pub(super) fn read(file: &YamlNode, name: &str) -> Result<CameraFile, InvalidCameraFile> {
     let mut fields = FieldReader::default();
-    let root = file.get(name).filter(|_| !name.is_empty()).unwrap_or(file);
+    let pair = PAIRS.iter().find(|(matrix, _)| *matrix == name);
+    let root = match pair {
+        None if !name.is_empty() => file.get(name).unwrap_or(file),
+        _ => file,
+    };
     let size = read_size(&mut fields, root, file);
-    if first(root, &["M2", "K2", "cameraMatrix2"]).is_some() {
-        fields.note("the second camera of the file is not used");
-    }
-
-    let intrinsics = first(root, &MATRIX).map(|node| read_intrinsics(&mut fields, node));
-    let distortion = first(root, &DISTORTION);
+    let (matrix, distortion) = match pair {
+        Some((matrix, distortion)) => (file.get(matrix), file.get(distortion)),
+        None => (first(root, &MATRIX), first(root, &DISTORTION)),
+    };
+    let intrinsics = matrix.map(|node| read_intrinsics(&mut fields, node));
     let Some(distortion) = distortion else {
         let hint = "write `distortion_coefficients: []` for a lens without distortion";
         fields.fault(YamlFault::new(None, DISTORTION[0], "is missing").hint(hint));

@@ -241,6 +241,11 @@ fn cameras_may_stand_under_their_names() {
     assert_eq!(right.estimate.camera().lens().intrinsics().fx_px, 411.0);
     let error = read(&text).unwrap_err().to_string();
     assert!(error.contains("2 cameras: `left`, `right` (write FILE#left"), "{error}");
+    let pair = "image_size: [640, 480]\nM1: [410, 0, 322, 0, 409, 236, 0, 0, 1]\nD1: []\n\
+        M2: [411, 0, 322, 0, 409, 236, 0, 0, 1]\nD2: []\n";
+    assert_eq!(read_file(pair, Some("M2")).unwrap().estimate, right.estimate);
+    let error = read(pair).unwrap_err().to_string();
+    assert!(error.contains("2 cameras: `M1`, `M2`"), "{error}");
     let error = read_file(one, Some("left")).unwrap_err().to_string();
     assert!(error.contains("has no name; `left` was asked for (leave out the #"), "{error}");
 }

@@ -74,6 +74,7 @@ pub fn solve<R, E: From<Error>>(
     look: impl FnOnce(&ExtrinsicsReport) -> Result<R, E>,
 ) -> Result<R, E> {
     let PoseCalibrationInputs { project, camera, landmarks, captures, .. } = *inputs;
+    check_camera_size(camera, captures)?;
     let sensor = &project.design.sensor;
     let nominal = sensor.camera.sensor_from_camera.inverse();
     let Some(mut assignment) = assign(camera.camera(), &nominal, &captures.marked, &landmarks.pins)
@@ -235,6 +236,20 @@ fn crop_outliers(calibration: &PoseCalibration, captures: &PinCaptures<'_>) -> V
 pub fn read_camera(path: &Path) -> Result<CameraFile, Error> {
     let wrong = |source| CalibrationRunError::Camera { file: path.into(), source };
     Ok(read_camera_file(path)?.map_err(wrong)?)
+}
+
+/// Refuses a camera that was calibrated at another size than that of the captures.
+///
+/// # Errors
+/// States both sizes.
+pub fn check_camera_size(camera: &CameraEstimate, captures: &PinCaptures<'_>) -> Result<(), Error> {
+    let camera_px = [camera.camera().width_px(), camera.camera().height_px()];
+    match captures.size_px {
+        Some(captures_px) if captures_px != camera_px => {
+            Err(CalibrationRunError::CameraSize { captures_px, camera_px }.into())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Reads the landmarks of a fixture.

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use fabkit_application::calibration_runs::captures;
-use fabkit_application::calibration_runs::extrinsics::{fixture_landmarks, read_landmarks};
+use fabkit_application::calibration_runs::extrinsics::{
+    check_camera_size, fixture_landmarks, read_landmarks,
+};
 use fabkit_application::designs::Design;
 use fabkit_application::light_fit::{LightFit, LightFitInput, fit_document};
 use fabkit_application::source::Target;
@@ -47,6 +49,7 @@ pub(super) fn run(args: &FitLight, design: &Design, reference: &Path) -> Result<
     }
     let kind = args.pin.as_deref();
     let captures = captures::read(&args.captures, Some(reference), &landmarks, kind)?;
+    check_camera_size(&camera, &captures)?;
     let fitting = LightFitInput {
         sensor: &design.sensor,
         camera: &camera,

@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | fabkit | `fabkit_camera` | all, with interface and covariance |
 //! | Kalibr | `cam0` | OpenCV (4 terms), Kannala-Brandt, double sphere, EUCM |
-//! | COLMAP | lines `1 OPENCV 640 480 ...` | OpenCV, Kannala-Brandt |
+//! | COLMAP | lines `1 OPENCV 640 480` | OpenCV, Kannala-Brandt |
 //! | mrcal | `lensmodel` | OpenCV, stereographic as EUCM |
 //! | camodocal | `model_type` | OpenCV, Kannala-Brandt, MEI without distortion as EUCM |
 //! | ORB-SLAM | `Camera.fx`, `Camera1.fx` | OpenCV, Kannala-Brandt |

@@ -107,7 +107,7 @@ pub enum CameraFinding {
 /// let lens = Lens::OpenCv(OpenCv::new(intrinsics, &[])?);
 /// let findings = plausibility(&Camera::new(640, 480, lens, Interface::None)?);
 /// assert!(findings[0].is_impossible());
-/// assert!(findings[0].hint().contains("a pixel pitch of 6 um gives 600 px"));
+/// assert!(findings[0].hint().contains("6 um give 600 px"));
 /// # Ok::<(), fabkit_camera::InvalidCamera>(())
 /// ```
 pub fn plausibility(camera: &Camera) -> Vec<CameraFinding> {
@@ -193,8 +193,8 @@ impl CameraFinding {
                                          the first and fifth number of the camera matrix?"
                 .into(),
             Self::OffCentre { intrinsics, size_px } => size_hint(intrinsics, *size_px),
-            Self::FoldsBack { .. } => "calibrate with images that reach into the corners, or with \
-                                       another lens model; are the coefficients of this model?"
+            Self::FoldsBack { .. } => "are the coefficients those of this model? Calibrate with \
+                                       images that fill the corners"
                 .into(),
         }
     }
@@ -209,7 +209,7 @@ impl fmt::Display for CameraFinding {
                 write!(
                     f,
                     "a focal length of {fx_px} px: half of the image's short side is {ratio:.1} \
-                     focal lengths; at most {max_ratio} are possible with this lens model"
+                     of them; at most {max_ratio} are possible"
                 )
             }
             Self::FieldTooNarrow { focal_px, field_rad } => write!(
@@ -231,24 +231,23 @@ impl fmt::Display for CameraFinding {
                 let [across, down] = offsets(intrinsics, [*width, *height]);
                 let Intrinsics { cx_px, cy_px, .. } = intrinsics;
                 let place = if across.max(down) >= 0.5 {
-                    "outside the image of"
+                    "outside"
                 } else if across.min(down) > CORNER_OFFSET {
-                    "in a corner of the image of"
+                    "in a corner of"
                 } else if across.max(down) > BORDER_OFFSET {
-                    "on the border of the image of"
+                    "on the border of"
                 } else {
-                    "far from the centre of the image of"
+                    "far from the centre of"
                 };
                 write!(
                     f,
-                    "the principal point ({cx_px:.1}, {cy_px:.1}) lies {place} {width} x {height} px"
+                    "the principal point ({cx_px:.1}, {cy_px:.1}) lies {place} the image, {width} x {height} px"
                 )
             }
             Self::FoldsBack { radius_px, angle_rad, lost, .. } => write!(
                 f,
-                "the lens model ends {radius_px:.0} px from the principal point, at {:.1} degrees, \
-                 where its radius stops growing; {:.1} % of the image's pixels lie beyond and have \
-                 no ray",
+                "the lens model's radius grows up to {radius_px:.0} px ({:.1} degrees); {:.1} % of the \
+                 image's pixels lie beyond and have no ray",
                 angle_rad.to_degrees(),
                 (100.0 * lost).max(0.1)
             ),
@@ -328,8 +327,7 @@ fn unit_hint(intrinsics: &Intrinsics, size_px: [u32; 2]) -> String {
         if (0.5..=20.0).contains(&pitch_um) {
             let focal_px = fx_px / pitch;
             return format!(
-                "is the matrix in {unit}? Divide fx, fy, cx and cy by the pixel pitch in {more}; \
-                 a pixel pitch of {} um gives {} px",
+                "is the matrix in {unit}? Divide it by the pixel pitch in {more}: {} um give {} px",
                 rounded(pitch_um),
                 rounded(focal_px)
             );
@@ -366,11 +364,10 @@ fn size_hint(intrinsics: &Intrinsics, size_px: [u32; 2]) -> String {
     let scale = known.into_iter().find(|scale| is_same(across, *scale) && is_same(down, *scale));
     if let Some(scale) = scale {
         return format!(
-            "calibrated at {} x {} px? Scale by {}: fx = {}, cx = (cx + 0.5) * {} - 0.5, as well \
-             fy and cy; or state that size",
+            "calibrated at {} x {} px? Then fx = {} and cx = (cx + 0.5) * {} - 0.5, fy and cy as \
+             well; or state that size",
             (width * scale).round(),
             (height * scale).round(),
-            rounded(1.0 / scale),
             rounded(fx_px / scale),
             rounded(1.0 / scale)
         );

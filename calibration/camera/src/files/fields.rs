@@ -107,6 +107,10 @@ impl FieldReader {
 
     /// Reads an image size `[width, height]`; zeros if it is none.
     pub(super) fn size(&mut self, node: &YamlNode, field: &str) -> (u32, u32) {
+        // A mapping, as some scripts write it.
+        if let Some((width, height)) = node.get("width").zip(node.get("height")) {
+            return (self.pixels(width, "width_px"), self.pixels(height, "height_px"));
+        }
         match node.items() {
             [width, height] => (self.pixels(width, "width_px"), self.pixels(height, "height_px")),
             _ => {
@@ -186,7 +190,10 @@ impl FieldReader {
 
     /// Returns the position in the file from which a parameter was read.
     fn place(&self, parameter: &str) -> Option<Position> {
-        self.places.iter().find(|(name, _)| *name == parameter).map(|(_, at)| *at)
+        let find = |parameter| self.places.iter().find(|(name, _)| *name == parameter);
+        // Sphere models have no k1.
+        let place = find(parameter).or_else(|| find("alpha").filter(|_| parameter == "k1"));
+        place.map(|(_, at)| *at)
     }
 
     /// Returns all faults, including those of the values, if no camera can be created.

@@ -175,7 +175,13 @@ fn read_intrinsics(fields: &mut FieldReader, node: &YamlNode) -> Intrinsics {
     }
     if below.is_finite() && (below != 0.0 || rest != [0.0, 0.0, 1.0]) {
         let message = "is not of the form [fx, 0, cx; 0, fy, cy; 0, 0, 1]";
-        fields.fault(YamlFault::new(node.position, MATRIX[0], message));
+        let fault = YamlFault::new(node.position, MATRIX[0], message);
+        let is_transposed = rest[2] == 1.0 && [skew, below, cx_px, cy_px] == [0.0; 4];
+        fields.fault(if is_transposed {
+            fault.hint("written column by column, as Open3D does? Write it row by row")
+        } else {
+            fault
+        });
     }
     Intrinsics { fx_px, fy_px, cx_px, cy_px }
 }
@@ -230,9 +236,8 @@ fn read_model(
     let is_column = vector.items().len() == 4 && vector.items().iter().all(YamlNode::is_list);
     if count == 4 && is_column && coefficients.iter().any(|k| *k != 0.0) {
         fields.note(
-            "four coefficients in a column are read as the k1 k2 k3 k4 of a fisheye, as OpenCV's \
-             `fisheye.calibrate` returns them; `fisheye_model: 1` states it, `fisheye_model: 0` \
-             says that they are k1 k2 p1 p2",
+            "four coefficients in a column are read as those of a fisheye, as \
+             `cv2.fisheye.calibrate` returns them; state `fisheye_model: 1`, or 0 for k1 k2 p1 p2",
         );
         return Some(DistortionModel::Fisheye);
     }

@@ -38,7 +38,7 @@ pub const NOTATIONS: [Notation; 7] = [
     Notation { name: "Kalibr", told_by: "cam0", cameras: kalibr::cameras, read: kalibr::read },
     Notation {
         name: "COLMAP",
-        told_by: "1 OPENCV 640 480 ...",
+        told_by: "1 OPENCV 640 480",
         cameras: colmap::cameras,
         read: colmap::read,
     },
@@ -134,8 +134,12 @@ fn wrong_name(name: Option<&str>, all: &[String]) -> YamlFault {
 
 /// Creates the fault of a file that no notation recognises. It says what the file lacks.
 fn unknown_notation(root: &YamlNode) -> YamlFault {
-    let known = NOTATIONS.map(|notation| format!("`{}` ({})", notation.told_by, notation.name));
-    let hint = format!("expected one of {}", known.join(", "));
+    let known = NOTATIONS.map(|Notation { name, told_by, .. }| {
+        // The key of fabkit's own files says whose they are.
+        let is_told = told_by.starts_with(name);
+        if is_told { format!("`{told_by}`") } else { format!("`{told_by}` ({name})") }
+    });
+    let hint = format!("expected {}", known.join(", "));
     let message = match matrices::missing_part(root) {
         Some(missing) => format!("this camera file lacks {missing}"),
         None => "this is no camera file that fabkit knows".to_owned(),

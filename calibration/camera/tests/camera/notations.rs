@@ -224,6 +224,11 @@ fn nested_matrices_keep_their_shape() {
         ("[0, 409, 236]", "[0, 409]", "its rows have different numbers of columns"),
         (", [0, 0, 1]", "", "camera_matrix: has 6 numbers; 9 are needed"),
         ("[0, 409, 236]", "[0, NaN, 236]", "`NaN` is not a finite number"),
+        (
+            "[[410, 0, 322], [0, 409, 236], [0, 0, 1]]",
+            "[410, 0, 0, 0, 409, 0, 322, 236, 1]",
+            "written column by column",
+        ),
         ("[0, 409, 236]", "7", "must be a list of numbers"),
         ("[0, 0, 0, 0, 0]", "[[0], [0], [0], [0]]", "four coefficients are either"),
     ] {

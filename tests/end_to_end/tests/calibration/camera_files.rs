@@ -38,7 +38,7 @@ fn one_camera_of_several_is_named_behind_the_file() {
     assert!(viewpoint.get("warnings").is_none());
 
     let second = depth(path, "chain.yaml#cam1").ok();
-    let warning = "the principal point (180.0, 239.5) lies far from the centre";
+    let warning = "the principal point (180.0, 239.5) lies far from the centre of the image";
     assert!(second.stderr.starts_with(&format!("warning: {warning}")), "{}", second.stderr);
     let told = second.json()["viewpoint"]["warnings"][0].as_str().unwrap().to_owned();
     assert!(told.starts_with(warning), "{told}");

@@ -56,7 +56,7 @@ use thiserror::Error;
 pub use fabkit_text::YamlFault;
 
 pub use self::location::split_camera_name;
-pub use self::notations::{NOTATIONS, Notation};
+pub use self::notations::{MAX_FILE_BYTES, NOTATIONS, Notation};
 pub use self::pose::{PoseFile, StoredJointCovariance, read_pose};
 use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
@@ -165,7 +165,7 @@ pub fn read(text: &str) -> Result<CameraEstimate, InvalidCameraFile> {
 /// ```
 ///
 /// # Errors
-/// Reports text above 1 MiB or that cannot be parsed; a notation that is not recognised; several cameras without a
+/// Reports text above 1 MiB (mrcal: [`MAX_FILE_BYTES`]) or that cannot be parsed; a notation that is not recognised; several cameras without a
 /// name; missing, misspelt or impossible values. All faults that can be found together are reported together.
 pub fn read_file(text: &str, name: Option<&str>) -> Result<CameraFile, InvalidCameraFile> {
     notations::read(text, name)

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use fabkit_camera::files::{
-    CameraFile, InvalidCameraFile, PoseFile, read_file, read_pose, split_camera_name,
+    CameraFile, InvalidCameraFile, MAX_FILE_BYTES, PoseFile, read_file, read_pose,
+    split_camera_name,
 };
 use fabkit_files::Error;
 use fabkit_files::reading::MAX_YAML_BYTES;
@@ -13,8 +14,16 @@ use fabkit_fixtures::Project;
 use super::SceneError;
 use crate::ground_truth::Viewpoint;
 
-/// Hint for files that are too large for a camera, or no text.
-const CAMERA_HINT: &str = "is it the right file? It holds a lens and an image size";
+const CAMERA_FILE: ExpectedFile = ExpectedFile {
+    what: "a camera file",
+    max_bytes: MAX_FILE_BYTES as u64,
+    hint: "is it the right file? It holds a lens and an image size",
+};
+const POSE_FILE: ExpectedFile = ExpectedFile {
+    what: "a pose file",
+    max_bytes: MAX_YAML_BYTES,
+    hint: "is it the right file? It holds the matrix `camera_from_sensor`",
+};
 
 /// Contents of calibration files: a camera, and a pose.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,8 +53,7 @@ impl ViewpointFiles {
         camera: Option<&Path>,
         pose_path: Option<&Path>,
     ) -> Result<(Self, Viewpoint), Error> {
-        let pose_hint = "is it the right file? It holds the matrix `camera_from_sensor`";
-        let pose = read(pose_path, "a pose file", pose_hint)?;
+        let pose = pose_path.map(|path| reading::read_text(path, POSE_FILE)).transpose()?;
         let of_pose = |error| SceneError::viewpoint(pose_path, error);
         let pose = pose.map(|text| read_pose(&text)).transpose();
         let pose = pose.map_err(|error| of_pose(error.into()))?;
@@ -78,7 +86,7 @@ pub fn split_camera_path(path: &Path) -> (PathBuf, Option<String>) {
 /// Names a file that cannot be read.
 pub fn read_camera_file(path: &Path) -> Result<Result<CameraFile, InvalidCameraFile>, Error> {
     let (file, name) = split_camera_path(path);
-    let text = read(Some(&file), "a camera file", CAMERA_HINT)?.unwrap_or_default();
+    let text = reading::read_text(&file, CAMERA_FILE)?;
     Ok(read_file(&text, name.as_deref()))
 }
 
@@ -93,13 +101,4 @@ pub fn viewpoint_from_files(
     pose: Option<&Path>,
 ) -> Result<Viewpoint, Error> {
     ViewpointFiles::with_viewpoint(project, camera, pose).map(|(_, viewpoint)| viewpoint)
-}
-
-fn read(
-    path: Option<&Path>,
-    what: &'static str,
-    hint: &'static str,
-) -> Result<Option<String>, Error> {
-    let expected = ExpectedFile { what, max_bytes: MAX_YAML_BYTES, hint };
-    Ok(path.map(|path| reading::read_text(path, expected)).transpose()?)
 }

@@ -148,6 +148,8 @@ fn matrix_data(fields: &mut FieldReader, node: &YamlNode, field: &str) -> Vec<f6
             }
             rows.iter().flat_map(|row| fields.numbers(row, field)).collect()
         }
+        // `D:` without a value, as of rectified cameras.
+        YamlContent::Nothing => Vec::new(),
         _ => fields.numbers(node, field),
     }
 }

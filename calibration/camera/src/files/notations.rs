@@ -7,6 +7,9 @@ use super::{
     mrcal, orb_slam, python_literal, xml, yaml,
 };
 
+/// Maximum length of a camera file, bytes. Only mrcal's may be longer than 1 MiB: they hold all that was calibrated with.
+pub const MAX_FILE_BYTES: usize = 16 << 20;
+
 /// Notation of camera files.
 #[derive(Clone, Copy)]
 pub struct Notation {
@@ -72,20 +75,19 @@ pub(super) fn read(text: &str, name: Option<&str>) -> Result<CameraFile, Invalid
 /// Parses a text of any syntax to the tree of the same content in YAML. The faults are those of keys written twice.
 fn parse(text: &str) -> Result<(YamlNode, Vec<YamlFault>), YamlFault> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    // The YAML parser knows what to say about it.
-    if text.len() > MAX_BYTES {
-        return yaml::parse_tree(text);
-    }
     let first = text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
     let first = first.unwrap_or_default();
-    if first.starts_with('<') {
+    if first.starts_with('{') && mrcal::is_recognised(text) && text.len() <= MAX_FILE_BYTES {
+        python_literal::parse(text)
+    } else if text.len() > MAX_BYTES {
+        // The YAML parser knows what to say about it.
+        yaml::parse_tree(text)
+    } else if first.starts_with('<') {
         xml::parse(text)
     } else if ini::is_recognised(text) {
         Ok((ini::parse(text)?, Vec::new()))
     } else if colmap::is_recognised(first) {
         Ok(colmap::parse(text))
-    } else if first.starts_with('{') && mrcal::is_recognised(text) {
-        python_literal::parse(text)
     } else {
         yaml::parse_tree(text)
     }

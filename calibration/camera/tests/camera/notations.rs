@@ -202,6 +202,7 @@ fn an_empty_model_is_a_rectified_camera() {
     let file = read_file(text, None).unwrap();
     assert_eq!(file.estimate.camera().lens().coefficients(), [0.0; 5]);
     assert_eq!(file.warnings(), Vec::<String>::new());
+    assert_eq!(read(&text.replace("D: []", "D: null")).unwrap(), file.estimate);
     for (from, to, expected) in [
         ("D: []", "D: [0.1, 0, 0, 0, 0]", "is empty, but there are 5 coefficients"),
         (
@@ -263,6 +264,23 @@ fn unknown_files_are_told_what_is_read_and_what_they_lack() {
     }
     let error = read("image_width: 640\nD: []\n").unwrap_err().to_string();
     assert!(error.starts_with("this camera file lacks `camera_matrix`"), "{error}");
+}
+
+#[test]
+fn the_book_lists_all_notations() {
+    let page = include_str!("../../../../docs/reference/files.md");
+    for name in NOTATIONS.iter().flat_map(|notation| notation.name.split(", ")) {
+        let row = format!("| {name} | ");
+        assert!(name == "fabkit" || page.contains(&row), "docs/reference/files.md: {name}");
+    }
+}
+
+#[test]
+fn models_of_mrcal_may_be_long() {
+    let (_, text, _) = PINHOLES.into_iter().find(|(title, ..)| *title == "mrcal").unwrap();
+    let inputs = format!("'optimization_inputs': b'{}',}}", "x#{[".repeat(1 << 19));
+    let long = format!("{}{inputs}", text.strip_suffix('}').unwrap());
+    assert_eq!(read(&long).unwrap(), read(text).unwrap());
 }
 
 proptest! {

@@ -1,19 +1,26 @@
-//! Camera files in YAML: fabkit's own format, OpenCV's, ROS's and Kalibr's.
+//! Camera files: fabkit's own, and those of other programs.
 //!
-//! [`read`] recognises the format by its keys. Only fabkit's own format keeps everything; [`write()`] refuses another
-//! format that would lose something, and names what.
+//! [`read_file`] recognises the notation by its keys; [`NOTATIONS`] lists them. Only fabkit's own format keeps everything;
+//! [`write()`] refuses another format that would lose something, and names what.
 //!
-//! | format | keys that tell it | lenses |
+//! | notation | keys that tell it | lenses |
 //! |---|---|---|
-//! | [`CameraFormat::Fabkit`] | `fabkit_camera` | all, with interface and covariance |
-//! | [`CameraFormat::OpenCv`] | `camera_matrix` or `K`, each an `!!opencv-matrix` | OpenCV, Kannala-Brandt |
-//! | [`CameraFormat::Ros`] | `distortion_model` beside a camera matrix | OpenCV, Kannala-Brandt |
-//! | [`CameraFormat::Kalibr`] | `cam0` | OpenCV (4 terms), Kannala-Brandt, double sphere, EUCM |
+//! | fabkit | `fabkit_camera` | all, with interface and covariance |
+//! | Kalibr | `cam0` | OpenCV (4 terms), Kannala-Brandt, double sphere, EUCM |
+//! | COLMAP | lines `1 OPENCV 640 480` | OpenCV, Kannala-Brandt |
+//! | mrcal | `lensmodel` | OpenCV, stereographic as EUCM |
+//! | camodocal | `model_type` | OpenCV, Kannala-Brandt, MEI without distortion as EUCM |
+//! | ORB-SLAM | `Camera.fx`, `Camera1.fx` | OpenCV, Kannala-Brandt |
+//! | OpenCV, ROS | `camera_matrix`, `K`, ...: YAML, JSON, XML, ini | OpenCV, Kannala-Brandt |
 //!
 //! Kalibr's `omni` without distortion is read as the equivalent EUCM.
 //!
-//! All four formats put pixel centres at integers, so intrinsics are copied unchanged. The code of OpenCV and Kalibr
-//! stops at 90 degrees; here the same coefficients describe the same lens beyond that.
+//! All of them but COLMAP put pixel centres at integers, so intrinsics are copied unchanged; half a pixel is subtracted
+//! from COLMAP's principal point. The code of OpenCV and Kalibr stops at 90 degrees; here the same coefficients describe
+//! the same lens beyond that.
+//!
+//! Every camera is compared with its image when it is read ([`plausibility`](crate::plausibility)): impossible ones are
+//! refused, unusual ones come with [`CameraFile::warnings`].
 //!
 //! ```
 //! use fabkit_camera::files::{self, CameraFormat};
@@ -27,20 +34,33 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod camodocal;
+mod colmap;
 mod fabkit;
 mod fields;
+mod ini;
 mod kalibr;
+mod location;
 mod matrices;
+mod mrcal;
+mod notations;
+mod orb_slam;
 mod pose;
+mod python_literal;
+mod regions;
+mod xml;
+mod yaml;
 
-use fabkit_text::{Dialect, YamlContent, YamlNode};
 use thiserror::Error;
 
 pub use fabkit_text::YamlFault;
 
+pub use self::location::split_camera_name;
+pub use self::notations::{MAX_FILE_BYTES, NOTATIONS, Notation};
 pub use self::pose::{PoseFile, StoredJointCovariance, read_pose};
 use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
+use crate::plausibility::{CameraFinding, plausibility};
 
 /// Format of a camera file.
 ///
@@ -126,11 +146,36 @@ pub struct LossyConversion {
     pub lost: Vec<String>,
 }
 
-/// Reads a camera file of any format in [`CameraFormat`].
+/// Camera as read from a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraFile {
+    /// Camera with its covariance.
+    pub estimate: CameraEstimate,
+    /// Unusual values of the camera.
+    pub findings: Vec<CameraFinding>,
+    /// Parts of the file that were not used, and assumptions, each a sentence.
+    pub notes: Vec<String>,
+}
+
+impl CameraFile {
+    /// Returns findings and notes as sentences for people.
+    pub fn warnings(&self) -> Vec<String> {
+        let findings = self.findings.iter().map(|found| format!("{found} ({})", found.hint()));
+        findings.chain(self.notes.iter().cloned()).collect()
+    }
+}
+
+impl From<CameraEstimate> for CameraFile {
+    /// Wraps a camera that comes from no file.
+    fn from(estimate: CameraEstimate) -> Self {
+        Self { estimate, findings: Vec::new(), notes: Vec::new() }
+    }
+}
+
+/// Reads the only camera of a file in any of the [`NOTATIONS`], and drops its warnings; see [`read_file`].
 ///
 /// # Errors
-/// Reports text above 1 MiB or that is not YAML; a format that is not recognised; missing, misspelt or impossible
-/// values. All faults that can be found together are reported together.
+/// Fails as [`read_file`] without a name.
 ///
 /// ```
 /// use fabkit_camera::files;
@@ -143,66 +188,38 @@ pub struct LossyConversion {
 /// # Ok::<(), files::InvalidCameraFile>(())
 /// ```
 pub fn read(text: &str) -> Result<CameraEstimate, InvalidCameraFile> {
-    parse(text, read_root)
+    read_file(text, None).map(|file| file.estimate)
 }
 
-/// Recognises the format of a camera file and reads it.
-fn read_root(root: &YamlNode) -> Result<CameraEstimate, InvalidCameraFile> {
-    // The most specific key first: other formats may use common names.
-    let has = |key: &str| root.get(key).is_some();
-    if has(fabkit::VERSION_KEY) {
-        fabkit::read(root)
-    } else if has("cam0") {
-        kalibr::read(root)
-    } else if matrices::is_recognised(root) {
-        matrices::read(root)
-    } else {
-        Err(YamlFault::new(None, "", "this is no camera file that fabkit knows")
-            .hint(
-                "expected one of the keys `fabkit_camera` (fabkit), `camera_matrix` or `K` \
-                 (OpenCV, ROS), `cam0` (Kalibr)",
-            )
-            .into())
-    }
-}
-
-/// Parses a text as YAML, then reads its content with `read`. Duplicate keys are faults too.
-fn parse<T>(
-    text: &str,
-    read: impl Fn(&YamlNode) -> Result<T, InvalidCameraFile>,
-) -> Result<T, InvalidCameraFile> {
-    const CAMERA: Dialect = Dialect { tags: &["opencv-matrix"], ..Dialect::new("camera", 1, "") };
-    // Editors on Windows may write a byte order mark.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    // OpenCV's first line, `%YAML:1.0`, is not YAML.
-    let commented =
-        if text.starts_with("%YAML") { format!("#{}", &text[1..]) } else { text.to_owned() };
-    let (root, twice) = fabkit_text::parse(&commented, &CAMERA)?;
-    if root.content == YamlContent::Nothing {
-        return Err(YamlFault::new(None, "", "the file is empty").into());
-    }
-    match read(&root) {
-        Ok(read) if twice.is_empty() => Ok(read),
-        Ok(_) => Err(InvalidCameraFile { faults: twice }),
-        Err(InvalidCameraFile { mut faults }) => {
-            faults.extend(twice);
-            // Duplicate keys are found first, but belong between the other faults.
-            faults.sort_by_key(fault_line);
-            Err(InvalidCameraFile { faults })
-        }
-    }
-}
-
-/// Returns the line of a fault; faults of the whole file sort first.
-fn fault_line(fault: &YamlFault) -> Option<usize> {
-    fault.position.map(|at| at.line)
+/// Reads a camera file in any of the [`NOTATIONS`]. `name` selects one of several cameras.
+///
+/// ```
+/// use fabkit_camera::files;
+///
+/// // COLMAP puts the centre of the first pixel at (0.5, 0.5), fabkit at (0, 0).
+/// let text = "# Camera list\n1 SIMPLE_PINHOLE 640 480 500 320 240\n2 PINHOLE 64 48 50 50 32 24\n";
+/// let file = files::read_file(text, Some("1"))?;
+/// assert_eq!(file.estimate.camera().lens().intrinsics().cx_px, 319.5);
+/// assert!(file.warnings().is_empty());
+///
+/// let error = files::read_file(text, None).unwrap_err().to_string();
+/// assert!(error.contains("holds 2 cameras: `1`, `2`"), "{error}");
+/// # Ok::<(), files::InvalidCameraFile>(())
+/// ```
+///
+/// # Errors
+/// Reports text above 1 MiB (mrcal: [`MAX_FILE_BYTES`]) or that cannot be parsed; a notation that is not recognised; several cameras without a
+/// name; missing, misspelt or impossible values. All faults that can be found together are reported together.
+pub fn read_file(text: &str, name: Option<&str>) -> Result<CameraFile, InvalidCameraFile> {
+    notations::read(text, name)
 }
 
 /// Writes a camera file that [`read`] restores to the last bit.
 ///
 /// # Errors
 /// Fails for any format but fabkit's own if the camera has an interface, a covariance, or a lens that the format cannot
-/// hold. To give those up deliberately, create a [`CameraEstimate`] without them.
+/// hold, or values that only a file of fabkit's own may declare as right. To give those up deliberately, create a
+/// [`CameraEstimate`] without them.
 ///
 /// ```
 /// use fabkit_camera::Camera;
@@ -231,6 +248,9 @@ pub fn write(estimate: &CameraEstimate, format: CameraFormat) -> Result<String, 
     }
     if estimate.covariance().is_some() {
         lost.push("the covariance of the parameters".to_owned());
+    }
+    if let Some(found) = plausibility(camera).iter().find(|found| found.is_impossible()) {
+        lost.push(format!("that its values are meant so: {found}"));
     }
     match text {
         Ok(text) if lost.is_empty() => Ok(text),

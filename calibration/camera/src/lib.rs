@@ -36,6 +36,7 @@ pub mod files;
 mod interface;
 mod joint;
 mod lens;
+mod plausibility;
 mod roots;
 mod view_ray;
 
@@ -46,4 +47,5 @@ pub use interface::{FlatInterface, Interface, SphericalInterface};
 pub use joint::{CovarianceCoverage, JointEstimate, POSE_PARAMETER_COUNT, POSE_PARAMETERS};
 pub use lens::*;
 pub use nalgebra::{DMatrix, Matrix2x3, Point2, Point3, Vector2, Vector3};
+pub use plausibility::{CameraFinding, plausibility};
 pub use view_ray::ViewRay;

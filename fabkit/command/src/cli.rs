@@ -444,7 +444,7 @@ pub struct Render {
     #[arg(long, conflicts_with_all = ["exploded", "assembly"])]
     pub rays: bool,
     /// Draw the view of the sensor's camera through all clear bodies, in its own resolution.
-    /// `--camera=FILE` uses a camera file (fabkit, OpenCV, ROS or Kalibr) instead of the nominal lens
+    /// `--camera=FILE` uses a camera file (fabkit, OpenCV, ROS, Kalibr and others; FILE#NAME for one of several cameras) instead of the nominal lens
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true,
           conflicts_with_all = ["exploded", "assembly", "section", "view", "size", "rays"])]
     pub camera: Option<Option<PathBuf>>,

@@ -8,6 +8,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
+use fabkit_application::scene::split_camera_path;
 use fabkit_application::{Error, ErrorSubject, reading};
 
 use crate::failure::{ErrorKind, Failure};
@@ -52,6 +53,12 @@ impl FileRoles {
         path: impl IntoIterator<Item = P>,
     ) -> Self {
         self.inputs(option, path, true)
+    }
+
+    /// Adds a camera file, of which `FILE#NAME` names one camera.
+    pub(crate) fn reads_camera<P: AsRef<Path>>(self, path: impl IntoIterator<Item = P>) -> Self {
+        let files = path.into_iter().map(|path| split_camera_path(path.as_ref()).0);
+        self.reads("--camera", files)
     }
 
     /// Adds input files that may be missing, because they are optional or because their reader reports all faults at once.

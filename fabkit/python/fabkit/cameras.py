@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -42,25 +43,30 @@ class Camera:
 
     @staticmethod
     def load(path: str | PathLike[str]) -> Camera:
-        """Read a camera file in the format of fabkit, OpenCV, ROS or Kalibr.
+        """Read a camera file of fabkit, OpenCV, ROS, Kalibr, COLMAP, mrcal, camodocal or ORB-SLAM.
+
+        ``FILE#NAME`` selects one camera of a file with several. Unusual values, and parts of the
+        file that are not used, are given as a ``UserWarning``.
 
         Raises
         ------
         FabkitError
             The file cannot be read or holds no camera; all errors are listed, with lines.
         """
+        shown = os.fspath(path)
+        path, name = _fabkit.split_camera_path(shown)
         try:
             text = Path(path).read_text(encoding="utf-8")
         except OSError as error:
             message = f"cannot read {os.fspath(path)}: {error.strerror or error}"
             problems = (Problem(message, file=os.fspath(path)),)
             raise FabkitError(message, code="io", exit_code=4, problems=problems) from error
-        return Camera(_fabkit.Camera.from_text(text, os.fspath(path)))
+        return _read(text, shown, name)
 
     @staticmethod
-    def from_text(text: str) -> Camera:
-        """Read a camera from the content of a camera file."""
-        return Camera(_fabkit.Camera.from_text(text, ""))
+    def from_text(text: str, name: str | None = None) -> Camera:
+        """Read a camera from the content of a camera file, or the one of several with a name."""
+        return _read(text, "", name)
 
     @staticmethod
     def equidistant(width_px: int, height_px: int, field_of_view_rad: float) -> Camera:
@@ -264,3 +270,12 @@ class Camera:
         given, shape = _arrays.rows(pixels, 2, "pixels")
         origins, directions = self._native.unproject(given)
         return origins.reshape(*shape, 3), directions.reshape(*shape, 3)
+
+
+def _read(text: str, file: str, name: str | None) -> Camera:
+    """Read a camera, and warn of what is unusual about it."""
+    camera, unusual = _fabkit.Camera.from_text(text, file, name)
+    for sentence in unusual:
+        # At the line that called `load` or `from_text`.
+        warnings.warn(sentence if file == "" else f"{file}: {sentence}", stacklevel=3)
+    return Camera(camera)

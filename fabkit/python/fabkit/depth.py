@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import os
+import warnings
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
@@ -124,8 +125,8 @@ class Scene(Cast, Capture):
     sensor
         A sensor, or the name of one.
     camera
-        A camera or the path of a camera file. Default: the one that belongs to ``pose``, else the
-        design's lens.
+        A camera or the path of a camera file, ``FILE#NAME`` for one of several. Default: the one
+        that belongs to ``pose``, else the design's lens.
     pose
         A pose file, the result of :func:`fabkit.calibrate.extrinsics`, or ``camera_from_sensor``,
         (4, 4), mm. Default: the camera's pose in the design.
@@ -189,6 +190,9 @@ class Scene(Cast, Capture):
             of_pose,
             unit,
         )
+        # A camera object was checked when it was read, and may have any size.
+        for sentence in [] if given else self._native.warnings():
+            warnings.warn(sentence, stacklevel=2)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # For another process, possibly in another folder: paths become absolute.

@@ -1,14 +1,23 @@
 //! Cameras: vectorised, without copies of inputs or outputs.
 
+use std::path::PathBuf;
+
 use fabkit_application::camera::files::{self, CameraFormat};
 use fabkit_application::camera::{self, CameraEstimate, Point2, Point3};
 use fabkit_application::geometry::NominalCamera;
+use fabkit_application::scene;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::arrays::array_rows;
 use crate::errors::{Failure, OrRaise, exception};
 use crate::running::run_short;
+
+/// Splits `FILE#NAME` into the path of a camera file and the name of one of its cameras.
+#[pyfunction]
+pub fn split_camera_path(path: PathBuf) -> (PathBuf, Option<String>) {
+    scene::split_camera_path(&path)
+}
 
 /// Camera with its covariance.
 #[pyclass(frozen, module = "fabkit._fabkit")]
@@ -29,11 +38,6 @@ impl Camera {
         // Without an interface of its own: the drawn bodies refract its rays.
         Ok(Self { estimate: CameraEstimate::from(camera).with_drawn_interface() })
     }
-
-    /// Formats the camera in fabkit's own format, which keeps everything.
-    pub fn text(&self) -> Result<String, Failure> {
-        files::write(&self.estimate, CameraFormat::Fabkit).map_err(Failure::bug)
-    }
 }
 
 #[pymethods]
@@ -52,9 +56,15 @@ impl Camera {
         Ok(Self { estimate: camera.into() })
     }
 
-    /// Reads a camera file of any known format.
+    /// Reads a camera file in any known notation; `name` selects one of several cameras. Returns what is unusual about
+    /// it, too.
     #[staticmethod]
-    fn from_text(py: Python<'_>, text: &str, file: &str) -> PyResult<Self> {
+    fn from_text(
+        py: Python<'_>,
+        text: &str,
+        file: &str,
+        name: Option<&str>,
+    ) -> PyResult<(Self, Vec<String>)> {
         let wrong = |error: files::InvalidCameraFile| {
             let faults = error.faults.iter().map(|fault| match file {
                 "" => fault.to_string(),
@@ -63,7 +73,9 @@ impl Camera {
             let faults: Vec<String> = faults.collect();
             Failure::call(faults.join("\nerror: "))
         };
-        Ok(Self { estimate: run_short(py, || files::read(text))?.map_err(wrong).or_raise(py)? })
+        let read = run_short(py, || files::read_file(text, name))?.map_err(wrong).or_raise(py)?;
+        let warnings = read.warnings();
+        Ok((Self { estimate: read.estimate }, warnings))
     }
 
     /// Returns the content of a camera file in a format.

@@ -31,7 +31,7 @@ mod _fabkit {
         Extrinsics, Intrinsics, board, extrinsics, find_corners, find_pins, intrinsics, plan,
     };
     #[pymodule_export]
-    use crate::camera::Camera;
+    use crate::camera::{Camera, split_camera_path};
     #[pymodule_export]
     use crate::command::command;
     #[pymodule_export]

@@ -72,7 +72,7 @@ impl Scene {
     ) -> PyResult<Self> {
         let drawn = Arc::clone(&project.project);
         let (source, overrides) = (Arc::clone(&project.source), &project.overrides);
-        let text = camera.map(|camera| camera.text()).transpose().or_raise(py)?;
+        let given_camera = camera.map(|camera| camera.estimate.clone());
         let scene = run_short(py, || {
             let project = match unit.map(Unit) {
                 None => drawn,
@@ -81,9 +81,9 @@ impl Scene {
             let bad = |error| SceneError::viewpoint(None, error);
             let mut files =
                 ViewpointFiles::read(&project, camera_file.as_deref(), pose_file.as_deref())?;
-            // Given texts replace the files' one by one; camera and pose may have different origins.
-            if text.is_some() {
-                files.camera = text;
+            // What is given replaces the files' one by one; camera and pose may have different origins.
+            if let Some(camera) = given_camera {
+                files.camera = Some(camera.into());
             }
             let given = pose_text.map(|text| read_pose(&text)).transpose();
             if let Some(pose) = given.map_err(|error| bad(error.into()))? {
@@ -103,8 +103,9 @@ impl Scene {
                 pose.joint = None;
             }
             let nominal = &project.design.sensor.camera;
-            let viewpoint = Viewpoint::new(nominal, files.camera.as_deref(), files.pose.as_ref())
-                .map_err(bad)?;
+            let viewpoint =
+                Viewpoint::from_files(nominal, files.camera.as_ref(), files.pose.as_ref())
+                    .map_err(bad)?;
             scene::SensorView::new(project, viewpoint)
         })?;
         Ok(Self { sensor, scene: Arc::new(scene.or_raise(py)?) })
@@ -120,6 +121,11 @@ impl Scene {
         })?;
         let scene = Arc::new(scene.or_raise(py)?);
         Ok(Self { sensor: self.sensor.clone(), scene })
+    }
+
+    /// Unusual values of the camera file, each a sentence.
+    fn warnings(&self) -> Vec<String> {
+        self.scene.viewpoint.warnings().to_vec()
     }
 
     /// Description of the contributions to `sigma_mm`.

@@ -80,6 +80,22 @@ def test_files_and_pickles_keep_everything(camera, tmp_path):
     assert caught.value.code == "bad-input"
 
 
+def test_one_camera_of_several_is_named_and_unusual_ones_warn(tmp_path):
+    # COLMAP's pixel centres are half a pixel off.
+    text = "1 PINHOLE 640 480 500 500 320 240\n2 PINHOLE 640 480 500 500 170 240\n"
+    (tmp_path / "cameras.txt").write_text(text)
+    camera = fabkit.Camera.load(f"{tmp_path / 'cameras.txt'}#1")
+    assert camera.parameters["cx_px"] == 319.5
+    with pytest.warns(UserWarning, match="far from the centre"):
+        assert fabkit.Camera.from_text(text, "2").parameters["cx_px"] == 169.5
+    with pytest.warns(UserWarning, match="far from the centre"):
+        fabkit.depth.Scene("rtac0", camera=f"{tmp_path / 'cameras.txt'}#2")
+    with pytest.raises(fabkit.FabkitError, match="holds 2 cameras: `1`, `2`"):
+        fabkit.Camera.load(tmp_path / "cameras.txt")
+    with pytest.raises(fabkit.FabkitError, match="is the matrix in metres"):
+        fabkit.Camera.from_text("1 PINHOLE 640 480 0.0036 0.0036 0.00192 0.00144\n")
+
+
 def test_a_scenes_camera_and_pose_make_the_same_scene() -> None:
     scene = fabkit.depth.Scene("rtac0").resized(64, 48)
     camera_from_sensor = np.linalg.inv(scene.sensor_from_camera)

@@ -1,8 +1,11 @@
 //! Reading of camera and pose files.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use fabkit_camera::files::{PoseFile, read_pose};
+use fabkit_camera::files::{
+    CameraFile, InvalidCameraFile, MAX_FILE_BYTES, PoseFile, read_file, read_pose,
+    split_camera_name,
+};
 use fabkit_files::Error;
 use fabkit_files::reading::MAX_YAML_BYTES;
 use fabkit_files::reading::{self, ExpectedFile};
@@ -11,11 +14,22 @@ use fabkit_fixtures::Project;
 use super::SceneError;
 use crate::ground_truth::Viewpoint;
 
-/// Contents of calibration files: the text of a camera file, and a pose.
+const CAMERA_FILE: ExpectedFile = ExpectedFile {
+    what: "a camera file",
+    max_bytes: MAX_FILE_BYTES as u64,
+    hint: "is it the right file? It holds a lens and an image size",
+};
+const POSE_FILE: ExpectedFile = ExpectedFile {
+    what: "a pose file",
+    max_bytes: MAX_YAML_BYTES,
+    hint: "is it the right file? It holds the matrix `camera_from_sensor`",
+};
+
+/// Contents of calibration files: a camera, and a pose.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ViewpointFiles {
-    /// Text of the camera file: the one given, else the one that the pose file names.
-    pub camera: Option<String>,
+    /// Camera of the file that is given, else of the one that the pose file names.
+    pub camera: Option<CameraFile>,
     /// Parsed pose.
     pub pose: Option<PoseFile>,
 }
@@ -39,8 +53,7 @@ impl ViewpointFiles {
         camera: Option<&Path>,
         pose_path: Option<&Path>,
     ) -> Result<(Self, Viewpoint), Error> {
-        let pose_hint = "is it the right file? It holds the matrix `camera_from_sensor`";
-        let pose = read(pose_path, "a pose file", pose_hint)?;
+        let pose = pose_path.map(|path| reading::read_text(path, POSE_FILE)).transpose()?;
         let of_pose = |error| SceneError::viewpoint(pose_path, error);
         let pose = pose.map(|text| read_pose(&text)).transpose();
         let pose = pose.map_err(|error| of_pose(error.into()))?;
@@ -48,16 +61,33 @@ impl ViewpointFiles {
         let beside = pose_path.zip(pose.as_ref().and_then(|pose| pose.camera.as_ref()));
         let beside = beside.map(|(path, camera)| path.with_file_name(camera));
         let camera_path = camera.or(beside.as_deref());
-        let camera_hint = "is it the right file? It holds a lens and an image size";
-        let camera = read(camera_path, "a camera file", camera_hint)?;
+        let of_camera = |error| SceneError::viewpoint(camera_path, error);
+        let camera = match camera_path {
+            None => None,
+            Some(path) => Some(read_camera_file(path)?.map_err(|error| of_camera(error.into()))?),
+        };
         let nominal = &project.design.sensor.camera;
         // The camera is checked alone first, so that each fault is reported with its own file.
-        Viewpoint::new(nominal, camera.as_deref(), None)
-            .map_err(|error| SceneError::viewpoint(camera_path, error))?;
+        Viewpoint::from_files(nominal, camera.as_ref(), None).map_err(of_camera)?;
         let viewpoint =
-            Viewpoint::new(nominal, camera.as_deref(), pose.as_ref()).map_err(of_pose)?;
+            Viewpoint::from_files(nominal, camera.as_ref(), pose.as_ref()).map_err(of_pose)?;
         Ok((Self { camera, pose }, viewpoint))
     }
+}
+
+/// Splits `FILE#NAME`, as `--camera` and pose files name one camera of several, into the file and the name.
+pub fn split_camera_path(path: &Path) -> (PathBuf, Option<String>) {
+    split_camera_name(path, Path::exists)
+}
+
+/// Reads a camera file; `FILE#NAME` selects one camera of several. The inner result has the faults of the content.
+///
+/// # Errors
+/// Names a file that cannot be read.
+pub fn read_camera_file(path: &Path) -> Result<Result<CameraFile, InvalidCameraFile>, Error> {
+    let (file, name) = split_camera_path(path);
+    let text = reading::read_text(&file, CAMERA_FILE)?;
+    Ok(read_file(&text, name.as_deref()))
 }
 
 /// Returns the viewpoint of a design, with the camera and pose of calibration files where given. A pose file brings the
@@ -85,13 +115,4 @@ pub fn viewpoint_from_files(
     pose: Option<&Path>,
 ) -> Result<Viewpoint, Error> {
     ViewpointFiles::with_viewpoint(project, camera, pose).map(|(_, viewpoint)| viewpoint)
-}
-
-fn read(
-    path: Option<&Path>,
-    what: &'static str,
-    hint: &'static str,
-) -> Result<Option<String>, Error> {
-    let expected = ExpectedFile { what, max_bytes: MAX_YAML_BYTES, hint };
-    Ok(path.map(|path| reading::read_text(path, expected)).transpose()?)
 }

@@ -37,7 +37,7 @@ use fabkit_geometry::{Pose, TouchSurface};
 use fabkit_optics::{TILE, ViewStacks};
 
 pub use self::error::{SceneError, join_causes, unknown_press_hint};
-pub use self::files::{ViewpointFiles, viewpoint_from_files};
+pub use self::files::{ViewpointFiles, read_camera_file, split_camera_path, viewpoint_from_files};
 use self::press_checks::PressApproach;
 use fabkit_files::Error;
 use fabkit_files::memory::{self, MemoryHint};

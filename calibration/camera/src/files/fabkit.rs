@@ -6,15 +6,20 @@ use fabkit_text::{YamlNode, suggestion, to_printable};
 use nalgebra::{DMatrix, Point3};
 
 use super::fields::FieldReader;
-use super::{InvalidCameraFile, YamlFault, list, number};
+use super::{CameraFile, InvalidCameraFile, YamlFault, list, number};
 use crate::error::InvalidCamera;
 use crate::estimate::CameraEstimate;
 use crate::interface::{FlatInterface, Interface, SphericalInterface};
 use crate::lens::{INTRINSICS, Intrinsics, Lens, LensModel};
+use crate::plausibility::{CameraFinding, plausibility};
 
 /// Key that identifies this format; its value is the version.
 pub(super) const VERSION_KEY: &str = "fabkit_camera";
 const VERSION: &str = "1";
+
+/// Key that turns refusals of impossible cameras into warnings, with its only value. It is written for such cameras.
+pub(super) const UNUSUAL: &str = "unusual";
+const ACCEPTED: &str = "accepted";
 
 /// Keys of a flat interface, calibrated or not.
 const FLAT: [&str; 7] = [
@@ -51,9 +56,12 @@ pub(super) fn write(estimate: &CameraEstimate) -> String {
         camera.lens().model_name(),
     );
     write_pairs(&mut text, camera.lens().parameters());
+    if plausibility(camera).iter().any(CameraFinding::is_impossible) {
+        // Writing to a string cannot fail, here and below.
+        let _ = writeln!(text, "{UNUSUAL}: {ACCEPTED}");
+    }
     let (names, values) = interface_values(camera.interface());
     if *camera.interface() != Interface::None {
-        // Writing to a string cannot fail, here and below.
         let _ = writeln!(text, "interface:\n  kind: {}", camera.interface().kind_name());
         write_pairs(&mut text, names.iter().copied().zip(values));
         if camera.interface().has_drawn_bodies_behind() {
@@ -107,7 +115,7 @@ fn interface_values(interface: &Interface) -> (&'static [&'static str], Vec<f64>
 }
 
 /// Reads a camera in fabkit's own format.
-pub(super) fn read(root: &YamlNode) -> Result<CameraEstimate, InvalidCameraFile> {
+pub(super) fn read(root: &YamlNode) -> Result<CameraFile, InvalidCameraFile> {
     let mut fields = FieldReader::default();
     if let Some((version, line)) = fields.text(root, VERSION_KEY)
         && version != VERSION
@@ -116,8 +124,15 @@ pub(super) fn read(root: &YamlNode) -> Result<CameraEstimate, InvalidCameraFile>
         let hint = format!("this fabkit reads version {VERSION}");
         return Err(YamlFault::new(line, VERSION_KEY, message).hint(hint).into());
     }
-    let known = [VERSION_KEY, "width_px", "height_px", "lens", "interface", "covariance"];
+    let known = [VERSION_KEY, "width_px", "height_px", "lens", UNUSUAL, "interface", "covariance"];
     fields.require_known_keys(root, &known);
+    if let Some((word, line)) = root.get(UNUSUAL).and_then(|_| fields.text(root, UNUSUAL)) {
+        fields.accepts_unusual = word == ACCEPTED;
+        if word != ACCEPTED {
+            let message = format!("is `{}`, but must be `{ACCEPTED}`", to_printable(word));
+            fields.fault(YamlFault::new(line, UNUSUAL, message).hint("or leave the line out"));
+        }
+    }
     let size = ["width_px", "height_px"]
         .map(|key| fields.child(root, key).map_or(0, |node| fields.pixels(node, key)));
     let lens = fields.child(root, "lens").and_then(|node| read_lens(&mut fields, node));

@@ -3,12 +3,13 @@
 use fabkit_text::{Position, YamlNode, suggestion, to_printable};
 use nalgebra::DMatrix;
 
-use super::{InvalidCameraFile, YamlFault};
+use super::{CameraFile, InvalidCameraFile, YamlFault};
 use crate::camera::{Camera, check_size_and_interface};
 use crate::error::{InvalidCamera, ParameterViolation, format_number};
 use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 use crate::lens::Lens;
+use crate::plausibility::plausibility;
 
 /// Reader that collects faults, and the positions of parameters for messages.
 ///
@@ -19,11 +20,20 @@ pub(super) struct FieldReader {
     faults: Vec<YamlFault>,
     /// Positions in the file from which parameters were read, by parameter name.
     places: Vec<(&'static str, Position)>,
+    /// Parts of the file that were not used, and assumptions.
+    notes: Vec<String>,
+    /// Whether the file declares its values as right, however unusual.
+    pub(super) accepts_unusual: bool,
 }
 
 impl FieldReader {
     pub(super) fn fault(&mut self, fault: YamlFault) {
         self.faults.push(fault);
+    }
+
+    /// Records a part of the file that is not used, or an assumption.
+    pub(super) fn note(&mut self, note: impl Into<String>) {
+        self.notes.push(note.into());
     }
 
     /// Records the position of a camera's parameters.
@@ -95,6 +105,21 @@ impl FieldReader {
         0
     }
 
+    /// Reads an image size `[width, height]`; zeros if it is none.
+    pub(super) fn size(&mut self, node: &YamlNode, field: &str) -> (u32, u32) {
+        // A mapping, as some scripts write it.
+        if let Some((width, height)) = node.get("width").zip(node.get("height")) {
+            return (self.pixels(width, "width_px"), self.pixels(height, "height_px"));
+        }
+        match node.items() {
+            [width, height] => (self.pixels(width, "width_px"), self.pixels(height, "height_px")),
+            _ => {
+                self.fault(YamlFault::new(node.position, field, "must be [width, height]"));
+                (0, 0)
+            }
+        }
+    }
+
     /// Reads a required word with its position.
     pub(super) fn text<'a>(&mut self, map: &'a YamlNode, key: &str) -> Option<(&'a str, Position)> {
         let node = self.child(map, key)?;
@@ -126,13 +151,15 @@ impl FieldReader {
     }
 
     /// Creates a camera from the values, or returns all faults. If `lens` is `None`, a fault has been reported for it.
+    ///
+    /// Files become cameras only here, so that each is compared with its image ([`plausibility`]).
     pub(super) fn into_camera(
         mut self,
         (width_px, height_px): (u32, u32),
         lens: Option<Result<Lens, InvalidCamera>>,
         interface: Interface,
         covariance: Option<DMatrix<f64>>,
-    ) -> Result<CameraEstimate, InvalidCameraFile> {
+    ) -> Result<CameraFile, InvalidCameraFile> {
         let camera = match lens {
             Some(Ok(lens)) if self.faults.is_empty() => {
                 match Camera::new(width_px, height_px, lens, interface) {
@@ -142,10 +169,31 @@ impl FieldReader {
             }
             lens => return Err(self.into_faults((width_px, height_px), lens, interface)),
         };
-        CameraEstimate::new(camera, covariance).map_err(|error| {
-            self.fault(YamlFault::new(None, "covariance", error.to_string()));
-            self.with_violations(Vec::new())
-        })
+        let findings = plausibility(&camera);
+        for found in findings.iter().filter(|found| found.is_impossible()) {
+            if !self.accepts_unusual {
+                let place = self.place(found.parameter());
+                self.fault(YamlFault::new(place, "", found.to_string()).hint(found.hint()));
+            }
+        }
+        if !self.faults.is_empty() {
+            return Err(self.with_violations(Vec::new()));
+        }
+        match CameraEstimate::new(camera, covariance) {
+            Ok(estimate) => Ok(CameraFile { estimate, findings, notes: self.notes }),
+            Err(error) => {
+                self.fault(YamlFault::new(None, "covariance", error.to_string()));
+                Err(self.with_violations(Vec::new()))
+            }
+        }
+    }
+
+    /// Returns the position in the file from which a parameter was read.
+    fn place(&self, parameter: &str) -> Option<Position> {
+        let find = |parameter| self.places.iter().find(|(name, _)| *name == parameter);
+        // Sphere models have no k1.
+        let place = find(parameter).or_else(|| find("alpha").filter(|_| parameter == "k1"));
+        place.map(|(_, at)| *at)
     }
 
     /// Returns all faults, including those of the values, if no camera can be created.
@@ -163,14 +211,14 @@ impl FieldReader {
 
     fn with_violations(mut self, violations: Vec<ParameterViolation>) -> InvalidCameraFile {
         violations.into_iter().for_each(|violation| self.violation(violation));
-        self.faults.sort_by_key(super::fault_line);
+        self.faults.sort_by_key(super::yaml::fault_line);
         InvalidCameraFile { faults: self.faults }
     }
 
     /// Reports a violated condition, unless the value could not be read and is reported for that.
     fn violation(&mut self, violation: ParameterViolation) {
         let ParameterViolation { field, value, limit } = violation;
-        let place = self.places.iter().find(|(name, _)| *name == field).map(|(_, at)| *at);
+        let place = self.place(field);
         // A size of 0 without a position was not read either.
         let unread = value.is_nan() || (value == 0.0 && place.is_none());
         if !unread || self.faults.is_empty() {

@@ -1,35 +1,31 @@
-//! Kalibr's camera chains with one camera.
+//! Kalibr's camera chains.
 
-use fabkit_text::{YamlContent, YamlNode, suggestion, to_printable};
+use fabkit_text::{YamlNode, suggestion, to_printable};
 
 use super::fields::FieldReader;
-use super::{InvalidCameraFile, YamlFault, list};
+use super::{CameraFile, InvalidCameraFile, YamlFault, list};
 use crate::camera::Camera;
 use crate::error::InvalidCamera;
-use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 use crate::lens::{DoubleSphere, Eucm, INTRINSICS, Intrinsics, KannalaBrandt, Lens, OpenCv};
 
-/// Reads a camera chain with one camera.
-pub(super) fn read(root: &YamlNode) -> Result<CameraEstimate, InvalidCameraFile> {
+/// Returns the names `cam0`, `cam1`, ... of a chain's cameras.
+pub(super) fn cameras(root: &YamlNode) -> Option<Vec<String>> {
+    let is_number =
+        |text: &str| !text.is_empty() && text.chars().all(|digit| digit.is_ascii_digit());
+    let names = root.entries().iter().map(|entry| &entry.key);
+    let names = names.filter(|key| key.strip_prefix("cam").is_some_and(is_number));
+    let names: Vec<String> = names.cloned().collect();
+    (!names.is_empty()).then_some(names)
+}
+
+/// Reads one camera of a chain.
+pub(super) fn read(root: &YamlNode, name: &str) -> Result<CameraFile, InvalidCameraFile> {
     let mut fields = FieldReader::default();
-    for entry in root.entries().iter().filter(|e| e.key.starts_with("cam") && e.key != "cam0") {
-        let fault =
-            YamlFault::new(entry.key_position, &to_printable(&entry.key), "is a second camera");
-        fields.fault(fault.hint("keep one camera in the file, as `cam0`"));
-    }
-    let Some(camera) = fields.child(root, "cam0") else {
+    let Some(camera) = fields.child(root, name) else {
         return Err(fields.into_faults((0, 0), None, Interface::None));
     };
-    let size = fields.child(camera, "resolution").map(|node| match &node.content {
-        YamlContent::List(items) if items.len() == 2 => {
-            (fields.pixels(&items[0], "width_px"), fields.pixels(&items[1], "height_px"))
-        }
-        _ => {
-            fields.fault(YamlFault::new(node.position, "resolution", "must be [width, height]"));
-            (0, 0)
-        }
-    });
+    let size = fields.child(camera, "resolution").map(|node| fields.size(node, "resolution"));
     let lens = read_lens(&mut fields, camera);
     match size {
         Some(size) => fields.into_camera(size, lens, Interface::None, None),

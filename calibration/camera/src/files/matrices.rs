@@ -1,21 +1,44 @@
 //! Formats with a camera matrix and a distortion vector: OpenCV's `FileStorage` and ROS's `camera_info`.
 
-use fabkit_text::{Position, YamlContent, YamlNode, suggestion, to_printable};
+use fabkit_text::{YamlContent, YamlNode, suggestion, to_printable};
 
 use super::fields::FieldReader;
-use super::{InvalidCameraFile, YamlFault, list};
+use super::{CameraFile, InvalidCameraFile, YamlFault, list, regions};
 use crate::camera::Camera;
-use crate::estimate::CameraEstimate;
 use crate::interface::Interface;
 use crate::lens::{INTRINSICS, Intrinsics, KannalaBrandt, Lens, OpenCv};
 
 /// Spellings of each key in OpenCV's and ROS's calibration tools, in ROS messages, and in common scripts.
-const MATRIX: [&str; 6] =
-    ["camera_matrix", "K", "k", "cameraMatrix", "Camera_Matrix", "intrinsic_matrix"];
-const DISTORTION: [&str; 6] =
-    ["distortion_coefficients", "D", "d", "distCoeffs", "Distortion_Coefficients", "dist_coeffs"];
-const WIDTH: [&str; 3] = ["image_width", "width", "image_Width"];
-const HEIGHT: [&str; 3] = ["image_height", "height", "image_Height"];
+const MATRIX: [&str; 7] =
+    ["camera_matrix", "K", "k", "cameraMatrix", "Camera_Matrix", "intrinsic_matrix", "mtx"];
+const DISTORTION: [&str; 11] = [
+    "distortion_coefficients",
+    "D",
+    "d",
+    "distCoeffs",
+    "Distortion_Coefficients",
+    "dist_coeffs",
+    "dist_coeff",
+    "dist_coefs",
+    "distortion_coeffs",
+    "dist",
+    "distortion",
+];
+/// Matrix and vector of each camera of a pair, in OpenCV's samples and common scripts. The matrix's key is the name.
+const PAIRS: [(&str, &str); 8] = [
+    ("M1", "D1"),
+    ("M2", "D2"),
+    ("K1", "D1"),
+    ("K2", "D2"),
+    ("cameraMatrix1", "distCoeffs1"),
+    ("cameraMatrix2", "distCoeffs2"),
+    ("camera_matrix_1", "dist_coeffs_1"),
+    ("camera_matrix_2", "dist_coeffs_2"),
+];
+const WIDTH: [&str; 4] = ["image_width", "width", "image_Width", "w"];
+const HEIGHT: [&str; 4] = ["image_height", "height", "image_Height", "h"];
+/// Both sides in one list, width first.
+const SIZE: [&str; 6] = ["image_size", "imageSize", "resolution", "dim", "DIM", "img_size"];
 
 /// Lens model of the distortion vector.
 #[derive(Clone, Copy, PartialEq)]
@@ -28,36 +51,56 @@ fn first<'a>(root: &'a YamlNode, spellings: &[&str]) -> Option<&'a YamlNode> {
     spellings.iter().find_map(|key| root.get(key))
 }
 
-pub(super) fn is_recognised(root: &YamlNode) -> bool {
-    first(root, &MATRIX).is_some()
+/// Returns the names of the cameras of a pair, or of mappings that hold a camera each; empty for a file with one camera at
+/// its top.
+pub(super) fn cameras(root: &YamlNode) -> Option<Vec<String>> {
+    if first(root, &MATRIX).is_some() {
+        return Some(Vec::new());
+    }
+    let keys = PAIRS.iter().map(|(matrix, _)| *matrix).filter(|key| root.get(key).is_some());
+    let pair: Vec<String> = keys.map(str::to_owned).collect();
+    if !pair.is_empty() {
+        return Some(pair);
+    }
+    let has_camera = |node: &YamlNode| first(node, &MATRIX).is_some();
+    let entries = root.entries().iter().filter(|entry| has_camera(&entry.value));
+    let names: Vec<String> = entries.map(|entry| entry.key.clone()).collect();
+    (!names.is_empty()).then_some(names)
+}
+
+/// Returns what a file without camera matrix lacks, if it has other parts of a camera.
+pub(super) fn missing_part(root: &YamlNode) -> Option<&'static str> {
+    let others = [&DISTORTION[..], &WIDTH, &SIZE, &["distortion_model", "camera_model"]];
+    others.into_iter().any(|keys| first(root, keys).is_some()).then_some("`camera_matrix`")
 }
 
 /// Reads a camera in OpenCV's or ROS's format.
-pub(super) fn read(root: &YamlNode) -> Result<CameraEstimate, InvalidCameraFile> {
+pub(super) fn read(file: &YamlNode, name: &str) -> Result<CameraFile, InvalidCameraFile> {
     let mut fields = FieldReader::default();
-    let mut size = |spellings: &[&'static str], field: &'static str| {
-        let Some(node) = first(root, spellings) else {
-            let message = "is missing; without the image's size a camera is not complete";
-            fields.fault(YamlFault::new(None, spellings[0], message));
-            return 0;
-        };
-        fields.pixels(node, field)
+    let pair = PAIRS.iter().find(|(matrix, _)| *matrix == name);
+    let root = match pair {
+        None if !name.is_empty() => file.get(name).unwrap_or(file),
+        _ => file,
     };
-    let size = (size(&WIDTH, "width_px"), size(&HEIGHT, "height_px"));
-
-    let intrinsics = first(root, &MATRIX).map(|node| read_intrinsics(&mut fields, node));
-    let distortion = first(root, &DISTORTION);
+    let size = read_size(&mut fields, root, file);
+    let (matrix, distortion) = match pair {
+        Some((matrix, distortion)) => (file.get(matrix), file.get(distortion)),
+        None => (first(root, &MATRIX), first(root, &DISTORTION)),
+    };
+    let intrinsics = matrix.map(|node| read_intrinsics(&mut fields, node));
     let Some(distortion) = distortion else {
-        fields.fault(YamlFault::new(None, DISTORTION[0], "is missing"));
+        let hint = "write `distortion_coefficients: []` for a lens without distortion";
+        fields.fault(YamlFault::new(None, DISTORTION[0], "is missing").hint(hint));
         return Err(fields.into_faults(size, None, Interface::None));
     };
     let coefficients = matrix_data(&mut fields, distortion, DISTORTION[0]);
     // Violations of any coefficient point to the vector as a whole.
-    fields.record_position(&["k1", "k2", "p1", "p2", "k3", "k4"], distortion.position);
-    let model = read_model(&mut fields, root, distortion.position, coefficients.len());
-    let (Some(intrinsics), Some(model)) = (intrinsics, model) else {
+    fields.record_position(&["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"], distortion.position);
+    let model = read_model(&mut fields, root, distortion, &coefficients);
+    let (Some(mut intrinsics), Some(model)) = (intrinsics, model) else {
         return Err(fields.into_faults(size, None, Interface::None));
     };
+    let size = regions::apply(&mut fields, root, size, &mut intrinsics);
     let lens = match model {
         DistortionModel::Fisheye => {
             let k = require_count(&mut fields, distortion, &coefficients, &[4]);
@@ -73,12 +116,40 @@ pub(super) fn read(root: &YamlNode) -> Result<CameraEstimate, InvalidCameraFile>
     fields.into_camera(size, lens, Interface::None, None)
 }
 
-/// Reads the numbers of a matrix, row by row, or of a plain list.
+/// Reads the image's size, of the camera or of the whole file.
+fn read_size(fields: &mut FieldReader, root: &YamlNode, file: &YamlNode) -> (u32, u32) {
+    if let Some(node) = first(root, &SIZE).or_else(|| first(file, &SIZE)) {
+        return fields.size(node, "image size");
+    }
+    let mut side = |spellings: &[&'static str], field: &'static str| {
+        let Some(node) = first(root, spellings).or_else(|| first(file, spellings)) else {
+            let message = "is missing; without the image's size a camera is not complete";
+            let hint = "add `image_width` and `image_height` of the images of the calibration";
+            fields.fault(YamlFault::new(None, spellings[0], message).hint(hint));
+            return 0;
+        };
+        fields.pixels(node, field)
+    };
+    (side(&WIDTH, "width_px"), side(&HEIGHT, "height_px"))
+}
+
+/// Reads the numbers of a matrix, row by row: `data` of a mapping, a list of rows, or a plain list.
 fn matrix_data(fields: &mut FieldReader, node: &YamlNode, field: &str) -> Vec<f64> {
     match &node.content {
-        YamlContent::Map(_) => {
-            fields.child(node, "data").map_or_else(Vec::new, |data| fields.numbers(data, field))
+        YamlContent::Map(_) => fields
+            .child(node, "data")
+            .map_or_else(Vec::new, |data| matrix_data(fields, data, field)),
+        YamlContent::List(rows) if rows.iter().any(YamlNode::is_list) => {
+            // One number less in a row moves all that follow it.
+            let columns = rows[0].items().len();
+            if let Some(row) = rows.iter().find(|row| row.items().len() != columns) {
+                let message = "its rows have different numbers of columns";
+                fields.fault(YamlFault::new(row.position, field, message));
+            }
+            rows.iter().flat_map(|row| fields.numbers(row, field)).collect()
         }
+        // `D:` without a value, as of rectified cameras.
+        YamlContent::Nothing => Vec::new(),
         _ => fields.numbers(node, field),
     }
 }
@@ -95,13 +166,24 @@ fn read_intrinsics(fields: &mut FieldReader, node: &YamlNode) -> Intrinsics {
             [f64::NAN; 9]
         }
     };
+    if k.len() == 9 && k[..8].iter().all(|value| *value == 0.0) {
+        let fault =
+            YamlFault::new(node.position, MATRIX[0], "is zero: the camera is not calibrated");
+        fields.fault(fault.hint("ROS drivers publish zeros until a calibration is loaded"));
+    }
     if skew != 0.0 && skew.is_finite() {
         let fault = YamlFault::new(node.position, MATRIX[0], format!("has a skew of {skew} px"));
         fields.fault(fault.hint("no lens model here has one; calibrate without it"));
     }
     if below.is_finite() && (below != 0.0 || rest != [0.0, 0.0, 1.0]) {
         let message = "is not of the form [fx, 0, cx; 0, fy, cy; 0, 0, 1]";
-        fields.fault(YamlFault::new(node.position, MATRIX[0], message));
+        let fault = YamlFault::new(node.position, MATRIX[0], message);
+        let is_transposed = rest[2] == 1.0 && [skew, below, cx_px, cy_px] == [0.0; 4];
+        fields.fault(if is_transposed {
+            fault.hint("written column by column, as Open3D does? Write it row by row")
+        } else {
+            fault
+        });
     }
     Intrinsics { fx_px, fy_px, cx_px, cy_px }
 }
@@ -113,14 +195,23 @@ fn read_intrinsics(fields: &mut FieldReader, node: &YamlNode) -> Intrinsics {
 fn read_model(
     fields: &mut FieldReader,
     root: &YamlNode,
-    at: Position,
-    count: usize,
+    vector: &YamlNode,
+    coefficients: &[f64],
 ) -> Option<DistortionModel> {
+    let count = coefficients.len();
     if root.get("distortion_model").is_some() {
         let (name, line) = fields.text(root, "distortion_model")?;
         return match name {
-            "plumb_bob" | "rational_polynomial" => Some(DistortionModel::OpenCv),
-            "equidistant" | "fisheye" => Some(DistortionModel::Fisheye),
+            "plumb_bob" | "rational_polynomial" | "radtan" => Some(DistortionModel::OpenCv),
+            "equidistant" | "equi" | "fisheye" => Some(DistortionModel::Fisheye),
+            // A camera whose images are rectified.
+            "" | "none" if count == 0 => Some(DistortionModel::OpenCv),
+            "" => {
+                let message = format!("is empty, but there are {count} coefficients");
+                let hint = "expected plumb_bob, rational_polynomial or equidistant";
+                fields.fault(YamlFault::new(line, "distortion_model", message).hint(hint));
+                None
+            }
             other => {
                 let message = format!("`{}` is not known", to_printable(other));
                 let hint =
@@ -142,11 +233,21 @@ fn read_model(
             }
         };
     }
+    // `cv2.fisheye.calibrate` returns a column of four, `cv2.calibrateCamera` never four numbers. Four zeros are
+    // written by people.
+    let is_column = vector.items().len() == 4 && vector.items().iter().all(YamlNode::is_list);
+    if count == 4 && is_column && coefficients.iter().any(|k| *k != 0.0) {
+        fields.note(
+            "four coefficients in a column are read as those of a fisheye, as \
+             `cv2.fisheye.calibrate` returns them; state `fisheye_model: 1`, or 0 for k1 k2 p1 p2",
+        );
+        return Some(DistortionModel::Fisheye);
+    }
     if count == 4 {
         let message = "four coefficients are either k1 k2 p1 p2 or the k1 k2 k3 k4 of a fisheye, \
                        and the file does not say which";
         let hint = "add the line `fisheye_model: 0` or `fisheye_model: 1`";
-        fields.fault(YamlFault::new(at, DISTORTION[0], message).hint(hint));
+        fields.fault(YamlFault::new(vector.position, DISTORTION[0], message).hint(hint));
         return None;
     }
     Some(DistortionModel::OpenCv)

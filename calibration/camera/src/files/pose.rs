@@ -6,7 +6,8 @@ use fabkit_text::YamlNode;
 use nalgebra::DMatrix;
 
 use super::fields::FieldReader;
-use super::{InvalidCameraFile, YamlFault, list, parse};
+use super::yaml::parse;
+use super::{InvalidCameraFile, YamlFault, list};
 use crate::camera::Camera;
 use crate::estimate::{CameraEstimate, InvalidCovariance};
 use crate::joint::{JointEstimate, POSE_PARAMETER_COUNT, POSE_PARAMETERS};

@@ -1,7 +1,7 @@
 //! Camera files: round trips, other programs' files, and files that must be refused.
 
 use crate::common;
-use fabkit_camera::files::{CameraFormat, read, write};
+use fabkit_camera::files::{CameraFormat, read, read_file, write};
 use fabkit_camera::{Camera, CameraEstimate, DMatrix, Interface, Lens, OpenCv, Point3, Vector3};
 use proptest::prelude::*;
 
@@ -153,7 +153,11 @@ fn kalibr_files_are_read() {
     assert!(error.starts_with("line 6: distortion_coeffs: `omni`"), "{error}");
     let two = format!("{radtan}cam1:\n  camera_model: pinhole\n");
     let error = read(&two).unwrap_err().to_string();
-    assert!(error.starts_with("line 9: cam1: is a second camera"), "{error}");
+    assert!(
+        error.starts_with("the file holds 2 cameras: `cam0`, `cam1` (write FILE#cam0"),
+        "{error}"
+    );
+    assert_eq!(read_file(&two, Some("cam0")).unwrap().estimate, read(&radtan).unwrap());
 }
 
 #[test]

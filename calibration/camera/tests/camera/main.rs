@@ -5,6 +5,8 @@ mod domain;
 mod files;
 mod jacobians;
 mod making;
+mod notations;
 mod opencv;
+mod plausibility;
 mod refraction;
 mod round_trips;

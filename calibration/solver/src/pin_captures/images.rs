@@ -45,6 +45,17 @@ pub fn read_grey_if(
     GreyImage::read(&bytes).map_err(wrong)
 }
 
+/// Reads the size of an image, `[width, height]`, from its header.
+///
+/// # Errors
+/// Fails for a file that cannot be read, or is no image that can be used.
+pub fn read_size_px(path: &Path) -> Result<[u32; 2], Error> {
+    let wrong = |source: ImageError| {
+        Error::from(PinCaptureError::Image { file: path.display().to_string(), source })
+    };
+    GreyImage::size_px(&reading::read(path, IMAGE_FILE)?).map_err(wrong)
+}
+
 /// Runs `work` on images of this size with as many workers as memory allows. `each` is the memory of one worker and
 /// `shared` that of all together, bytes per pixel.
 pub fn run_on_workers<R: Send>(

@@ -37,6 +37,8 @@ pub struct PinCaptures<'a> {
     pub marked: Vec<MarkedCapture<'a>>,
     /// Folder of the images, if marks were detected in images.
     pub folder: Option<PathBuf>,
+    /// Width and height of the images, px, if marks were detected in images.
+    pub size_px: Option<[u32; 2]>,
     /// True if all marks were detected in images here; otherwise they may be anything that somebody took for pins.
     pub is_detected: bool,
     /// Largest fraction of lit pixels that are saturated in an image, 0 to 1.
@@ -69,18 +71,21 @@ pub fn read<'a>(
     let (planned, reference) = plan_captures(folder, reference, landmarks, kind)?;
     let seen: Vec<PathBuf> =
         planned.iter().filter(|c| c.marks.is_none()).map(|c| folder.join(&c.file)).collect();
-    let mut detections = Vec::new();
+    let (mut detections, mut size_px) = (Vec::new(), None);
     if !seen.is_empty() {
         let Some(reference) = reference else {
             return Err(PinCaptureError::NoReference { folder: folder.into() }.into());
         };
         detections = images::detect_all(&reference, &seen, &DetectionOptions::default())?;
+        // All images have the size of the reference, else they are refused.
+        size_px = Some(images::read_size_px(&reference)?);
     }
     let saturated = detections.iter().map(|found| found.saturated_fraction).fold(0.0, f64::max);
     let mut detections = detections.into_iter();
     let is_detected = planned.iter().all(|capture| capture.marks.is_none());
     let folder = Some(folder.into());
-    let mut captures = PinCaptures { is_detected, folder, saturated, ..PinCaptures::default() };
+    let mut captures =
+        PinCaptures { is_detected, folder, size_px, saturated, ..PinCaptures::default() };
     for PlannedCapture { file, pins, labelled, marks } in planned {
         let detected = || {
             let marks = detections.next().map(|detection| detection.marks).unwrap_or_default();

@@ -40,6 +40,17 @@ pub enum CalibrationRunError {
         /// Width and height of the camera's images, px.
         expected_px: [u32; 2],
     },
+    /// Captures whose size differs from that of the camera's calibration.
+    #[error(
+        "the captures have {} x {} px, the camera is that of images of {} x {} px",
+        .captures_px[0], .captures_px[1], .camera_px[0], .camera_px[1]
+    )]
+    CameraSize {
+        /// Width and height of the captures, px.
+        captures_px: [u32; 2],
+        /// Width and height of the camera's images, px.
+        camera_px: [u32; 2],
+    },
     /// Image that was given twice.
     #[error("{here} and {there} are the same image")]
     SameImage {
@@ -165,6 +176,10 @@ impl Explained for CalibrationRunError {
                 "take all images with the sensor's camera at its own size, or change the sensor's \
                  camera.width_px and camera.height_px"
             }
+            Self::CameraSize { .. } => {
+                "give the captures at the size of the calibration, or scale the camera: fx and cx + 0.5 \
+                 grow with the width, fy and cy + 0.5 with the height"
+            }
             Self::SameImage { .. } => "give each image only once: a copy is no new evidence",
             Self::NoForecast { .. } => "correct the sensor's `camera`",
             Self::Charuco => "use fabkit's own detector, or give what OpenCV found",
@@ -206,6 +221,7 @@ impl Explained for CalibrationRunError {
         match self {
             Self::Camera { file, .. } => ErrorSubject::from_path("bad_camera_file", file),
             Self::OtherSize { file, .. } => ErrorSubject::from_path("other_size", file.as_ref()),
+            Self::CameraSize { .. } => ErrorSubject::new("other_size"),
             Self::Board(_) => ErrorSubject::new("bad_board"),
             Self::Corners(_) => ErrorSubject::new("bad_corners"),
             Self::Landmarks { .. } => ErrorSubject::new("bad_landmarks"),

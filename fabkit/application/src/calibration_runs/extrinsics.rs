@@ -12,7 +12,8 @@ use fabkit_calibration::model::{MarkOffsets, Model, Observation};
 use fabkit_calibration::pin_captures::images::read_grey;
 use fabkit_calibration::pin_captures::{PinCaptureError, PinCaptures};
 use fabkit_calibration::report::{ExtrinsicsReport, PinCrop};
-use fabkit_camera::{CameraEstimate, Vector2, files};
+use fabkit_camera::files::CameraFile;
+use fabkit_camera::{CameraEstimate, Vector2};
 use fabkit_capture::LightConstants;
 use fabkit_designs::Design;
 use fabkit_files::Error;
@@ -20,6 +21,7 @@ use fabkit_files::reading::{self, ExpectedFile};
 use fabkit_fixtures::halves::is_from_halves;
 use fabkit_fixtures::{DrawnBodies, Project};
 use fabkit_geometry::{Point3, Pose};
+use fabkit_scene::read_camera_file;
 
 use super::CalibrationRunError;
 use super::marks::{LandmarkShapes, PinMarkRenderer, RenderingView};
@@ -72,6 +74,7 @@ pub fn solve<R, E: From<Error>>(
     look: impl FnOnce(&ExtrinsicsReport) -> Result<R, E>,
 ) -> Result<R, E> {
     let PoseCalibrationInputs { project, camera, landmarks, captures, .. } = *inputs;
+    check_camera_size(camera, captures)?;
     let sensor = &project.design.sensor;
     let nominal = sensor.camera.sensor_from_camera.inverse();
     let Some(mut assignment) = assign(camera.camera(), &nominal, &captures.marked, &landmarks.pins)
@@ -226,18 +229,27 @@ fn crop_outliers(calibration: &PoseCalibration, captures: &PinCaptures<'_>) -> V
     calibration.checks.outliers.iter().take(MAX_CROPS).filter_map(|(pin, _)| crop(*pin)).collect()
 }
 
-/// Reads a camera file.
+/// Reads a camera file; `FILE#NAME` selects one camera of several.
 ///
 /// # Errors
 /// The file cannot be read or holds no valid camera.
-pub fn read_camera(path: &Path) -> Result<CameraEstimate, Error> {
-    let hint = "fabkit reads its own camera files and those of OpenCV, ROS and Kalibr";
-    let text = reading::read_text(
-        path,
-        ExpectedFile { what: "a camera's file", max_bytes: 1 << 20, hint },
-    )?;
+pub fn read_camera(path: &Path) -> Result<CameraFile, Error> {
     let wrong = |source| CalibrationRunError::Camera { file: path.into(), source };
-    Ok(files::read(&text).map_err(wrong)?)
+    Ok(read_camera_file(path)?.map_err(wrong)?)
+}
+
+/// Refuses a camera that was calibrated at another size than that of the captures.
+///
+/// # Errors
+/// States both sizes.
+pub fn check_camera_size(camera: &CameraEstimate, captures: &PinCaptures<'_>) -> Result<(), Error> {
+    let camera_px = [camera.camera().width_px(), camera.camera().height_px()];
+    match captures.size_px {
+        Some(captures_px) if captures_px != camera_px => {
+            Err(CalibrationRunError::CameraSize { captures_px, camera_px }.into())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Reads the landmarks of a fixture.

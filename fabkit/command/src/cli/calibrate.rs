@@ -101,7 +101,7 @@ pub struct CalibrateExtrinsics {
     /// Set a parameter, for example `camera.depth=8mm`; may be repeated
     #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
-    /// Camera file (fabkit, OpenCV, ROS or Kalibr)
+    /// Camera file (fabkit, OpenCV, ROS, Kalibr and others; FILE#NAME for one of several cameras)
     #[arg(long, value_name = "FILE.yaml")]
     pub camera: PathBuf,
     /// Folder of captures named after the holes with pins, as 01_05_08.png, or listed in captures.csv:
@@ -145,7 +145,7 @@ pub struct CalibratePlan {
     /// Set a parameter, for example `fixtures.pin_dome.captures.noise_px=0.5`; may be repeated
     #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,
-    /// Camera file (fabkit, OpenCV, ROS or Kalibr) with its covariance [default: the sensor's nominal lens, taken as exact]
+    /// Camera file (fabkit, OpenCV, ROS, Kalibr and others; FILE#NAME for one of several cameras) with its covariance [default: the sensor's nominal lens, taken as exact]
     #[arg(long, value_name = "FILE.yaml")]
     pub camera: Option<PathBuf>,
     /// Folder of existing captures, named as for `extrinsics`; only the names are read

@@ -169,7 +169,7 @@ pub struct FitLight {
     /// The sensor.
     #[command(flatten)]
     pub design: Design,
-    /// Camera file (fabkit, OpenCV, ROS or Kalibr); required for domes [default on a pad: its nominal lens]
+    /// Camera file (fabkit, OpenCV, ROS, Kalibr and others; FILE#NAME for one of several cameras); required for domes [default on a pad: its nominal lens]
     #[arg(long, value_name = "FILE.yaml")]
     pub camera: Option<PathBuf>,
     /// On a pad: pose file with `camera_from_sensor` [default: the design's pose]; on a dome the pins determine it

@@ -19,7 +19,7 @@ const MAX_PROBES: i64 = 10_000_000;
 /// Camera and pose.
 #[derive(Debug, Args)]
 pub struct CameraArgs {
-    /// Camera file (fabkit, OpenCV, ROS or Kalibr) [default: the one named in the pose file, else the sensor's nominal lens]
+    /// Camera file (fabkit, OpenCV, ROS, Kalibr and others; FILE#NAME for one of several cameras) [default: the one named in the pose file, else the sensor's nominal lens]
     #[arg(long, value_name = "FILE")]
     pub camera: Option<PathBuf>,
     /// Pose file with `camera_from_sensor` [default: the design's pose]

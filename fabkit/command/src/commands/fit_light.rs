@@ -20,7 +20,7 @@ pub(super) fn run(args: &FitLight) -> Result<Outcome, Failure> {
     let is_read = |name: &str| is_image(name) || name.ends_with(".csv");
     FileRoles::default()
         .reads("SENSOR", Target::new(&args.design.sensor).files())
-        .reads("--camera", &args.camera)
+        .reads_camera(&args.camera)
         .reads("--pose", &args.pose)
         .reads("--landmarks", &args.landmarks)
         .reads("--reference", &args.reference)

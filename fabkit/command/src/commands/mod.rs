@@ -39,10 +39,16 @@ mod view;
 
 use std::ffi::OsString;
 use std::io::{self, Write};
+use std::path::Path;
 
 use clap::{CommandFactory, Parser};
 use clap_complete::CompleteEnv;
+use fabkit_application::calibration_runs::extrinsics;
+use fabkit_application::camera::CameraEstimate;
+use fabkit_application::fixtures::Project;
+use fabkit_application::ground_truth::Viewpoint;
 use fabkit_application::memory;
+use fabkit_application::scene::viewpoint_from_files;
 use serde_json::Value;
 
 use crate::cli::{Calibrate, Cli, Command, Global};
@@ -118,6 +124,32 @@ fn print_result(text: &str, code: u8) -> u8 {
         }
         Ok(()) => code,
     }
+}
+
+/// Prints warnings about input files at once: they concern all that follows, and a long command is better stopped early.
+fn print_warnings(warnings: &[String]) {
+    for warning in warnings {
+        // If standard error is closed, the result is still right for the file as it is.
+        let _ = writeln!(io::stderr(), "warning: {warning}");
+    }
+}
+
+/// Reads a camera file, and prints what is unusual about it.
+fn read_camera(path: &Path) -> Result<CameraEstimate, Failure> {
+    let file = extrinsics::read_camera(path)?;
+    print_warnings(&file.warnings());
+    Ok(file.estimate)
+}
+
+/// Returns the viewpoint of camera and pose files, and prints what is unusual about them.
+fn load_viewpoint(
+    project: &Project,
+    camera: Option<&Path>,
+    pose: Option<&Path>,
+) -> Result<Viewpoint, Failure> {
+    let viewpoint = viewpoint_from_files(project, camera, pose)?;
+    print_warnings(viewpoint.warnings());
+    Ok(viewpoint)
 }
 
 fn exit_code(report: &Outcome) -> u8 {

@@ -7,7 +7,6 @@ use fabkit_application::images::{self, ImageView, MAX_PIXELS};
 use fabkit_application::memory::{self, MemoryHint};
 use fabkit_application::progress::ProgressStep;
 use fabkit_application::reading::has_extension;
-use fabkit_application::scene::viewpoint_from_files;
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 use fabkit_application::{Error, bodies};
@@ -38,7 +37,7 @@ pub(super) fn run(args: &Render, global: &Global) -> Result<Outcome, Failure> {
     }
     FileRoles::default()
         .reads("SENSOR", target.files())
-        .reads("--camera", camera)
+        .reads_camera(camera)
         .reads("--pose", &args.pose)
         .writes("-o", [&args.output])
         .check()?;
@@ -89,7 +88,7 @@ fn draw_camera_view(
         return Err(Failure::new(ErrorKind::BadInput, message, hint));
     }
     let project = target.project(&args.set)?;
-    let viewpoint = viewpoint_from_files(&project, camera, args.pose.as_deref())?;
+    let viewpoint = super::load_viewpoint(&project, camera, args.pose.as_deref())?;
     let sensor = &project.design.sensor;
     let lens = viewpoint.camera();
     // The camera's own image has the camera's resolution.

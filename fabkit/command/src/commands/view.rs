@@ -6,7 +6,7 @@ use fabkit_application::capturing::{LightConstants, Unit, select_lighting as lit
 use fabkit_application::fixtures::Project;
 use fabkit_application::geometry::Lighting;
 use fabkit_application::ground_truth::{SurfaceCoverage, Viewpoint};
-use fabkit_application::scene::{SensorView, join_causes, viewpoint_from_files};
+use fabkit_application::scene::{SensorView, join_causes};
 use fabkit_application::source::{Source, Target};
 
 use super::{ErrorKind, Failure};
@@ -17,7 +17,7 @@ use crate::roles::FileRoles;
 pub(super) fn roles(design: &Design, camera: &CameraArgs) -> FileRoles {
     FileRoles::default()
         .reads("SENSOR", Target::new(&design.sensor).files())
-        .reads("--camera", &camera.camera)
+        .reads_camera(&camera.camera)
         .reads("--pose", &camera.pose)
 }
 
@@ -53,7 +53,7 @@ pub(super) fn load_viewpoint(
         Some(unit) => source.load_unit(unit, &design.set)?,
     };
     let viewpoint =
-        viewpoint_from_files(&project, camera.camera.as_deref(), camera.pose.as_deref())?;
+        super::load_viewpoint(&project, camera.camera.as_deref(), camera.pose.as_deref())?;
     Ok((Arc::new(project), viewpoint))
 }
 

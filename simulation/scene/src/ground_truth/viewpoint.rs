@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fabkit_camera::files::{self, InvalidCameraFile, PoseFile};
+use fabkit_camera::files::{self, CameraFile, InvalidCameraFile, PoseFile};
 use fabkit_camera::{
     Camera, CameraEstimate, Interface, InvalidCamera, InvalidCovariance, JointEstimate,
 };
@@ -35,6 +35,8 @@ pub struct Viewpoint {
     pub sensor_from_camera: Pose,
     /// Whether camera and pose are the design's rather than calibrated.
     is_nominal: [bool; 2],
+    /// Unusual values of the camera file, each a sentence.
+    warnings: Vec<String>,
 }
 
 /// Reason why camera and pose form no viewpoint.
@@ -84,8 +86,25 @@ impl Viewpoint {
         camera_file: Option<&str>,
         pose_file: Option<&PoseFile>,
     ) -> Result<Self, InvalidViewpoint> {
+        let camera_file = camera_file.map(|text| files::read_file(text, None)).transpose()?;
+        Self::from_files(nominal, camera_file.as_ref(), pose_file)
+    }
+
+    /// Creates a viewpoint as [`Viewpoint::new`], from a camera that has been read.
+    ///
+    /// # Errors
+    /// [`InvalidViewpoint`].
+    pub fn from_files(
+        nominal: &NominalCamera,
+        camera_file: Option<&CameraFile>,
+        pose_file: Option<&PoseFile>,
+    ) -> Result<Self, InvalidViewpoint> {
+        let mut warnings = camera_file.map_or_else(Vec::new, CameraFile::warnings);
         let estimate = match camera_file {
-            Some(text) => files::read(text)?,
+            Some(file) => {
+                warnings.extend(other_size(nominal, file.estimate.camera()));
+                file.estimate.clone()
+            }
             None => {
                 let (width, height) = (nominal.width_px, nominal.height_px);
                 let terms = nominal.lens.projection.terms();
@@ -102,7 +121,7 @@ impl Viewpoint {
             None => (nominal.sensor_from_camera, JointEstimate::independent(&estimate, None)?),
         };
         let is_nominal = [camera_file.is_none(), pose_file.is_none()];
-        Ok(Self { estimate, sensor_from_camera, is_nominal })
+        Ok(Self { estimate, sensor_from_camera, is_nominal, warnings })
     }
 
     /// Returns the same view with another number of pixels. Uncertainties are dropped.
@@ -152,6 +171,11 @@ impl Viewpoint {
         stack.starting_behind(&window, nominal)
     }
 
+    /// Returns what is unusual about the camera file, each as a sentence.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
     /// Returns the camera model.
     pub fn camera(&self) -> &Camera {
         self.estimate.camera()
@@ -195,7 +219,7 @@ impl Viewpoint {
         let parameters: serde_json::Map<_, _> =
             camera.parameters().into_iter().map(|(n, v)| (n.to_owned(), json!(v))).collect();
         let word = |is_nominal| if is_nominal { "nominal" } else { "calibrated" };
-        json!({
+        let mut document = json!({
             "camera": word(self.is_nominal[0]),
             "pose": word(self.is_nominal[1]),
             "width_px": camera.width_px(),
@@ -205,8 +229,25 @@ impl Viewpoint {
             "is_drawn_behind": camera.interface().has_drawn_bodies_behind(),
             "parameters": parameters,
             "sensor_from_camera": self.sensor_from_camera,
-        })
+        });
+        if !self.warnings.is_empty() {
+            document["warnings"] = json!(self.warnings);
+        }
+        document
     }
+}
+
+/// Describes a camera file whose image is not as large as the design's, though it may be the same camera.
+fn other_size(nominal: &NominalCamera, camera: &Camera) -> Option<String> {
+    let [width, height] = [camera.width_px(), camera.height_px()];
+    let is_same = [width, height] == [nominal.width_px, nominal.height_px];
+    (!is_same).then(|| {
+        format!(
+            "the camera file is for images of {width} x {height} px, the design's camera takes \
+             {} x {} px",
+            nominal.width_px, nominal.height_px
+        )
+    })
 }
 
 /// Refuses a camera with an interface for a pose that was solved without one, and the reverse: refraction would count

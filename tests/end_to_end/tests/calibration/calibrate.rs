@@ -108,6 +108,17 @@ impl Setup {
 }
 
 #[test]
+fn a_camera_of_another_size_than_the_captures_is_refused() {
+    let setup = Setup::new();
+    let camera = Camera::equidistant(1280, 960, 160f64.to_radians()).unwrap();
+    let text = files::write(&camera.into(), CameraFormat::Fabkit).unwrap();
+    fs::write(setup.path().join("camera.yaml"), text).unwrap();
+    let error = setup.refused(&[]);
+    let expected = "the captures have 640 x 480 px, the camera is that of images of 1280 x 960 px";
+    assert!(error.contains(expected), "{error}");
+}
+
+#[test]
 fn images_become_a_pose_with_a_report() {
     let setup = Setup::new();
     let run = setup.calibrate(&["--report", "report.html", "--json"]);

@@ -1,6 +1,7 @@
 //! Cameras, poses and light from captures: simulated ones, whose truth is known, and published ones.
 
 mod calibrate;
+mod camera_files;
 mod drawn;
 mod fit_light;
 mod found_marks;

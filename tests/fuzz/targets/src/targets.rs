@@ -72,10 +72,15 @@ pub fn r#override(data: &[u8]) {
     let _ = load(SENSOR, yaml, &overrides);
 }
 
-/// Reads a camera file in any of the four formats.
+/// Reads a camera file in any notation, by the names that its corpus has.
 pub fn camera(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
-    let Ok(estimate) = files::read(text) else { return };
+    let names = [None, Some("cam1"), Some("Camera2"), Some("right"), Some("2")];
+    let Some(file) = names.into_iter().find_map(|name| files::read_file(text, name).ok()) else {
+        return;
+    };
+    let _ = file.warnings();
+    let estimate = file.estimate;
     let camera = estimate.camera();
     let [width, height] = [camera.width_px(), camera.height_px()].map(f64::from);
     for (x, y) in [(0.0, 0.0), (0.5, 0.5), (0.9, 0.1), (1.0, 1.0)] {

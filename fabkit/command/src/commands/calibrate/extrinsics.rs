@@ -5,7 +5,7 @@ use std::fmt::Write;
 use fabkit_application::calibration::landmarks::PinLandmarks;
 use fabkit_application::calibration::report::ExtrinsicsReport;
 use fabkit_application::calibration_runs::extrinsics::{
-    PoseCalibrationInputs, fixture_landmarks, read_camera, read_landmarks, solve,
+    PoseCalibrationInputs, fixture_landmarks, read_landmarks, solve,
 };
 use fabkit_application::calibration_runs::{captures, pose_file};
 use fabkit_application::edited_files::check_replaceable;
@@ -13,6 +13,7 @@ use fabkit_application::image::has_image_extension as is_image;
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 
+use super::super::read_camera;
 use super::Outcome;
 use crate::cli::CalibrateExtrinsics;
 use crate::failure::Failure;
@@ -73,7 +74,7 @@ fn roles(args: &CalibrateExtrinsics) -> Result<FileRoles, Failure> {
     let captures = Some(args.captures.as_path());
     Ok(FileRoles::default()
         .reads("SENSOR", Target::new(&args.sensor).files())
-        .reads("--camera", [&args.camera])
+        .reads_camera([&args.camera])
         .reads("--landmarks", &args.landmarks)
         .reads("--reference", &args.reference)
         .reads_all("--captures", captures, is_read)

@@ -4,13 +4,13 @@ use std::fmt::Write;
 
 use fabkit_application::calibration::planning::ExpectedErrors;
 use fabkit_application::calibration_runs::captures::pressed_pins;
-use fabkit_application::calibration_runs::extrinsics::read_camera;
 use fabkit_application::calibration_runs::planning::{
     PlanReport, PlanRequest, build_forecast, plan_captures,
 };
 use fabkit_application::image::has_image_extension as is_image;
 use fabkit_application::source::{Source, Target};
 
+use super::super::read_camera;
 use super::Outcome;
 use crate::cli::CalibratePlan;
 use crate::failure::Failure;
@@ -21,7 +21,7 @@ pub(super) fn run(args: &CalibratePlan) -> Result<Outcome, Failure> {
     let is_read = |name: &str| is_image(name) || name.ends_with(".csv");
     FileRoles::default()
         .reads("SENSOR", Target::new(&args.sensor).files())
-        .reads("--camera", &args.camera)
+        .reads_camera(&args.camera)
         .reads_all("--done", args.done.as_deref(), is_read)
         .check()?;
     let source = Source::find(&args.sensor)?;

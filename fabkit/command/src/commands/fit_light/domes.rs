@@ -4,14 +4,14 @@ use std::path::Path;
 
 use fabkit_application::calibration_runs::captures;
 use fabkit_application::calibration_runs::extrinsics::{
-    fixture_landmarks, read_camera, read_landmarks,
+    check_camera_size, fixture_landmarks, read_landmarks,
 };
 use fabkit_application::designs::Design;
 use fabkit_application::light_fit::{LightFit, LightFitInput, fit_document};
 use fabkit_application::source::Target;
 use serde_json::json;
 
-use super::super::Outcome;
+use super::super::{Outcome, read_camera};
 use super::{finish_outcome, refuse_options};
 use crate::cli::FitLight;
 use crate::failure::{ErrorKind, Failure};
@@ -57,6 +57,7 @@ pub(super) fn run(args: &FitLight, design: &Design, reference: &Path) -> Result<
     }
     let kind = args.pin.as_deref();
     let captures = captures::read(&args.captures, Some(reference), &landmarks, kind)?;
+    check_camera_size(&camera, &captures)?;
     let fitting = LightFitInput {
         sensor: &design.sensor,
         camera: &camera,

@@ -389,9 +389,8 @@ impl<'a> Tracer<'a> {
         self.insides.clear();
         self.boxes.clear();
         self.pending_bodies.clear();
-        let inverse = ray.direction.map(f64::recip);
         for (item, of) in self.stack.items.iter().enumerate() {
-            if let Some(entry_mm) = box_entry(&of.bounds, &ray.origin, &inverse) {
+            if let Some(entry_mm) = box_entry(&of.bounds, ray) {
                 self.boxes.push((entry_mm, item as u32));
                 let free_mm = of.hollows.iter().map(|hollow| hollow.exit_mm(ray));
                 self.pending_bodies.push((free_mm.fold(entry_mm, f64::max), item as u32));
@@ -451,20 +450,9 @@ impl<'a> Tracer<'a> {
     }
 }
 
-/// Returns the distance at which a line enters a box ahead of its origin, if it does.
+/// Returns the distance at which a line enters a box ahead of its origin, if it does; 0 from within.
 #[inline]
-pub(crate) fn box_entry(
-    bounds: &Aabb,
-    origin: &Point3<f64>,
-    inverse: &Vector3<f64>,
-) -> Option<f64> {
-    let (mut entry, mut exit) = (0.0f64, f64::INFINITY);
-    for axis in 0..3 {
-        let a = (bounds.min[axis] - origin[axis]) * inverse[axis];
-        let b = (bounds.max[axis] - origin[axis]) * inverse[axis];
-        // `min` and `max` ignore NaN, which is 0 times infinity: a line within a face.
-        entry = entry.max(a.min(b));
-        exit = exit.min(a.max(b));
-    }
-    (entry <= exit).then_some(entry)
+pub(crate) fn box_entry(bounds: &Aabb, line: &Ray) -> Option<f64> {
+    let [entry, exit] = line.range_in(bounds)?;
+    (exit >= 0.0).then_some(entry.max(0.0))
 }

@@ -39,7 +39,9 @@ mod lens;
 mod roots;
 mod view_ray;
 
-pub use camera::{Camera, MAX_PARAMETERS, MAX_PIXELS, ParameterDerivatives, Projection};
+pub use camera::{
+    Camera, MAX_PARAMETERS, MAX_PIXELS, ParameterDerivatives, Projection, image_centre_px,
+};
 pub use error::{InvalidCamera, OutsideDomain, ParameterViolation};
 pub use estimate::{CameraEstimate, InvalidCovariance};
 pub use interface::{FlatInterface, Interface, SphericalInterface};

@@ -307,7 +307,11 @@ impl<'a> Tracer<'a> {
                     return PieceEnd::End { at_mm: t_mm, end: RayEnd::Body(item.name) };
                 }
                 OpticalRole::Skin => return self.trace_skin(ray, t_mm, item.name),
-                OpticalRole::Medium { index: to_index, .. } => {
+                OpticalRole::Medium { .. } | OpticalRole::Surroundings => {
+                    let to_index = match item.part {
+                        OpticalRole::Medium { index, .. } => index,
+                        _ => index.unwrap_or(AIR_INDEX),
+                    };
                     if *index.get_or_insert(to_index) != to_index {
                         // Of two touching faces, that of the body being entered counts, unless it was passed before.
                         let is_entered = (inside.from_mm - t_mm).abs() <= TOUCH_TOLERANCE_MM;
@@ -354,6 +358,7 @@ impl<'a> Tracer<'a> {
             let Some(inside) = self.body_at(t_mm + TOUCH_TOLERANCE_MM) else { return hidden };
             match self.stack.items[inside.item as usize].part {
                 OpticalRole::Skin
+                | OpticalRole::Surroundings
                 | OpticalRole::Medium { is_skin: true, .. }
                 | OpticalRole::Opaque { is_skin: true } => {
                     t_mm = inside.to_mm;
@@ -417,13 +422,15 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Returns the body at a distance. Opaque bodies come before media, and among equals the one entered last wins.
+    /// Returns the body at a distance. Opaque bodies come before media, these before places that media
+    /// fill, and among equals the one entered last wins.
     fn body_at(&self, t_mm: f64) -> Option<BodyInterval> {
         let items = &self.stack.items;
         let rank = |inside: &BodyInterval| match items[inside.item as usize].part {
-            OpticalRole::Medium { .. } => 0,
-            OpticalRole::Skin => 1,
-            OpticalRole::Opaque { .. } => 2,
+            OpticalRole::Surroundings => 0,
+            OpticalRole::Medium { .. } => 1,
+            OpticalRole::Skin => 2,
+            OpticalRole::Opaque { .. } => 3,
         };
         self.insides
             .iter()

@@ -176,12 +176,8 @@ impl Camera {
         // Horner's scheme; the factor outside makes the lowest power the square.
         let series = terms.iter().rev().fold(0.0, |sum, term| (sum + term) * square);
         let px_per_rad = width.hypot(height) / 2.0 / (half_rad * (1.0 + series));
-        let intrinsics = Intrinsics {
-            fx_px: px_per_rad,
-            fy_px: px_per_rad,
-            cx_px: 0.5 * (width - 1.0),
-            cy_px: 0.5 * (height - 1.0),
-        };
+        let [cx_px, cy_px] = image_centre_px([width_px, height_px]);
+        let intrinsics = Intrinsics { fx_px: px_per_rad, fy_px: px_per_rad, cx_px, cy_px };
         let lens = Lens::KannalaBrandt(KannalaBrandt::new(intrinsics, terms)?);
         Self::new(width_px, height_px, lens, Interface::None)
     }
@@ -194,6 +190,20 @@ impl Camera {
     /// Number of rows of the image.
     pub fn height_px(&self) -> u32 {
         self.height_px
+    }
+
+    /// Returns the centre of the image, px: centres of pixels have whole coordinates, so it is not half the size.
+    ///
+    /// ```
+    /// use fabkit_camera::{Camera, Point2};
+    /// // Between columns 319 and 320, and between rows 239 and 240.
+    /// let camera = Camera::equidistant(640, 480, 80f64.to_radians())?;
+    /// assert_eq!(camera.image_centre_px(), Point2::new(319.5, 239.5));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn image_centre_px(&self) -> Point2<f64> {
+        let [x, y] = image_centre_px([self.width_px, self.height_px]);
+        Point2::new(x, y)
     }
 
     /// Lens of the camera.
@@ -426,4 +436,14 @@ fn check_size(rules: &mut ViolationCollector, width_px: u32, height_px: u32) {
     let pixels = u64::from(width_px) * u64::from(height_px);
     let limit = format!("at most {MAX_PIXELS} pixels are supported");
     rules.require(pixels <= MAX_PIXELS, "width_px x height_px", pixels as f64, limit);
+}
+
+/// Returns the centre of an image of a width and height, px: centres of pixels have whole coordinates, so it is not half
+/// the size.
+///
+/// ```
+/// assert_eq!(fabkit_camera::image_centre_px([640, 3]), [319.5, 1.0]);
+/// ```
+pub fn image_centre_px(size_px: [u32; 2]) -> [f64; 2] {
+    size_px.map(|px| 0.5 * (f64::from(px) - 1.0))
 }

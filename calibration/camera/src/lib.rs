@@ -40,7 +40,9 @@ mod plausibility;
 mod roots;
 mod view_ray;
 
-pub use camera::{Camera, MAX_PARAMETERS, MAX_PIXELS, ParameterDerivatives, Projection};
+pub use camera::{
+    Camera, MAX_PARAMETERS, MAX_PIXELS, ParameterDerivatives, Projection, image_centre_px,
+};
 pub use error::{InvalidCamera, OutsideDomain, ParameterViolation};
 pub use estimate::{CameraEstimate, InvalidCovariance};
 pub use interface::{FlatInterface, Interface, SphericalInterface};

@@ -208,13 +208,6 @@ fn mounted_z(stops: &[&Placed]) -> f64 {
 
 /// Returns the distance at which a line leaves a box that it passes, mm.
 fn box_exit(ray: &Ray, bounds: &Aabb) -> Option<f64> {
-    // Slab method.
-    let (mut enter, mut exit) = (0.0_f64, f64::INFINITY);
-    for axis in 0..3 {
-        let ends = [bounds.min, bounds.max]
-            .map(|corner| (corner[axis] - ray.origin[axis]) / ray.direction[axis]);
-        enter = enter.max(ends[0].min(ends[1]));
-        exit = exit.min(ends[0].max(ends[1]));
-    }
-    (enter < exit).then_some(exit)
+    let [enter, exit] = ray.range_in(bounds)?;
+    (enter.max(0.0) < exit).then_some(exit)
 }

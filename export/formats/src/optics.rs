@@ -57,10 +57,13 @@ pub struct LightBody<'a> {
     pub refractive_index: Option<f64>,
     /// True if the camera is meant to see the body, or the body deforms with the surface.
     pub is_looked_at: bool,
+    /// True if the body contains markers whose positions a lighting shows; left out if not.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub is_marker: bool,
     /// Optical role.
     pub part: OpticalRole,
-    /// True if the body counts as skin where light continues from skin: all skin, media that are looked at, and opaque
-    /// gel.
+    /// True if the body counts as skin where light continues from skin: all skin, media that are looked at, opaque gel,
+    /// and markers.
     pub is_skin: bool,
     /// Placements of the body.
     pub placements: Vec<LightPlacement>,

@@ -28,6 +28,8 @@ pub const LOWER_BOUND_STYLE: &str = r##"stroke="#d89b00" stroke-dasharray="5 4""
 /// ```
 #[derive(Clone, Debug)]
 pub struct Svg {
+    /// Coordinates of the upper left corner.
+    corner: [f64; 2],
     width: f64,
     height: f64,
     body: String,
@@ -36,7 +38,39 @@ pub struct Svg {
 impl Svg {
     /// Creates an empty drawing of a size in px.
     pub fn new(width: f64, height: f64) -> Self {
-        Self { width, height, body: String::new() }
+        Self { corner: [0.0; 2], width, height, body: String::new() }
+    }
+
+    /// Creates a drawing over a camera's image, with its border. Coordinates are those of its pixels, whose centres are
+    /// whole numbers: the drawing reaches from -0.5 to half a pixel beyond the last centre.
+    ///
+    /// ```
+    /// use fabkit_report::Svg;
+    /// let mut drawing = Svg::over_image([640, 480]);
+    /// drawing.dot([0.0, 0.0], 0.5, "#1f4e79", "the first pixel");
+    /// let element = drawing.finish("an image");
+    /// assert!(element.starts_with("<svg viewBox=\"-0.5 -0.5 640 480\""));
+    /// assert!(element.contains("x=\"-0.5\" y=\"-0.5\" width=\"640.0\"") && element.contains("cx=\"0.0\""));
+    /// ```
+    pub fn over_image(size_px: [u32; 2]) -> Self {
+        let [width, height] = size_px.map(f64::from);
+        let mut drawing = Self { corner: [-0.5; 2], ..Self::new(width, height) };
+        drawing.rect(drawing.corner, [width, height], BORDER_STYLE);
+        drawing
+    }
+
+    /// Returns the corner of a cell and its size, of an image divided evenly into columns and rows of cells; cells are
+    /// counted row by row.
+    ///
+    /// ```
+    /// // Two by two cells over 4 x 4 pixels: the last begins between pixels 1 and 2.
+    /// let drawing = fabkit_report::Svg::over_image([4, 4]);
+    /// assert_eq!(drawing.grid_cell(3, [2, 2]), ([1.5, 1.5], [2.0, 2.0]));
+    /// ```
+    pub fn grid_cell(&self, number: usize, [columns, rows]: [usize; 2]) -> ([f64; 2], [f64; 2]) {
+        let size = [self.width / columns as f64, self.height / rows as f64];
+        let at = [number % columns, number / columns];
+        ([0, 1].map(|axis| self.corner[axis] + at[axis] as f64 * size[axis]), size)
     }
 
     /// Draws a straight line; `style` holds SVG attributes.
@@ -137,7 +171,9 @@ impl Svg {
     /// Returns the drawing as an SVG element; `label` describes it in words.
     pub fn finish(self, label: &str) -> String {
         format!(
-            "<svg viewBox=\"0 0 {:.0} {:.0}\" role=\"img\" aria-label=\"{}\">{}</svg>\n",
+            "<svg viewBox=\"{} {} {:.0} {:.0}\" role=\"img\" aria-label=\"{}\">{}</svg>\n",
+            self.corner[0],
+            self.corner[1],
             self.width,
             self.height,
             escape(label),

@@ -109,14 +109,14 @@ pub(crate) fn trace_plane_rays(
         let message = "the section lies across the camera's axis, so its plane contains no rays";
         return Err(DrawingError::Viewer(message.into()));
     };
-    let size = [camera.width_px(), camera.height_px()].map(f64::from);
-    // Distance from the image centre to its border along the plane, half a pixel less.
-    let to_edge = |axis: usize| (0.5 * size[axis] - 0.5) / along[axis].abs();
+    let centre = camera.image_centre_px();
+    // Distance from the image's centre, along the plane, to the centres of its outermost pixels.
+    let to_edge = |axis: usize| centre[axis] / along[axis].abs();
     let most_px = to_edge(0).min(to_edge(1));
     let mut tracer = Tracer::new(stack);
     let rays = (0..RAY_COUNT).filter_map(|number| {
         let at_px = most_px * (2.0 * number as f64 / (RAY_COUNT - 1) as f64 - 1.0);
-        let pixel = Point2::new(0.5 * size[0], 0.5 * size[1]) + at_px * along;
+        let pixel = centre + at_px * along;
         let ray = stack.enter(&pixel_ray(viewpoint, &pixel)?);
         let path = tracer.follow(&ray);
         let pupil = pose.point(Point3::origin());
@@ -247,4 +247,35 @@ pub fn draw_camera_view(
         &report_counts(progress),
     )?;
     images::encode_png(&image)
+}
+
+#[cfg(test)]
+mod tests {
+    use fabkit_designs::{builtin_yaml, load};
+
+    use super::*;
+
+    /// The ray in the middle of a section is that of the image's centre, and runs along the axis of a camera that looks
+    /// along the sensor's; the outermost ones belong to the centres of the outermost pixels.
+    #[test]
+    fn the_middle_of_the_rays_is_the_axis() {
+        let design = load("9dtact", builtin_yaml("9dtact").unwrap(), &[], &[]).unwrap();
+        let sensor = &design.sensor;
+        let viewpoint = Viewpoint::new(&sensor.camera, None, None).unwrap();
+        let stack = build_stack(sensor, &viewpoint).unwrap();
+        let [width, height] = [viewpoint.camera().width_px(), viewpoint.camera().height_px()];
+        for (normal, axis) in [(Vector3::y(), 0), (Vector3::x(), 1)] {
+            let rays = trace_plane_rays(&viewpoint, &stack, &normal).unwrap();
+            let middle = &rays[RAY_COUNT / 2];
+            // Columns from 0 to width - 1: half-way is (width - 1) / 2.
+            let last = [width, height].map(|px| f64::from(px) - 1.0);
+            assert!((0..2).all(|k| (middle.pixel[k] - last[k] / 2.0).abs() < 1e-9), "{middle:?}");
+            let off = |point: &[f64; 3]| point[0].hypot(point[1]);
+            // Rounding of a pixel, 1e-13 of its size, over some tens of millimetres.
+            assert!(middle.path_mm.iter().all(|point| off(point) < 1e-9), "{middle:?}");
+            let ends = [rays[0].pixel[axis], rays[RAY_COUNT - 1].pixel[axis]];
+            let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+            assert!(low.abs() < 1e-9 && (high - last[axis]).abs() < 1e-9, "{low} {high} {last:?}");
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     Adhesion, Body, BodyKind, Circuit, Lighting, LiquidSkin, Marker, MotionLeg, NominalCamera,
-    Pose, Step, TouchSurface,
+    Pose, Step, TouchSurface, VisibleEffect,
 };
 
 /// Group of parts of several materials that are printed as one piece.
@@ -197,6 +197,26 @@ impl Sensor {
     /// Returns the body with this name.
     pub fn body(&self, name: &str) -> Option<&Body> {
         self.bodies.iter().find(|body| body.name == name)
+    }
+
+    /// Returns whether a lighting shows the positions of the markers that a body contains.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, NominalCamera, Pose};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// use fabkit_geometry::{Lighting, Sensor, VisibleEffect};
+    /// let mut sensor = Sensor::new("tip", "A tip", "", camera, []);
+    /// let effect = VisibleEffect::Markers { marks: "dots".into() };
+    /// sensor.lightings = vec![Lighting::from_body("white", "led", effect)];
+    /// assert!(sensor.is_marker_body("dots") && !sensor.is_marker_body("skin"));
+    /// ```
+    pub fn is_marker_body(&self, name: &str) -> bool {
+        self.lightings.iter().any(|lighting| {
+            matches!(&lighting.effect, VisibleEffect::Markers { marks } if marks == name)
+        })
     }
 
     /// Returns the body with this name for modification.

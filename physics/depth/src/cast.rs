@@ -263,24 +263,10 @@ pub(crate) fn moved_bounds(bounds: &Aabb, scene_from_body: &Pose) -> Aabb {
         .grown(BOX_SLACK_MM)
 }
 
-/// Returns the `t` at which a ray enters a box within a range, or `None` if it misses (the slab method of Kay and
-/// Kajiya, "Ray Tracing Complex Scenes", SIGGRAPH 1986).
+/// Returns the `t` at which a ray enters a box within a range, or `None` if it misses.
 #[inline]
 pub(crate) fn box_entry(bounds: &Aabb, ray: &Ray, range: &Range<f64>) -> Option<f64> {
-    let (mut entry, mut exit) = (range.start, range.end);
-    for axis in 0..3 {
-        let (origin, direction) = (ray.origin[axis], ray.direction[axis]);
-        // Parallel to the slab: either always inside it or never.
-        if direction == 0.0 {
-            if origin < bounds.min[axis] || origin > bounds.max[axis] {
-                return None;
-            }
-            continue;
-        }
-        let (a, b) =
-            ((bounds.min[axis] - origin) / direction, (bounds.max[axis] - origin) / direction);
-        entry = entry.max(a.min(b));
-        exit = exit.min(a.max(b));
-    }
-    (entry <= exit).then_some(entry)
+    let [entry, exit] = ray.range_in(bounds)?;
+    let entry = entry.max(range.start);
+    (entry <= exit.min(range.end)).then_some(entry)
 }

@@ -54,7 +54,8 @@ impl LastFace {
     /// Returns the ray continued behind the face.
     pub(crate) fn advance(&self, ray: &Ray) -> Ray {
         let ahead_mm = self.distance_mm(ray);
-        if ahead_mm > -BEHIND_MM {
+        // A ray along the plane never meets it: the quotient is infinite or NaN.
+        if ahead_mm > -BEHIND_MM && ahead_mm.is_finite() {
             Ray { origin: ray.at(ahead_mm + BEHIND_MM), ..*ray }
         } else {
             *ray

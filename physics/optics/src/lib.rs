@@ -11,6 +11,7 @@
 //! - The *skin* shows the touch: it consists of the bodies that the camera is meant to see, and of cast opaque or
 //!   translucent layers. A ray that meets skin sees the *surface* if it reaches the sensing surface through skin alone.
 //!   It is not refracted there, because it shows the point where it met the skin.
+//! - Markers, whose positions a lighting shows, end a ray: whoever sees one does not see the surface behind it.
 //! - Any other body ends a ray. Bodies around the nominal pupil belong to the camera and are not seen by it.
 //! - Light that is totally reflected ends there: a mirror image is no ground truth.
 //!

@@ -66,6 +66,9 @@ pub enum OpticalRole {
         /// and hides the touch if the camera meets the gel first.
         is_skin: bool,
     },
+    /// Place of a body that is drawn elsewhere, as moving markers are: filled with the medium that light comes from, so
+    /// that it goes straight on. No body has this role by itself; see [`OpticalStack::without_body`].
+    Surroundings,
 }
 
 /// One placed body.
@@ -196,6 +199,46 @@ impl OpticalStack {
         Self::from_sensor(&sensor)
     }
 
+    /// Returns the stack as it would be if a body were not there and the medium around it filled its place.
+    ///
+    /// Whoever draws a body elsewhere must not take it off the sensor: that leaves a hole in the medium around it, at
+    /// whose faces rays are refracted and end.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Assembly, Body, MaterialProperties, NominalCamera, OpticalClarity};
+    /// # use fabkit_geometry::{Placement, Point3, Pose, Ray, Sensor, Solid, Vector3};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// use fabkit_optics::{OpticalStack, Tracer};
+    ///
+    /// // A ball in a block of gel from z = 5 mm to 25 mm.
+    /// let ball = || Solid::sphere(2.0).at(0.0, 0.0, 15.0);
+    /// let block = Solid::cylinder(20.0, 20.0).at(0.0, 0.0, 5.0).minus(ball());
+    /// # let mut gel = Body::bought("gel", "gel", block)
+    /// #     .with_clarity(OpticalClarity::Clear)
+    /// #     .placed([Placement::in_place(Assembly::sensor())]);
+    /// # gel.substance = MaterialProperties { refractive_index: Some(1.41), ..MaterialProperties::default() };
+    /// # let dot = Body::bought("dot", "steel", ball()).placed([Placement::in_place(Assembly::sensor())]);
+    /// let stack = OpticalStack::from_sensor(&Sensor::new("pad", "A pad", "", camera, [gel, dot]))?;
+    /// let ray = Ray { origin: Point3::origin(), direction: Vector3::new(0.1, 0.0, 0.995).normalize() };
+    /// assert_eq!(stack.name_of(Tracer::new(&stack).follow(&ray).end), "dot");
+    /// // Without the ball, light is refracted where it enters and leaves the block, and nowhere else.
+    /// let filled = stack.without_body("dot");
+    /// assert_eq!(Tracer::new(&filled).follow(&ray).bends, 2);
+    /// # Ok::<(), fabkit_optics::InvalidStack>(())
+    /// ```
+    #[must_use]
+    pub fn without_body(mut self, name: &str) -> Self {
+        for item in &mut self.items {
+            if self.names[usize::from(item.name)] == name {
+                item.part = OpticalRole::Surroundings;
+            }
+        }
+        self
+    }
+
     /// Returns whether any medium differs from air.
     pub(crate) fn refracts(&self) -> bool {
         let bends = |item: &Item| matches!(item.part, OpticalRole::Medium { index, .. } if index != AIR_INDEX);
@@ -294,6 +337,10 @@ impl OpticalRole {
     pub fn from_body(sensor: &Sensor, body: &Body) -> Result<Self, InvalidStack> {
         let is_looked_at = sensor.visible_bodies.contains(&body.name) || body.is_deformable;
         if body.clarity() != OpticalClarity::Clear {
+            // A marker stands off the surface: whoever sees it does not see the surface, whatever lies behind it.
+            if sensor.is_marker_body(&body.name) {
+                return Ok(Self::Opaque { is_skin: true });
+            }
             // Cast layers may lie between the bodies that show the touch and the sensing surface.
             let is_skin = body.kind == BodyKind::Cast;
             return Ok(if is_looked_at { Self::Skin } else { Self::Opaque { is_skin } });

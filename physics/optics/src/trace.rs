@@ -307,7 +307,11 @@ impl<'a> Tracer<'a> {
                     return PieceEnd::End { at_mm: t_mm, end: RayEnd::Body(item.name) };
                 }
                 OpticalRole::Skin => return self.trace_skin(ray, t_mm, item.name),
-                OpticalRole::Medium { index: to_index, .. } => {
+                OpticalRole::Medium { .. } | OpticalRole::Surroundings => {
+                    let to_index = match item.part {
+                        OpticalRole::Medium { index, .. } => index,
+                        _ => index.unwrap_or(AIR_INDEX),
+                    };
                     if *index.get_or_insert(to_index) != to_index {
                         // Of two touching faces, that of the body being entered counts, unless it was passed before.
                         let is_entered = (inside.from_mm - t_mm).abs() <= TOUCH_TOLERANCE_MM;
@@ -354,6 +358,7 @@ impl<'a> Tracer<'a> {
             let Some(inside) = self.body_at(t_mm + TOUCH_TOLERANCE_MM) else { return hidden };
             match self.stack.items[inside.item as usize].part {
                 OpticalRole::Skin
+                | OpticalRole::Surroundings
                 | OpticalRole::Medium { is_skin: true, .. }
                 | OpticalRole::Opaque { is_skin: true } => {
                     t_mm = inside.to_mm;
@@ -389,9 +394,8 @@ impl<'a> Tracer<'a> {
         self.insides.clear();
         self.boxes.clear();
         self.pending_bodies.clear();
-        let inverse = ray.direction.map(f64::recip);
         for (item, of) in self.stack.items.iter().enumerate() {
-            if let Some(entry_mm) = box_entry(&of.bounds, &ray.origin, &inverse) {
+            if let Some(entry_mm) = box_entry(&of.bounds, ray) {
                 self.boxes.push((entry_mm, item as u32));
                 let free_mm = of.hollows.iter().map(|hollow| hollow.exit_mm(ray));
                 self.pending_bodies.push((free_mm.fold(entry_mm, f64::max), item as u32));
@@ -418,13 +422,15 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Returns the body at a distance. Opaque bodies come before media, and among equals the one entered last wins.
+    /// Returns the body at a distance. Opaque bodies come before media, these before places that media
+    /// fill, and among equals the one entered last wins.
     fn body_at(&self, t_mm: f64) -> Option<BodyInterval> {
         let items = &self.stack.items;
         let rank = |inside: &BodyInterval| match items[inside.item as usize].part {
-            OpticalRole::Medium { .. } => 0,
-            OpticalRole::Skin => 1,
-            OpticalRole::Opaque { .. } => 2,
+            OpticalRole::Surroundings => 0,
+            OpticalRole::Medium { .. } => 1,
+            OpticalRole::Skin => 2,
+            OpticalRole::Opaque { .. } => 3,
         };
         self.insides
             .iter()
@@ -451,20 +457,9 @@ impl<'a> Tracer<'a> {
     }
 }
 
-/// Returns the distance at which a line enters a box ahead of its origin, if it does.
+/// Returns the distance at which a line enters a box ahead of its origin, if it does; 0 from within.
 #[inline]
-pub(crate) fn box_entry(
-    bounds: &Aabb,
-    origin: &Point3<f64>,
-    inverse: &Vector3<f64>,
-) -> Option<f64> {
-    let (mut entry, mut exit) = (0.0f64, f64::INFINITY);
-    for axis in 0..3 {
-        let a = (bounds.min[axis] - origin[axis]) * inverse[axis];
-        let b = (bounds.max[axis] - origin[axis]) * inverse[axis];
-        // `min` and `max` ignore NaN, which is 0 times infinity: a line within a face.
-        entry = entry.max(a.min(b));
-        exit = exit.min(a.max(b));
-    }
-    (entry <= exit).then_some(entry)
+pub(crate) fn box_entry(bounds: &Aabb, line: &Ray) -> Option<f64> {
+    let [entry, exit] = line.range_in(bounds)?;
+    (exit >= 0.0).then_some(entry.max(0.0))
 }

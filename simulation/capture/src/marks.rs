@@ -24,6 +24,9 @@ const COARSE: usize = 12;
 /// Step of the finite differences for the irradiance at markers, mm: as far as markers move. Irradiance is taken as
 /// linear over it.
 const SLOPE_STEP_MM: f64 = 0.5;
+/// Distance within which a ray starts at a marker's face, or two rays at one place, mm: above the rounding of positions,
+/// below anything that is drawn.
+const TOUCH_MM: f64 = 1e-6;
 /// Number of rays along each side of a tile, for which nearby markers are listed together.
 const TILE: usize = 16;
 /// Intensity of visible light sources: white.
@@ -33,9 +36,8 @@ const WHITE_GREY: f64 = 255.0;
 #[derive(Debug)]
 pub(super) struct MarkScene<'a> {
     sensor: &'a Sensor,
-    marks: CompiledSolid,
-    /// The sensor without its markers.
-    ground: Sensor,
+    /// Name and solid of the body that contains all markers.
+    marks: (&'a str, CompiledSolid),
     lamps: Vec<String>,
     emitters: Emitters,
     constants: &'a LightConstants,
@@ -77,8 +79,10 @@ impl View {
             return f64::INFINITY;
         }
         let path = tracer.follow(&first);
-        // A ray that ended on an earlier segment has no length on the last one.
-        if path.last.origin == ray.origin { path.end_mm } else { f64::INFINITY }
+        // A ray that ended on an earlier segment has no length on the last one. Both rays are traced by other formulas, so
+        // that they start at one place but for rounding.
+        let apart_mm = (path.last.origin - ray.origin).norm();
+        if apart_mm < TOUCH_MM { path.end_mm } else { f64::INFINITY }
     }
 }
 
@@ -115,12 +119,9 @@ impl<'a> MarkScene<'a> {
         };
         let compiled = placed_solid(sensor.body(marks).ok_or_else(missing)?)?;
         let emitters = Emitters::new(sensor, lighting).map_err(CaptureError::NoLight)?;
-        let mut ground = sensor.clone();
-        ground.bodies.retain(|body| body.name != *marks);
         let mut own = Self {
             sensor,
-            marks: compiled,
-            ground,
+            marks: (marks, compiled),
             lamps: lighting.light_sources.iter().map(|group| group.body.clone()).collect(),
             emitters,
             constants,
@@ -206,7 +207,9 @@ impl<'a> MarkScene<'a> {
     }
 
     fn view(&self, viewpoint: &Viewpoint, samples: u32) -> Result<View, Error> {
-        let stack = viewpoint.stack(&self.ground).map_err(SceneError::Light)?;
+        let stack = viewpoint.stack(self.sensor).map_err(SceneError::Light)?;
+        // Markers are drawn where they have moved to. Where they were, there is what surrounds them.
+        let stack = stack.without_body(self.marks.0);
         let sights = Arc::new(ViewStacks::new(stack.clone()));
         let straight = viewpoint.rays(samples);
         let rays = straight.clone().traced_through(&sights);
@@ -282,11 +285,11 @@ impl<'a> MarkScene<'a> {
             let origin = mark.at_rest + back * (ray.origin - mark.at);
             let drawn = Ray { origin, direction: back * ray.direction };
             let mut crossings = Vec::new();
-            self.marks.crossings_into(&drawn, scratch, &mut crossings);
+            self.marks.1.crossings_into(&drawn, scratch, &mut crossings);
             let is_it = |t: f64| (drawn.at(t) - mark.at_rest).norm() < mark.reach_mm;
             let first = crossings
                 .iter()
-                .find(|crossing| crossing.entering && crossing.t > 0.0 && is_it(crossing.t));
+                .find(|crossing| crossing.entering && crossing.t > -TOUCH_MM && is_it(crossing.t));
             if let Some(first) = first
                 && nearest.as_ref().is_none_or(|(t, ..)| first.t < *t)
             {
@@ -307,7 +310,7 @@ impl<'a> MarkScene<'a> {
         let sends = |name: &String| match self.lamps.contains(name) {
             true => f64::INFINITY,
             // The surface is seen through the layers that the markers stand on, so it counts as background.
-            false => reflectance(self.ground.body(name), [light.value, dark.value]),
+            false => reflectance(self.sensor.body(name), [light.value, dark.value]),
         };
         let sends: Vec<f64> = rays.seen_by_names().iter().map(sends).collect();
         let (width, height) = (rays.width_px() as usize, rays.height_px() as usize);

@@ -62,8 +62,8 @@ impl PixelPoints {
     /// Computes the pinhole at the same position that is as sharp in the middle of the image, and as wide as necessary.
     pub fn pinhole(&self, viewpoint: &Viewpoint, frame: &str) -> RobotCamera {
         let camera = viewpoint.camera();
-        let [width, height] = self.size_px.map(f64::from);
-        let middle = [(width - 1.0) / 2.0, (height - 1.0) / 2.0];
+        let width = f64::from(self.size_px[0]);
+        let middle = camera.image_centre_px();
         let way =
             |x: f64| camera.unproject(&Point2::new(x, middle[1])).ok().map(|ray| ray.direction);
         let apart = way(middle[0] - 0.5).zip(way(middle[0] + 0.5)).map(|(a, b)| a.angle(&b));

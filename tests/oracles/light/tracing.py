@@ -274,6 +274,8 @@ def _part(body: dict[str, Any]) -> str:
     shows = body["is_looked_at"]
     if body["clarity"] == "clear":
         part, is_skin = "medium", shows
+    elif body.get("is_marker", False):
+        part, is_skin = "stop", True
     else:
         part = "skin" if shows else "stop"
         is_skin = shows or body["kind"] == "layer"

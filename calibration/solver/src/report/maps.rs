@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use fabkit_geometry::{Matrix3, Point3, Vector3};
 use fabkit_report::{
-    BORDER_STYLE, LOWER_BOUND_STYLE, Plot, RESIDUAL_STYLE, Svg, escape, heat_color, round_tick_step,
+    LOWER_BOUND_STYLE, Plot, RESIDUAL_STYLE, Svg, escape, heat_color, round_tick_step,
 };
 use nalgebra::Vector2;
 
@@ -64,8 +64,7 @@ impl ExtrinsicsReport<'_> {
     pub(super) fn residual_vectors(&self) -> String {
         let camera = &self.calibration.model().camera;
         let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
-        let mut svg = Svg::new(width, height);
-        svg.rect([0.0, 0.0], [width, height], BORDER_STYLE);
+        let mut svg = Svg::over_image([camera.width_px(), camera.height_px()]);
         let residuals = self.residuals();
         let magnified = magnification(residuals.iter().map(|(_, residual)| *residual), width);
         for (o, residual) in residuals {
@@ -163,12 +162,10 @@ impl ExtrinsicsReport<'_> {
         let places = self.places_on_dome()?;
         let draw = |name: &str, unit: &str, value: &dyn Fn(&SurfaceSigma) -> f64| {
             let camera = &self.calibration.model().camera;
-            let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
             let values = || places.iter().map(|(_, sigma)| value(sigma));
             let largest = values().fold(0.0, f64::max);
             let smallest = values().fold(f64::INFINITY, f64::min);
-            let mut svg = Svg::new(width, height);
-            svg.rect([0.0, 0.0], [width, height], BORDER_STYLE);
+            let mut svg = Svg::over_image([camera.width_px(), camera.height_px()]);
             for (pixel, sigma) in &places {
                 let part = (value(sigma) - smallest) / (largest - smallest).max(1e-12);
                 let title = format!("{:.3} {unit}", value(sigma));

@@ -87,6 +87,8 @@ fn describe_body<'a>(
     }
     let (part, is_skin) = match part? {
         OpticalRole::Medium { is_skin, .. } => (LightRole::Medium, is_skin),
+        // No body has this role by itself.
+        OpticalRole::Surroundings => (LightRole::Medium, false),
         OpticalRole::Skin => (LightRole::Skin, true),
         OpticalRole::Opaque { is_skin } => (LightRole::Stop, is_skin),
     };
@@ -101,6 +103,7 @@ fn describe_body<'a>(
         },
         refractive_index: body.substance.refractive_index,
         is_looked_at: sensor.visible_bodies.contains(&body.name) || body.is_deformable,
+        is_marker: sensor.is_marker_body(&body.name),
         part,
         is_skin,
         placements,

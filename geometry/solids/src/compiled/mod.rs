@@ -23,30 +23,7 @@ use self::shape::{CastBuffers, LocalRay};
 use self::span::SLIVER_MM;
 pub(crate) use self::span::{Hit, Span};
 pub(crate) use self::subdivision::{subdivide_for_obstacles, subdivide_for_overlap};
-use crate::{Aabb, InvalidSolid, Pose, Solid};
-
-/// Infinite line with a direction. The parameter `t` is measured in lengths of `direction` and may be negative.
-///
-/// ```
-/// use fabkit_geometry::{Point3, Ray, Vector3};
-/// let ray = Ray { origin: Point3::new(0.0, 0.0, 1.0), direction: Vector3::new(0.0, 0.0, 2.0) };
-/// assert_eq!(ray.at(3.0), Point3::new(0.0, 0.0, 7.0)); // 3 lengths of 2 mm
-/// assert_eq!(ray.at(-0.5), Point3::origin()); // a line, not a half line
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
-    /// Point at t = 0, mm.
-    pub origin: Point3<f64>,
-    /// Direction; need not be of unit length, must not be zero.
-    pub direction: Vector3<f64>,
-}
-
-impl Ray {
-    /// Returns the point at a parameter, mm.
-    pub fn at(&self, t: f64) -> Point3<f64> {
-        self.origin + t * self.direction
-    }
-}
+use crate::{Aabb, InvalidSolid, Pose, Ray, Solid};
 
 /// Crossing of a line with a solid's surface.
 ///

@@ -30,8 +30,8 @@ pub enum PixelContent {
 /// Face that a ray met: body, primitive and face of that; `None` for plain colours.
 type Face = Option<(u32, u32, u32)>;
 
-/// Renders a camera's view of opaque bodies. `look` returns the content of a position in the image, px; it receives a
-/// value that `start` creates for each thread.
+/// Renders a camera's view of opaque bodies. `look` returns the content of a position in the image, px, where centres of
+/// pixels have whole coordinates, as cameras count them; it receives a value that `start` creates for each thread.
 ///
 /// Runs on rayon's current thread pool; the bytes do not depend on its size.
 ///
@@ -46,7 +46,7 @@ type Face = Option<(u32, u32, u32)>;
 /// let ball = CompiledSolid::new(&Solid::sphere(3.0))?;
 /// let actors = [Actor::new(ball, [200, 0, 0]).placed(Pose::translation(0.0, 0.0, 10.0))];
 /// let look = |_: &mut (), [x_px, y_px]: [f64; 2]| {
-///     let direction = Vector3::new((x_px - 16.0) / 32.0, (y_px - 16.0) / 32.0, 1.0).normalize();
+///     let direction = Vector3::new((x_px - 15.5) / 32.0, (y_px - 15.5) / 32.0, 1.0).normalize();
 ///     let ray = Ray { origin: Point3::origin(), direction };
 ///     if y_px < 2.0 { PixelContent::Plain([0; 3]) } else { PixelContent::Along(ray) }
 /// };
@@ -77,7 +77,7 @@ pub fn render_camera_view<T>(
         .flat_map_iter(|row| {
             let mut tools = (start(), SceneScratch::default());
             let one = |column| {
-                let place = [f64::from(column) + 0.5, f64::from(row) + 0.5];
+                let place = [f64::from(column), f64::from(row)];
                 painter.sample(look(&mut tools.0, place), place, &mut tools.1)
             };
             (0..width_px).map(one).collect::<Vec<_>>()
@@ -124,13 +124,15 @@ struct Painter<'a> {
 }
 
 impl Painter<'_> {
-    /// Shades a sample, and returns the face that it shows.
+    /// Shades a sample at a position where centres of pixels have whole coordinates, and returns the face that it shows.
     fn sample(
         &self,
         glimpse: PixelContent,
-        [x_px, y_px]: [f64; 2],
+        place: [f64; 2],
         scratch: &mut SceneScratch,
     ) -> (Face, Linear) {
+        // The shader counts from the outer corner of the first pixel.
+        let [x_px, y_px] = place.map(|px| px + 0.5);
         let ray = match glimpse {
             PixelContent::Plain(color) => return (None, linear(color)),
             PixelContent::Along(ray) => ray,
@@ -158,7 +160,7 @@ impl Painter<'_> {
         mut sample: impl FnMut([f64; 2]) -> (Face, Linear),
     ) -> Linear {
         let step = 1.0 / f64::from(SUBSAMPLES);
-        let place = |at: usize, sub: u32| at as f64 + (f64::from(sub) + 0.5) * step;
+        let place = |at: usize, sub: u32| at as f64 - 0.5 + (f64::from(sub) + 0.5) * step;
         let (mut sum, mut bodies) = ([0.0; 3], Vec::new());
         for number in 0..SUBSAMPLES * SUBSAMPLES {
             let (x, y) = (number % SUBSAMPLES, number / SUBSAMPLES);

@@ -1,7 +1,12 @@
 //! Visible properties of rendered images, as numbers.
 
-use fabkit_depth::{Actor, MAX_PIXELS, RenderError, RenderedImage, View, contact_sheet, render};
-use fabkit_geometry::{Angle, CompiledSolid, Point3, Pose, Solid, Vector3};
+use std::sync::Mutex;
+
+use fabkit_depth::{
+    Actor, MAX_PIXELS, PixelContent, RenderError, RenderedImage, View, contact_sheet, render,
+    render_camera_view,
+};
+use fabkit_geometry::{Angle, CompiledSolid, Point3, Pose, Ray, Solid, Vector3};
 
 const RED: [u8; 3] = [220, 40, 40];
 const BLUE: [u8; 3] = [60, 90, 220];
@@ -217,4 +222,40 @@ fn even_the_smallest_image_is_drawn() {
     let ball = [actor(&Solid::sphere(1.0), RED)];
     let image = render(&ball, &View::isometric(1, 1)).expect("an image");
     assert!(redness(image.pixel(0, 0)) > 0);
+}
+
+/// A camera counts pixels from the centre of the first one: asked for a pixel, it is asked for whole coordinates.
+#[test]
+fn a_camera_is_asked_for_the_centres_of_its_pixels() {
+    let asked = Mutex::new(Vec::new());
+    let look = |(): &mut (), place: [f64; 2]| {
+        asked.lock().unwrap().push(place);
+        PixelContent::Plain([0; 3])
+    };
+    render_camera_view(&[], &Pose::identity(), [5, 3], || (), look, &|_, _| {}).unwrap();
+    let mut asked = asked.into_inner().unwrap();
+    asked.sort_by(|a, b| a[1].total_cmp(&b[1]).then(a[0].total_cmp(&b[0])));
+    let centres = (0..15).map(|i| [f64::from(i % 5), f64::from(i / 5)]);
+    assert_eq!(asked, centres.collect::<Vec<_>>());
+}
+
+/// A pinhole whose principal point is the image's centre sees a ball on its axis: the image is its own mirror image, but
+/// for the shading.
+#[test]
+fn what_lies_on_the_axis_is_in_the_middle_of_the_image() {
+    let ball = actor(&Solid::sphere(2.0), RED).placed(Pose::translation(0.0, 0.0, 10.0));
+    // 16 x 16 pixels: the centre lies between the eighth and the ninth. The edge at 0.2041 rad is 6.6 pixels from it.
+    let look = |(): &mut (), [x_px, y_px]: [f64; 2]| {
+        let direction = Vector3::new((x_px - 7.5) / 32.0, (y_px - 7.5) / 32.0, 1.0).normalize();
+        PixelContent::Along(Ray { origin: Point3::origin(), direction })
+    };
+    let image = render_camera_view(&[ball], &Pose::identity(), [16, 16], || (), look, &|_, _| {});
+    let image = image.unwrap();
+    let is_red = |x: u32, y: u32| redness(image.pixel(x, y)) > 60;
+    let red: Vec<u32> = (0..16).filter(|x| is_red(*x, 7)).collect();
+    assert_eq!(red, (15 - red[red.len() - 1]..=15 - red[0]).collect::<Vec<_>>());
+    for (x, y) in (0..16).flat_map(|y| (0..16).map(move |x| (x, y))) {
+        assert_eq!(is_red(x, y), is_red(15 - x, y), "{x} {y}");
+        assert_eq!(is_red(x, y), is_red(x, 15 - y), "{x} {y}");
+    }
 }

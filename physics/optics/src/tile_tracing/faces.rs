@@ -97,10 +97,12 @@ impl Faces {
         let mut faces = Self::empty();
         for item in items {
             let mut leaves = Vec::new();
+            let (item_first, item_cells) = (faces.surfaces.len(), faces.cells.len() as u32);
+            let mut is_clipped = false;
             for leaf in item.solid.leaves() {
                 let (first, cells) = (faces.surfaces.len() as u32, faces.cells.len());
                 faces.add(leaf);
-                faces.clip(cells, &item.bounds);
+                is_clipped |= faces.clip(cells, &item.bounds);
                 faces.groups.push((
                     enclosing_cell(&faces.cells[cells..]),
                     cells as u32..faces.cells.len() as u32,
@@ -117,6 +119,12 @@ impl Faces {
                     first_face: first,
                 }));
             }
+            if is_clipped {
+                let cells = item_cells..faces.cells.len() as u32;
+                faces.trims[item_first..]
+                    .iter_mut()
+                    .for_each(|trim| trim.clipped_item_cells = cells.clone());
+            }
             faces.leaves.push(leaves);
             faces.bounds.push(item.bounds);
         }
@@ -125,12 +133,22 @@ impl Faces {
         faces
     }
 
-    /// Clips the cells added since `from` to the item's box, outside of which a primitive has no effect.
-    fn clip(&mut self, from: usize, bounds: &Aabb) {
+    /// Clips the cells added since `from` to the item's box, outside of which the item is not. Returns whether that took
+    /// anything off.
+    ///
+    /// Outside the box, rays may then pass other faces than each other: one comes in through a hole, the other beside it.
+    /// See [`Trim::clipped_item_cells`].
+    fn clip(&mut self, from: usize, bounds: &Aabb) -> bool {
         let added = self.cells.split_off(from);
-        let clipped =
-            added.into_iter().map(|cell| Cell { bounds: cell.bounds.common(bounds), ..cell });
-        self.cells.extend(clipped.filter(|cell| !cell.bounds.is_empty()));
+        let mut is_clipped = false;
+        for cell in added {
+            let clipped = Cell { bounds: cell.bounds.common(bounds), ..cell };
+            is_clipped |= clipped.bounds != cell.bounds;
+            if !clipped.bounds.is_empty() {
+                self.cells.push(clipped);
+            }
+        }
+        is_clipped
     }
 
     /// Appends the intersections of a line with the faces of an item's primitives, within the item's box.
@@ -142,9 +160,8 @@ impl Faces {
         passed: &mut Vec<FaceIntersection>,
     ) {
         let (scratch, crossings) = scratch;
-        let inverse = line.direction.map(f64::recip);
         for Leaf { solid, bounds, first_face } in &self.leaves[item as usize] {
-            if box_entry(bounds, &line.origin, &inverse).is_none() {
+            if box_entry(bounds, line).is_none() {
                 continue;
             }
             solid.crossings_into(line, scratch, crossings);
@@ -349,6 +366,7 @@ impl Faces {
             outline: None,
             is_exact,
             cells: 0..0,
+            clipped_item_cells: 0..0,
         });
         self.cells.extend(cells.into_iter().map(|cell| Cell { face, ..cell }));
     }

@@ -12,6 +12,8 @@
 //!   ray is tested.
 //! - A face with an outline of its own, such as a plate's, is met inside the outline: on the plane of the plate, no
 //!   wall of the plate lies between the position of the first ray and that of the other one.
+//! - Faces outside a body's box are left out, so rays may differ in what they have passed before they enter the box. At
+//!   a face of such a body, no face of it lies between the position of the first ray and that of the other one.
 //!
 //! Rays for which this fails get an itinerary of their own. Tiles that need many itineraries are quartered. The
 //! remaining rays are traced one by one.
@@ -219,6 +221,7 @@ impl TileTracer<'_> {
         if self.lanes.is_lost(0) || !is_worth_it || !self.mark_outside_outlines(plan) {
             return false;
         }
+        self.mark_in_other_primitives(plan);
         self.mark_meeting_other_faces(plan);
         !self.lanes.is_lost(0)
     }
@@ -248,6 +251,28 @@ impl TileTracer<'_> {
             }
         }
         true
+    }
+
+    /// Marks as lost the rays that may be in other primitives than the first ray at a face of a clipped item: those with
+    /// a face of the item between their positions.
+    fn mark_in_other_primitives(&mut self, plan: &Itinerary) {
+        let faces = &self.of.faces;
+        for (number, step) in plan.steps.iter().enumerate() {
+            let bounds = &self.lanes.boxes[number + 1].clone();
+            let radius_mm = radius_range(bounds);
+            let first = self.lanes.point(0, number + 1);
+            for face in &step.faces {
+                let Range { start, end } = faces.trim(*face).clipped_item_cells;
+                let mut asked = None;
+                for cell in &faces.cells[start as usize..end as usize] {
+                    let is_other = !step.faces.contains(&cell.face) && asked != Some(cell.face);
+                    if is_other && cell.touches(bounds, radius_mm) {
+                        asked = Some(cell.face);
+                        self.lanes.mark_intersecting(faces, cell.face, Err(first), number + 1);
+                    }
+                }
+            }
+        }
     }
 
     /// Marks as lost the rays that may meet a face that is not in their itinerary.

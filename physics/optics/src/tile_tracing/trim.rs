@@ -23,6 +23,12 @@ pub(super) struct Trim {
     pub(super) is_exact: bool,
     /// Range of all cells of its primitive.
     pub(super) cells: Range<u32>,
+    /// Range of all cells of its item if some are clipped to the item's box, as those of a tool that reaches beyond the
+    /// body that it cuts; otherwise empty.
+    ///
+    /// At a face of such an item, rays have passed the same faces within the box, but need not be in the same primitives.
+    /// They are if no face of the item lies between their positions: the way between these lies within the box.
+    pub(super) clipped_item_cells: Range<u32>,
 }
 
 impl Trim {

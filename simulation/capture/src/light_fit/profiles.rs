@@ -105,8 +105,9 @@ pub(super) fn mean_intensity(
     let (width, height) = (picture.width_px() as f64, picture.height_px() as f64);
     let grey = |point: Point3<f64>| {
         let pixel = seen.project(&point)?;
+        // The outer half of the first pixels belongs to them as that of the last ones does.
         let inside =
-            (0.0..width - 0.5).contains(&pixel.x) && (0.0..height - 0.5).contains(&pixel.y);
+            (-0.5..width - 0.5).contains(&pixel.x) && (-0.5..height - 0.5).contains(&pixel.y);
         inside.then(|| {
             WHITE * f64::from(picture.at(pixel.x.round() as usize, pixel.y.round() as usize))
         })

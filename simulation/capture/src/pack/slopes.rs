@@ -5,6 +5,7 @@
 //! polynomial of second degree in column and row. Taxim and TacEx store colours as blue, green, red and TacSL as red,
 //! green, blue, all under the names of the latter.
 
+use fabkit_camera::image_centre_px;
 use fabkit_depth::ground_truth::{DepthMap, NO_LABEL};
 use fabkit_export::{NpyValues, npy, npy_lists, zip};
 use fabkit_files::Error;
@@ -88,7 +89,7 @@ pub(super) fn slope_pack(
         spots = sample_spots(seen.map, touch);
         Ok(())
     })?;
-    let middle = image.size_px.map(|px| f64::from(px) / 2.0);
+    let middle = image_centre_px(image.size_px);
     // Shadows are rendered at the place nearest to the image's centre.
     let off = |spot: &&Spot| {
         let [x, y] = [0, 1].map(|k| spot.pixel[k] - middle[k]);

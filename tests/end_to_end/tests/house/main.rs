@@ -6,6 +6,7 @@ mod contracts;
 mod crate_graph;
 mod crates;
 mod documents;
+mod light;
 mod limits;
 mod modules;
 mod papers;

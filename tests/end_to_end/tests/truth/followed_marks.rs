@@ -220,3 +220,36 @@ fn an_image_without_marks_is_refused() {
     assert!(run.stderr.contains("only 0 of 57 markers in view are found"), "{}", run.stderr);
     assert!(!folder.join("none").exists());
 }
+
+/// At rest each dot of the tip is a disc without a gap, the one in the middle too, and is found by its name.
+#[test]
+fn every_dot_of_a_tip_at_rest_is_seen_and_found() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path();
+    // Dots of 6 pixels across at least, which one ray for each pixel shows; and as the sensor's camera takes them.
+    for more in [&["--set", "camera.pixels=240"][..], &["--set", "camera.pixels=241"], &[]] {
+        let words = [&["tactip"], more].concat();
+        let drawn = capture(folder, &[&words[..], &["--reference"]].concat(), "rest.png");
+        assert_eq!(drawn.len(), 57);
+        let all = [&words[..], &["--reference", "rest.png", "rest.png"]].concat();
+        let marks = reconstruct(folder, &all)["marks"].clone();
+        assert_eq!((&marks["drawn"], &marks["at_rest"]), (&57.into(), &57.into()), "{more:?}");
+        if more.is_empty() {
+            continue;
+        }
+        let image = CapturedImage::read(&folder.join("rest.png")).unwrap();
+        for (name, at) in drawn {
+            // The pixel that a dot's centre is seen in, and its eight neighbours.
+            let near = (0..9).map(|k| {
+                let [x, y] = [k % 3, k / 3].map(|by| by as f64 - 1.0);
+                let [column, row] = [at[0] + x, at[1] + y].map(|px| px.round() as usize);
+                image.values[(column + row * image.size_px[0]) * image.channels]
+            });
+            let near: Vec<f32> = near.collect();
+            let least = near.iter().copied().fold(f32::INFINITY, f32::min);
+            let most = near.iter().copied().fold(0.0, f32::max);
+            // One face in one light: half of it would be a hole.
+            assert!(most > 0.1 && least > 0.5 * most, "{name} {more:?}: {near:?}");
+        }
+    }
+}

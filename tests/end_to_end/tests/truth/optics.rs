@@ -246,3 +246,38 @@ fn sigma_is_by_how_much_the_pose_moves_the_range() {
         assert!(compared * 100 > seen * 97, "{parameter}: {compared} of {seen}");
     }
 }
+
+/// A ray to a marker ends at its face, whatever bodies lie behind it.
+#[test]
+fn rays_to_markers_end_on_them() {
+    let mut sensors = 0;
+    for name in tested_sensors() {
+        let sensor = build_design(name, &[]).sensor;
+        let Some(body) = sensor.bodies.iter().find(|body| sensor.is_marker_body(&body.name)) else {
+            continue;
+        };
+        sensors += 1;
+        let sights = ViewStacks::new(OpticalStack::from_sensor(&sensor).unwrap());
+        let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
+        let mut solver = sights.sight_line_solver();
+        let mut seen = 0;
+        for mark in &sensor.marks {
+            let Some(sight) = solver.find_sight_line(&pupil, &mark.point) else { continue };
+            let end_mm = sight.path.lead_mm + sight.path.end_mm;
+            if (end_mm - sight.way_mm).abs() < 1e-6 {
+                assert_eq!(
+                    sights.stack().name_of(sight.path.end),
+                    body.name,
+                    "{name} {}",
+                    mark.name
+                );
+                seen += 1;
+            } else {
+                // Hidden before it, by another body or another marker.
+                assert!(end_mm < sight.way_mm, "{name} {}: seen through", mark.name);
+            }
+        }
+        assert!(2 * seen > sensor.marks.len(), "{name}: {seen} of {}", sensor.marks.len());
+    }
+    assert_eq!(sensors, 2);
+}

@@ -3,8 +3,7 @@
 use std::fmt::Write;
 
 use fabkit_report::{
-    BORDER_STYLE, NO_DATA_STYLE, Plot, RESIDUAL_STYLE, Svg, escape, heat_color, page,
-    round_tick_step,
+    NO_DATA_STYLE, Plot, RESIDUAL_STYLE, Svg, escape, heat_color, page, round_tick_step,
 };
 use nalgebra::Vector2;
 
@@ -147,21 +146,17 @@ impl IntrinsicsReport<'_> {
     fn image_map(&self) -> String {
         let camera = self.calibration.estimate.camera();
         let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
-        let mut svg = Svg::new(width, height);
-        svg.rect([0.0, 0.0], [width, height], BORDER_STYLE);
-        let [columns, rows] = COVERAGE;
-        let size = [width / columns as f64, height / rows as f64];
+        let mut svg = Svg::over_image([camera.width_px(), camera.height_px()]);
         for (i, corners) in self.calibration.advice.coverage.corners.iter().enumerate() {
             if *corners == 0 {
-                let corner = [(i % columns) as f64 * size[0], (i / columns) as f64 * size[1]];
+                let (corner, size) = svg.grid_cell(i, COVERAGE);
                 svg.rect(corner, size, NO_DATA_STYLE);
             }
         }
         let residuals = self.residuals();
         let magnified = magnification(residuals.iter().map(|(.., r)| *r), width);
         for (view, corner, residual) in &residuals {
-            // Pixel centres are integers; the drawing begins at the first pixel's outer corner.
-            let at = corner.pixel + Vector2::new(0.5, 0.5);
+            let at = corner.pixel;
             let end = at + residual * magnified;
             svg.line([at.x, at.y], [end.x, end.y], RESIDUAL_STYLE);
             let title = format!("{view}, corner {}: {:.3} px", corner.id, residual.norm());
@@ -176,7 +171,6 @@ impl IntrinsicsReport<'_> {
     /// at the rim is often a hundred times that in the middle.
     fn uncertainty_map(&self) -> Option<String> {
         let camera = self.calibration.estimate.camera();
-        let (width, height) = (f64::from(camera.width_px()), f64::from(camera.height_px()));
         let cells = &self.calibration.rays.cells;
         let known = || cells.iter().flatten().map(|sigma| sigma.px);
         let (least, most) = (known().fold(f64::INFINITY, f64::min), known().fold(0.0, f64::max));
@@ -184,13 +178,10 @@ impl IntrinsicsReport<'_> {
         if !(least > 0.0 && most.is_finite()) {
             return None;
         }
-        let mut svg = Svg::new(width, height);
-        svg.rect([0.0, 0.0], [width, height], BORDER_STYLE);
-        let [columns, rows] = GRID.map(|count| count as usize);
-        let size = [width / columns as f64, height / rows as f64];
+        let mut svg = Svg::over_image([camera.width_px(), camera.height_px()]);
         for (i, sigma) in cells.iter().enumerate() {
             let Some(sigma) = sigma else { continue };
-            let corner = [(i % columns) as f64 * size[0], (i / columns) as f64 * size[1]];
+            let (corner, size) = svg.grid_cell(i, GRID.map(|count| count as usize));
             let part = (sigma.px / least).ln() / (most / least).ln().max(1e-9);
             let title = format!("{:.3} px, {:.3} mrad", sigma.px, 1e3 * sigma.angle_rad);
             svg.cell(corner, size, &heat_color(part), &title);

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) use fabkit_application::ErrorKind;
 use fabkit_application::calibration_runs::CalibrationRunError;
-use fabkit_application::diagnostics::{self, DiagnosedDesign, SourceText};
+use fabkit_application::diagnostics::{DiagnosedDesign, SourceText, format_problems};
 use fabkit_application::sweep::panics::is_caught;
 use fabkit_application::text::InvalidDesign;
 use fabkit_application::{Error, ErrorSubject, problem_json};
@@ -132,7 +132,11 @@ impl Failure {
         if let Self::Application(error) = self
             && let Some(found) = error.downcast_ref::<DiagnosedDesign>()
         {
-            return diagnostics::format_problems(&found.invalid.problems, &found.texts);
+            return format_problems(
+                &found.invalid.problems,
+                found.invalid.unlisted(),
+                &found.texts,
+            );
         }
         let hint = self.hint().map(|hint| format!("  = help: {hint}\n")).unwrap_or_default();
         format!("error: {}\n{hint}", self.message())
@@ -156,17 +160,22 @@ impl Failure {
                 vec![subject.to_json(message, hint.as_deref())]
             }
         };
-        document(self.kind(), problems)
+        let unlisted = match self {
+            Self::Application(error) => count_unlisted(error),
+            Self::Command { .. } => 0,
+        };
+        document(self.kind(), problems, unlisted)
     }
 }
 
-fn document(kind: ErrorKind, problems: Vec<Value>) -> Value {
+fn document(kind: ErrorKind, problems: Vec<Value>, unlisted: usize) -> Value {
     json!({
         "format": "fabkit-error",
         "version": 2,
         "exit_code": FailureCode::from(kind) as u8,
         "kind": kind.word(),
         "problems": problems,
+        "unlisted_problems": unlisted,
     })
 }
 
@@ -182,6 +191,12 @@ fn problems_of(error: &Error) -> Vec<Value> {
             vec![error.subject().to_json(&error.to_string(), hint.as_deref())]
         }
     }
+}
+
+/// Counts the problems that are not listed.
+fn count_unlisted(error: &Error) -> usize {
+    let own = error.downcast_ref::<DiagnosedDesign>().map_or(0, |found| found.invalid.unlisted());
+    own + error.parts().iter().map(count_unlisted).sum::<usize>()
 }
 
 /// Runs the command. A panic becomes a message (with `json`, also a document on standard output) and [`Exit::Bug`].
@@ -208,7 +223,7 @@ pub(crate) fn catch_panics(json: bool, command: impl FnOnce() -> u8 + panic::Unw
         if json {
             let about = ErrorSubject::from_kind(ErrorKind::Bug);
             let problem = about.to_json(panic_text(&*payload), Some(REPORT));
-            let _ = writeln!(io::stdout(), "{:#}", document(ErrorKind::Bug, vec![problem]));
+            let _ = writeln!(io::stdout(), "{:#}", document(ErrorKind::Bug, vec![problem], 0));
         }
         FailureCode::Bug as u8
     })

@@ -101,7 +101,7 @@ fn build_exception(py: Python<'_>, failure: &Failure) -> PyResult<PyErr> {
 
 fn format_problems(found: &DiagnosedDesign) -> (String, Vec<Json>) {
     let problems: Vec<Problem> = found.invalid.problems.iter().map(rename_overrides).collect();
-    let listed = diagnostics::format_problems(&problems, &found.texts);
+    let listed = diagnostics::format_problems(&problems, found.invalid.unlisted(), &found.texts);
     let problems = problems.iter().map(problem_json).collect();
     let text = listed.strip_prefix("error: ").unwrap_or(&listed).trim_end_matches('\n').to_owned();
     (text, problems)

@@ -73,7 +73,7 @@ pub use parameter_table::ParameterTable;
 pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_NODES, Parsed, parse};
 pub use place::{LocatedProblem, TextPlace, WrittenText, WrittenValue};
 pub use printable::to_printable;
-pub use problem::{InvalidDesign, Problem};
+pub use problem::{InvalidDesign, MAX_PROBLEMS, Problem, list_problems};
 pub use reader::{Example, Reader};
 pub use report::{BrokenRule, LimitedQuantity, RuleId, RuleReport};
 pub use schema::{FamilySchema, root_schema, section_schema};

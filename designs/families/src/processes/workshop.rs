@@ -44,7 +44,7 @@ impl Workshop {
         if found.is_empty() {
             Ok(self.processes.settings(&names(kit, &scope)))
         } else {
-            Err(InvalidDesign { problems: LocatedProblem::sort(found) })
+            Err(InvalidDesign::new(LocatedProblem::sort(found)))
         }
     }
 }

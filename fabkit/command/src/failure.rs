@@ -1,7 +1,6 @@
 //! Failures of a command as the user sees them: exit code, message and hint. Also handles panics.
 
 use std::any::Any;
-use std::io::{self, Write};
 use std::panic;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,6 +13,7 @@ use fabkit_application::{Error, ErrorSubject, problem_json};
 use serde_json::{Value, json};
 
 use crate::hints::{self, REPORT};
+use crate::terminal;
 
 /// Exit codes on which scripts can rely; see `fabkit --help`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -211,19 +211,18 @@ pub(crate) fn catch_panics(json: bool, command: impl FnOnce() -> u8 + panic::Unw
         TOLD.store(true, Ordering::Relaxed);
         let place = info.location().map(|l| format!(" at {l}")).unwrap_or_default();
         let text = panic_text(info.payload());
-        // If standard error is closed, the exit code still tells.
-        let _ = write!(io::stderr(), "error: {text}{place}\n  = help: {REPORT}\n");
+        terminal::tell(&format!("error: {text}{place}\n  = help: {REPORT}\n"));
     }));
     panic::catch_unwind(command).unwrap_or_else(|payload| {
         // A panic that did not call the hook, such as a resumed one, is reported here.
         if !TOLD.load(Ordering::Relaxed) {
             let text = panic_text(&*payload);
-            let _ = write!(io::stderr(), "error: {text}\n  = help: {REPORT}\n");
+            terminal::tell(&format!("error: {text}\n  = help: {REPORT}\n"));
         }
         if json {
             let about = ErrorSubject::from_kind(ErrorKind::Bug);
             let problem = about.to_json(panic_text(&*payload), Some(REPORT));
-            let _ = writeln!(io::stdout(), "{:#}", document(ErrorKind::Bug, vec![problem], 0));
+            let _ = terminal::print_json(&document(ErrorKind::Bug, vec![problem], 0));
         }
         FailureCode::Bug as u8
     })

@@ -72,7 +72,7 @@ pub use overrides::{OVERRIDE_FILE_NAME, apply_overrides};
 pub use parameter_table::ParameterTable;
 pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_NODES, Parsed, parse};
 pub use place::{LocatedProblem, TextPlace, WrittenText, WrittenValue};
-pub use printable::to_printable;
+pub use printable::{escape_steering, is_steering, to_printable};
 pub use problem::{InvalidDesign, MAX_PROBLEMS, Problem, list_problems};
 pub use reader::{Example, Reader};
 pub use report::{BrokenRule, LimitedQuantity, RuleId, RuleReport};

@@ -18,13 +18,8 @@ const MOST_CANDIDATES: usize = 6;
 
 /// Codes of problems that still allow to try numbers. A name that nobody knows is none: no rule is asked then, and no
 /// number makes the design buildable.
-const READABLE: [&str; 5] = [
-    "limit_broken",
-    "out_of_range",
-    "rule_broken",
-    "unknown_choice",
-    "unknown_material",
-];
+const READABLE: [&str; 5] =
+    ["limit_broken", "out_of_range", "rule_broken", "unknown_choice", "unknown_material"];
 
 /// Replaces hints of a design's problems by verified ones where such exist. All suggestions hold together. Values that
 /// the user has just changed are tried first, those of bought things never.

@@ -26,9 +26,9 @@ const STATES: usize = 40;
 /// Maximum number of states of each search that finds out which rules contradict.
 const STATES_TO_BLAME: usize = 12;
 /// Maximum number of evaluations to fix a design.
-const MOST_TRIED: usize = 6000;
+const MOST_TRIED: usize = 4000;
 /// Maximum number of evaluations to find a contradiction.
-const MOST_TRIED_TO_BLAME: usize = 6000;
+const MOST_TRIED_TO_BLAME: usize = 3000;
 /// Maximum number of rules among which a contradiction is sought: the first that were broken.
 const MOST_BLAMED: usize = 24;
 

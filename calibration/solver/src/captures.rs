@@ -39,7 +39,7 @@ pub struct ListedPin {
 /// assert_eq!(wrong.problems, expected);
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}", .problems.join("\n"))]
+#[error("{}", fabkit_text::list_problems(.problems, "\n"))]
 pub struct InvalidList {
     /// Problems, at least one, each with its line.
     pub problems: Vec<String>,

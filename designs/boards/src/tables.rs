@@ -1,7 +1,6 @@
 //! Tables of a board: job file, placement, parts list, and the full description.
 
-use std::fmt::Write;
-
+use fabkit_geometry::csv::{CsvCell, CsvTable};
 use fabkit_geometry::{BoardSide, Circuit, CircuitKind};
 use serde_json::{Value, json};
 
@@ -81,10 +80,6 @@ fn is_bought(part: &&PlacedPart) -> bool {
     !matches!(part.kind, CircuitKind::TestPoint | CircuitKind::WirePad)
 }
 
-fn quote_csv(text: &str) -> String {
-    format!("\"{}\"", text.replace('"', "\"\""))
-}
-
 fn side(of: BoardSide) -> &'static str {
     if of == BoardSide::Top { "top" } else { "bottom" }
 }
@@ -98,21 +93,21 @@ fn rotation_deg(part: &PlacedPart) -> f64 {
 
 /// Writes the pick-and-place table: centre and rotation of each part, seen from above on both sides.
 pub(crate) fn placement_table(layout: &BoardLayout) -> String {
-    let mut text = String::from("Ref,Val,Package,PosX,PosY,Rot,Side\n");
+    let mut table = CsvTable::new("Ref,Val,Package,PosX,PosY,Rot,Side");
     for part in layout.parts.iter().filter(is_bought) {
         // Adding 0 turns -0 into 0.
         let [x, y] = part.place.at_mm.map(|mm| (mm * 1e4).round() / 1e4 + 0.0);
-        _ = writeln!(
-            text,
-            "{},{},{},{x:.4},{y:.4},{:.3},{}",
-            part.designator,
-            quote_csv(&part.value),
-            quote_csv(&part.package),
-            rotation_deg(part),
-            side(part.place.side),
-        );
+        table.row([
+            CsvCell::text(&part.designator),
+            CsvCell::quoted(&part.value),
+            CsvCell::quoted(&part.package),
+            CsvCell::fixed(x, 4),
+            CsvCell::fixed(y, 4),
+            CsvCell::fixed(rotation_deg(part), 3),
+            CsvCell::text(side(part.place.side)),
+        ]);
     }
-    text
+    table.finish()
 }
 
 /// Writes the list of parts to order for one board.
@@ -124,12 +119,16 @@ pub(crate) fn parts_list(layout: &BoardLayout) -> String {
             None => rows.push((&part.value, &part.package, vec![&part.designator])),
         }
     }
-    let mut text = String::from("Designators,Quantity,Value,Package\n");
+    let mut table = CsvTable::new("Designators,Quantity,Value,Package");
     for (value, package, names) in rows {
-        let (count, names) = (names.len(), quote_csv(&names.join(" ")));
-        _ = writeln!(text, "{names},{count},{},{}", quote_csv(value), quote_csv(package));
+        table.row([
+            CsvCell::quoted(&names.join(" ")),
+            names.len().into(),
+            CsvCell::quoted(value),
+            CsvCell::quoted(package),
+        ]);
     }
-    text
+    table.finish()
 }
 
 /// Writes everything that is drawn, drilled and connected, for checking the layers independently.

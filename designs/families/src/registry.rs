@@ -458,7 +458,7 @@ impl Registry {
                     report_unmatched(&making, &of_sensor, &more, &mut found);
                 }
                 if !found.is_empty() {
-                    return Err(InvalidDesign { problems: LocatedProblem::sort(found) });
+                    return Err(InvalidDesign::new(LocatedProblem::sort(found)));
                 }
                 let mut parameters = settings;
                 parameters.extend(own.settings(&materials, &of_sensor));

@@ -1,5 +1,6 @@
 //! Calibration of the finished sensor: fixtures, commands to type, and the pins for each capture.
 
+use fabkit_geometry::csv::CsvTable;
 use serde::Serialize;
 
 /// Calibration instructions.
@@ -54,10 +55,13 @@ impl Calibration {
     /// assert_eq!(calibration.captures_csv(), "file,hole,kind\n01.png,3,long\n01.png,9,long\n");
     /// ```
     pub fn captures_csv(&self) -> String {
-        let rows = self.captures.iter().flat_map(|capture| {
+        let mut table = CsvTable::new("file,hole,kind");
+        for capture in &self.captures {
             let kind = capture.pins.trim_start_matches("pin-");
-            capture.holes.iter().map(move |hole| format!("{},{hole},{kind}\n", capture.file))
-        });
-        "file,hole,kind\n".to_owned() + &rows.collect::<String>()
+            for &hole in &capture.holes {
+                table.row([(&capture.file).into(), hole.into(), kind.into()]);
+            }
+        }
+        table.finish()
     }
 }

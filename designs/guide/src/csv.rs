@@ -1,19 +1,12 @@
 //! Tables of the guide for spreadsheets (RFC 4180).
 
+use fabkit_geometry::csv::{CsvCell, CsvTable};
+
 use crate::{BodyUse, Guide, PrintPlan, Purchase, SupplyKind};
 
 /// Column heads of the table of purchases.
 pub const BOM_HEADS: &str = "kind,name,quantity,unit,of,what,article,size,maker,number,standard,pack,kit,packs,\
                              price_eur,cost_eur,substitutes,source,price_source,steps";
-
-/// Quotes a cell where its text requires it.
-fn quoted(text: &str) -> String {
-    if text.contains(['"', ',', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
-}
 
 fn word(of: BodyUse) -> &'static str {
     match of {
@@ -22,48 +15,55 @@ fn word(of: BodyUse) -> &'static str {
     }
 }
 
-/// Formats the cells from the layer height to the source of time and mass.
-fn print_cells(print: &PrintPlan) -> String {
-    let supports = if print.supports { "yes" } else { "no" };
-    let mass = print.mass_g.map_or(String::new(), |mass_g| format!("{mass_g:.2}"));
-    format!(
-        "{},{},{},{supports},{},{:.0},{mass},{}",
-        print.layer_mm,
-        print.perimeters,
-        print.infill_percent,
-        print.brim_mm,
-        print.minutes,
-        quoted(&print.from)
-    )
+/// Returns the cells from the layer height to the source of time and mass.
+fn print_cells(print: &PrintPlan) -> Vec<CsvCell> {
+    vec![
+        print.layer_mm.into(),
+        print.perimeters.into(),
+        print.infill_percent.into(),
+        CsvCell::text(if print.supports { "yes" } else { "no" }),
+        print.brim_mm.into(),
+        CsvCell::fixed(print.minutes, 0),
+        print.mass_g.map(|mass_g| CsvCell::fixed(mass_g, 2)).into(),
+        CsvCell::text(&print.from),
+    ]
 }
 
-fn numbers(steps: &[usize]) -> String {
-    steps.iter().map(usize::to_string).collect::<Vec<_>>().join(" ")
+fn numbers(steps: &[usize]) -> CsvCell {
+    let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
+    CsvCell::text(&steps.join(" "))
 }
 
-/// Formats the relevant properties of an article.
-fn what(order: &Purchase) -> String {
+/// Returns the relevant properties of an article.
+fn what(order: &Purchase) -> CsvCell {
     let figures = order.figures.iter().map(|figure| match &*figure.name {
         // This figure is a sentence and needs no name.
         "what matters" => figure.value.clone(),
         name => format!("{name}: {}", figure.value),
     });
     match figures.collect::<Vec<_>>().join("; ") {
-        nothing if nothing.is_empty() => "any".into(),
-        figures => quoted(&figures),
+        nothing if nothing.is_empty() => CsvCell::text("any"),
+        figures => CsvCell::text(&figures),
     }
 }
 
-/// Formats the cells from `article` to `price_source`.
-fn ordered(order: &Purchase) -> String {
-    let money = |eur: Option<f64>| eur.map_or("not known".into(), |eur| format!("{eur:.2}"));
-    let packs = order.packs.to_string();
-    let (price, cost) = (money(order.price_eur), money(order.cost_eur));
-    let kit = order.kit.as_deref().unwrap_or("none");
+/// Returns the cells from `article` to `price_source`.
+fn ordered(order: &Purchase) -> Vec<CsvCell> {
+    let money = |eur: Option<f64>| {
+        eur.map_or_else(|| CsvCell::text("not known"), |eur| CsvCell::fixed(eur, 2))
+    };
     let texts = [&order.article, &order.size, &order.maker, &order.number, &order.standard];
-    let texts = texts.map(String::as_str).into_iter().chain([&*order.pack, kit, &packs, &price]);
-    let texts = texts.chain([&*cost, &order.substitutes, &order.source, &order.price_source]);
-    texts.map(quoted).collect::<Vec<_>>().join(",")
+    let mut cells: Vec<CsvCell> = texts.into_iter().map(CsvCell::from).collect();
+    cells.extend([
+        CsvCell::text(&order.pack),
+        CsvCell::text(order.kit.as_deref().unwrap_or("none")),
+        order.packs.into(),
+        money(order.price_eur),
+        money(order.cost_eur),
+    ]);
+    let texts = [&order.substitutes, &order.source, &order.price_source];
+    cells.extend(texts.into_iter().map(CsvCell::from));
+    cells
 }
 
 impl Guide {
@@ -82,57 +82,61 @@ impl Guide {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn bom_csv(&self) -> String {
-        let mut csv = format!("{BOM_HEADS}\n");
+        let mut table = CsvTable::new(BOM_HEADS);
+        let mut add = |kind: &str, name: &str, amount: [CsvCell; 4], order, steps| {
+            let [quantity, unit, of, what] = amount;
+            let first = [CsvCell::text(kind), CsvCell::text(name), quantity, unit, of, what];
+            table.row(first.into_iter().chain(ordered(order)).chain([steps]));
+        };
         for piece in &self.bought {
-            let (name, what) = (quoted(&piece.name), quoted(&piece.what));
-            let (of, steps) = (word(piece.of), numbers(&piece.steps));
-            let quantity = piece.quantity;
-            let order = ordered(&piece.order);
-            csv += &format!("component,{name},{quantity},pieces,{of},{what},{order},{steps}\n");
+            let of = CsvCell::text(word(piece.of));
+            let amount = [piece.quantity.into(), "pieces".into(), of, (&piece.what).into()];
+            add("component", &piece.name, amount, &piece.order, numbers(&piece.steps));
         }
         for liquid in &self.liquids {
-            let (name, steps) = (quoted(&liquid.name), numbers(&liquid.steps));
-            let (what, order) = (what(&liquid.order), ordered(&liquid.order));
-            csv += &format!("liquid,{name},{:.2},g,,{what},{order},{steps}\n", liquid.mass_g);
+            let mass = CsvCell::fixed(liquid.mass_g, 2);
+            let amount = [mass, "g".into(), CsvCell::empty(), what(&liquid.order)];
+            add("liquid", &liquid.name, amount, &liquid.order, numbers(&liquid.steps));
         }
         for stock in &self.stock {
-            let (name, what) = (quoted(&stock.name), what(&stock.order));
-            let (amount, unit, order) = (stock.amount, stock.unit, ordered(&stock.order));
-            csv += &format!("stock,{name},{amount:.2},{unit},,{what},{order},\n");
+            let amount = CsvCell::fixed(stock.amount, 2);
+            let amount = [amount, stock.unit.into(), CsvCell::empty(), what(&stock.order)];
+            add("stock", &stock.name, amount, &stock.order, CsvCell::empty());
         }
         for supply in &self.supplies {
             let kind = if supply.used == SupplyKind::Tool { "tool" } else { "supply" };
-            let (name, what) = (quoted(&supply.name), what(&supply.order));
-            let (order, steps) = (ordered(&supply.order), numbers(&supply.steps));
-            csv += &format!("{kind},{name},1,packs,,{what},{order},{steps}\n");
+            let amount = [1_u32.into(), "packs".into(), CsvCell::empty(), what(&supply.order)];
+            add(kind, &supply.name, amount, &supply.order, numbers(&supply.steps));
         }
-        csv
+        table.finish()
     }
 
     /// Returns the table of parts, with the heads `name,quantity,of,process,material,x_mm,y_mm,z_mm,volume_mm3,mass_g,
     /// layer_mm,perimeters,infill_percent,supports,brim_mm,print_minutes,print_mass_g,print_from,what,notes,steps`.
     pub fn parts_csv(&self) -> String {
-        let mut csv = String::from(
+        let mut table = CsvTable::new(
             "name,quantity,of,process,material,x_mm,y_mm,z_mm,volume_mm3,mass_g,layer_mm,\
-             perimeters,infill_percent,supports,brim_mm,print_minutes,print_mass_g,print_from,what,notes,steps\n",
+             perimeters,infill_percent,supports,brim_mm,print_minutes,print_mass_g,print_from,what,notes,steps",
         );
         for part in &self.made {
-            let [x, y, z] = part.size_mm;
-            let mass = part.mass_g.map_or(String::new(), |mass_g| format!("{mass_g:.2}"));
+            let mut cells = vec![
+                CsvCell::text(&part.name),
+                part.quantity.into(),
+                CsvCell::text(word(part.of)),
+                CsvCell::text(&part.process),
+                CsvCell::text(&part.material),
+            ];
+            cells.extend(part.size_mm.map(|mm| CsvCell::fixed(mm, 2)));
+            cells.push(CsvCell::fixed(part.volume_mm3, 1));
+            cells.push(part.mass_g.map(|mass_g| CsvCell::fixed(mass_g, 2)).into());
             // Empty cells for a part without print settings.
-            let print = part.print.as_ref().map_or(",".repeat(7), print_cells);
-            let texts =
-                [&part.name, &part.process, &part.material, &part.summary].map(|t| quoted(t));
-            let [name, process, material, what] = texts;
-            csv += &format!(
-                "{name},{},{},{process},{material},{x:.2},{y:.2},{z:.2},{:.1},{mass},{print},{what},{},{}\n",
-                part.quantity,
-                word(part.of),
-                part.volume_mm3,
-                quoted(&part.notes.join("; ")),
-                numbers(&part.steps),
-            );
+            let print = part.print.as_ref().map(print_cells);
+            cells.extend(print.unwrap_or_else(|| vec![CsvCell::empty(); 8]));
+            cells.push(CsvCell::text(&part.summary));
+            cells.push(CsvCell::text(&part.notes.join("; ")));
+            cells.push(numbers(&part.steps));
+            table.row(cells);
         }
-        csv
+        table.finish()
     }
 }

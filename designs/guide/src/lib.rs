@@ -115,6 +115,8 @@ pub struct Guide {
     pub timeline: Timeline,
     /// Calibration of the finished sensor; `null` if there is none.
     pub calibration: Option<Calibration>,
+    /// Errors that `fabkit check` finds: the design cannot be built as described.
+    pub check_errors: Vec<String>,
 }
 
 impl Guide {
@@ -155,6 +157,8 @@ impl Guide {
             wiring: wiring::wirings(sensor),
             timeline,
             calibration: request.calibration.cloned(),
+            // Known to callers that apply the rules of `check`.
+            check_errors: Vec::new(),
         })
     }
 

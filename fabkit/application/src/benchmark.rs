@@ -1,22 +1,24 @@
 //! Runs the Python benchmark `fabkit_bench` (extra `bench` of the Python package): finds an interpreter that has it,
 //! starts it, and relays its messages and its result. The benchmark is Python because the learned models are.
 
-use std::env;
 use std::ffi::OsString;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::thread;
 
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 use serde_json::Value;
 
-use crate::verifier::PYTHON_VARIABLE;
+use crate::programs::{PYTHON_VARIABLE, Program, RelativeProgram, find_python};
 
-/// Returns the Python interpreter named by the environment variable, or `python3`.
-pub(crate) fn find_interpreter() -> PathBuf {
-    let named = env::var_os(PYTHON_VARIABLE).filter(|name| !name.is_empty());
-    PathBuf::from(named.unwrap_or_else(|| "python3".into()))
+/// Returns the interpreter that runs the benchmark.
+pub(crate) fn find_interpreter() -> Result<Program, BenchError> {
+    let found = find_python().map_err(|RelativeProgram(path)| BenchError::RelativePython(path))?;
+    found.ok_or_else(|| BenchError::NoPackage {
+        python: "python3".into(),
+        why: "it is in no folder of the search path".into(),
+    })
 }
 
 /// Python program that starts the benchmark. `-c` puts the current folder first in the search path, as an empty entry;
@@ -38,6 +40,12 @@ pub enum BenchError {
         /// Message of the interpreter or of the operating system.
         why: String,
     },
+    /// The path of the interpreter is relative: it would be another one in every folder.
+    #[error(
+        "the interpreter {} is no absolute path; interpreters are not searched for in the current folder",
+        .0.display()
+    )]
+    RelativePython(PathBuf),
     /// The benchmark rejected its input.
     #[error("{message}")]
     Refused {
@@ -54,7 +62,9 @@ pub enum BenchError {
 impl Explained for BenchError {
     fn kind(&self) -> ErrorKind {
         match self {
-            Self::NoPackage { .. } | Self::Refused { .. } => ErrorKind::BadInput,
+            Self::NoPackage { .. } | Self::RelativePython(_) | Self::Refused { .. } => {
+                ErrorKind::BadInput
+            }
             Self::NoAnswer(_) => ErrorKind::Bug,
         }
     }
@@ -65,6 +75,9 @@ impl Explained for BenchError {
                 "install the Python package with its extra `bench`, and name its interpreter by an absolute path in \
                  {PYTHON_VARIABLE}"
             )),
+            Self::RelativePython(_) => {
+                Some(format!("name it by an absolute path in {PYTHON_VARIABLE}"))
+            }
             Self::Refused { hint, .. } => hint.clone(),
             Self::NoAnswer(_) => None,
         }
@@ -72,7 +85,9 @@ impl Explained for BenchError {
 
     fn subject(&self) -> ErrorSubject {
         match self {
-            Self::NoPackage { python, .. } => ErrorSubject::from_path("no_bench", python),
+            Self::NoPackage { python, .. } | Self::RelativePython(python) => {
+                ErrorSubject::from_path("no_bench", python)
+            }
             other => ErrorSubject::from_kind(other.kind()),
         }
     }
@@ -84,9 +99,9 @@ impl Explained for BenchError {
 /// # Errors
 /// [`BenchError`].
 pub fn run(arguments: &[OsString], tell: &(dyn Fn(&str) + Sync)) -> Result<Value, BenchError> {
-    let python = find_interpreter();
-    let missing = |why: String| BenchError::NoPackage { python: python.clone(), why };
-    let mut command = Command::new(&python);
+    let python = find_interpreter()?;
+    let missing = |why: String| BenchError::NoPackage { python: python.path().to_owned(), why };
+    let mut command = python.command();
     command.args(["-c", START_SCRIPT]).args(arguments);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().map_err(|error| missing(error.to_string()))?;

@@ -22,6 +22,7 @@ use rayon::prelude::*;
 
 use crate::exports;
 use crate::images::{DrawingError, ImageView, default_assembly, draw_assembly, draw_body};
+use crate::source::CheckErrors;
 
 pub use calibration_chapter::describe_calibration;
 
@@ -39,7 +40,9 @@ pub fn find_stages(design: &Design) -> Result<Vec<Stage<'_>>, InvalidBody> {
     fabkit_checks::stages(&design.sensor)
 }
 
-/// Collects what building a design needs. `stages` are those that [`find_stages`] returns for the same design.
+/// Collects what building a design needs. `stages` are those that [`find_stages`] returns for the same design, `faults`
+/// the errors that `check` finds in it ([`Target::find_errors`](crate::source::Target::find_errors)): whoever builds from the
+/// guide must know of them.
 ///
 /// # Errors
 /// A part that cannot be made.
@@ -49,7 +52,9 @@ pub fn find_stages(design: &Design) -> Result<Vec<Stage<'_>>, InvalidBody> {
 /// use fabkit_application::source::Target;
 ///
 /// let design = Target::new("9dtact").design(&[])?;
-/// let guide = collect_facts(&design, &find_stages(&design)?, None, 2)?;
+/// let faults = Target::new("9dtact").find_errors(&[], false)??;
+/// let guide = collect_facts(&design, &find_stages(&design)?, None, 2, &faults)?;
+/// assert!(guide.check_errors.is_empty());
 /// // One entry for each part that is made, and a list of what to buy.
 /// assert_eq!(guide.made.len(), design.sensor.parts().count());
 /// assert!(guide.bom_csv().lines().count() > 1);
@@ -60,6 +65,7 @@ pub fn collect_facts(
     stages: &[Stage],
     calibration: Option<&Calibration>,
     units: u32,
+    faults: &CheckErrors,
 ) -> Result<Guide, GuideError> {
     let hash = design_hash(design);
     let density = |material: &str| stock_density_g_per_cm3(material);
@@ -70,6 +76,7 @@ pub fn collect_facts(
     let plan = exports::sheet_plan(design, units);
     let (sheets, _) = plan.map_err(|error| GuideError::PrintSettings(error.to_string()))?;
     guide.set_sheets(sheets);
+    guide.check_errors = faults.messages().map(str::to_owned).collect();
     Ok(guide)
 }
 

@@ -66,6 +66,7 @@ pub mod images;
 pub mod materials;
 pub mod model_view;
 pub mod packaging;
+mod programs;
 pub mod slicing;
 pub mod source;
 pub mod sweep_runs;

@@ -15,7 +15,7 @@ use fabkit_scene::ground_truth::Viewpoint;
 
 use crate::exports::{ExportRunError, Exported, ForeignFile};
 use crate::guides;
-use crate::source::NamedDesigns;
+use crate::source::{CheckErrors, NamedDesigns};
 
 pub use citation::{DEFAULT_LICENSE, LICENSES, License};
 pub use resolved::resolved_yaml;
@@ -64,20 +64,21 @@ pub fn add_package_files(
 }
 
 /// Makes a guide's files with their own manifest, for a separate folder. `calibration` is [`guides::describe_calibration`] of
-/// the same design.
+/// the same design, `faults` are the errors that `check` finds in it.
 ///
 /// # Errors
 /// Bodies that cannot be drawn or measured, as [`ExportRunError::Guide`].
 pub fn make_guide(
     design: &Design,
     calibration: Option<&Calibration>,
+    faults: &CheckErrors,
     progress: ProgressCallback,
 ) -> Result<Exported, ExportRunError> {
     fn failed(source: impl std::error::Error) -> ExportRunError {
         ExportRunError::Guide { reason: source.to_string() }
     }
     let stages = guides::find_stages(design).map_err(failed)?;
-    let facts = guides::collect_facts(design, &stages, calibration, 1).map_err(failed)?;
+    let facts = guides::collect_facts(design, &stages, calibration, 1, faults).map_err(failed)?;
     let files = guides::files(design, &stages, &facts, progress).map_err(failed)?;
     let sensor = &design.sensor;
     let manifest = Manifest {

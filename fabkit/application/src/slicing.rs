@@ -1,10 +1,9 @@
 //! Print times and filament estimated by PrusaSlicer, if it is installed. Each FDM part is sliced from its 3MF file in
 //! a temporary folder, independent of the user's configuration.
 
-use std::env;
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::path::PathBuf;
+use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
 use fabkit_designs::Design;
@@ -15,6 +14,7 @@ use fabkit_guide::{Guide, SlicerEstimate};
 use rayon::prelude::*;
 
 use crate::exports::{self, ExportOptions, ExportRunError, Format};
+use crate::programs::{Program, RelativeProgram};
 
 /// Environment variable with the slicer's absolute path, instead of a search in `PATH`.
 pub const SLICER_VARIABLE: &str = "FABKIT_SLICER";
@@ -103,21 +103,22 @@ impl Explained for SlicingError {
     }
 }
 
+/// Slicer of the user's system.
+#[derive(Clone, Debug)]
+pub struct Slicer(Program);
+
 /// Finds the slicer.
 ///
 /// # Errors
 /// [`SlicingError::NotFound`] and [`SlicingError::NoSuchSlicer`].
-pub fn find_slicer() -> Result<PathBuf, SlicingError> {
-    if let Some(named) = env::var_os(SLICER_VARIABLE).filter(|name| !name.is_empty()) {
-        let path = PathBuf::from(named);
-        let is_there = path.is_absolute() && path.is_file();
-        return if is_there { Ok(path) } else { Err(SlicingError::NoSuchSlicer(path)) };
+pub fn find_slicer() -> Result<Slicer, SlicingError> {
+    let named = Program::from_variable(SLICER_VARIABLE);
+    let named = named.map_err(|RelativeProgram(path)| SlicingError::NoSuchSlicer(path))?;
+    match named {
+        Some(program) if program.path().is_file() => Ok(Slicer(program)),
+        Some(program) => Err(SlicingError::NoSuchSlicer(program.path().to_owned())),
+        None => Program::find(SLICER_PROGRAM).map(Slicer).ok_or(SlicingError::NotFound),
     }
-    let path = env::var_os("PATH").unwrap_or_default();
-    // Relative entries are skipped: programs in the working folder are never run.
-    let folders = env::split_paths(&path).filter(|folder| folder.is_absolute());
-    let mut places = folders.map(|folder| folder.join(SLICER_PROGRAM));
-    places.find(|place| place.is_file()).ok_or(SlicingError::NotFound)
 }
 
 /// Replaces fabkit's estimates of time and filament in a guide by the slicer's. Parts that are printed in one piece
@@ -128,7 +129,7 @@ pub fn find_slicer() -> Result<PathBuf, SlicingError> {
 pub fn slice_parts(
     design: &Design,
     guide: &mut Guide,
-    slicer: &Path,
+    slicer: &Slicer,
     cancelled: &(dyn Fn() -> bool + Sync),
     progress: ProgressCallback,
 ) -> Result<(), SlicingError> {
@@ -162,7 +163,7 @@ pub fn slice_parts(
 }
 
 fn slice_part(
-    slicer: &Path,
+    slicer: &Slicer,
     part: &str,
     bytes: &[u8],
     cancelled: &(dyn Fn() -> bool + Sync),
@@ -184,7 +185,9 @@ fn slice_part(
         folder.path_of_file("part.gcode").into(),
         folder.path_of_file("part.3mf").into(),
     ];
-    let child = Command::new(slicer)
+    let child = slicer
+        .0
+        .command()
         .args(arguments)
         .current_dir(folder.path())
         .stdin(Stdio::null())

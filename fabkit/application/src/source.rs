@@ -1,5 +1,6 @@
 //! Targets `SENSOR[/FIXTURE][/PART]`, and the texts from which designs are read.
 
+mod check_errors;
 #[cfg(test)]
 mod tests;
 mod user_files;
@@ -7,7 +8,7 @@ mod user_files;
 use std::path::{Path, PathBuf};
 
 use fabkit_capture::Unit;
-use fabkit_checks::{self as checks, CheckReport, InvalidBody, Severity};
+use fabkit_checks::{self as checks, CheckReport, InvalidBody};
 use fabkit_designs::fixing::{self, FeasibleRange, ValueChange};
 use fabkit_designs::{self as designs, BaseFile, BaseReference, Design, SensorText, UserFile};
 use fabkit_files::diagnostics::{DiagnosedDesign, SourceText};
@@ -21,6 +22,7 @@ use fabkit_text::InvalidDesign;
 
 pub use fabkit_files::reading::MAX_YAML_BYTES;
 
+pub use self::check_errors::CheckErrors;
 pub use self::user_files::{USER_FILE_VARIABLE, read_profile, user_file};
 
 /// Error of a sensor, variant or fixture that cannot be found or read.
@@ -259,59 +261,6 @@ impl<'a> Target<'a> {
                 .check_fixture(name, progress)
                 .map_err(|error| source.convert_fixture_error(error)),
         }
-    }
-}
-
-/// Findings of severity error, summarised.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct CheckErrors {
-    /// Number of errors.
-    pub errors: usize,
-    /// Each design with errors, and its first error message.
-    pub first: Vec<(String, String)>,
-}
-
-impl Target<'_> {
-    /// Applies all rules to the sensor or the fixture, and optionally to all fixtures of the sensor, for callers that
-    /// only need to know whether it passes. The inner error is an invalid solid.
-    ///
-    /// # Errors
-    /// See [`Target::design`].
-    pub fn find_errors(
-        &self,
-        overrides: &[String],
-        with_fixtures: bool,
-    ) -> Result<Result<CheckErrors, InvalidBody>, Error> {
-        let source = self.source()?;
-        let project = source.load(overrides)?;
-        let fixtures = match self.fixture {
-            Some(name) => vec![name],
-            None if with_fixtures => project.fixture_names(),
-            None => Vec::new(),
-        };
-        let mut reports = Vec::new();
-        if self.fixture.is_none() {
-            // Masses are not computed here: they take a third of the time of some sensors.
-            let report = checks::check_variant(&project.design.sensor, &checks::Memo::default());
-            reports.push((project.design.sensor.name.clone(), report));
-        }
-        for name in fixtures {
-            let report = project
-                .check_fixture(name, &|_, _| {})
-                .map_err(|e| source.convert_fixture_error(e))?;
-            reports.push((format!("{}/{name}", project.design.sensor.name), report));
-        }
-        let mut faults = CheckErrors::default();
-        for (name, report) in reports {
-            let report = match report {
-                Ok(report) => report,
-                Err(invalid) => return Ok(Err(invalid)),
-            };
-            faults.errors += report.errors();
-            let first = report.findings.into_iter().find(|f| f.severity == Severity::Error);
-            faults.first.extend(first.map(|finding| (name, finding.message)));
-        }
-        Ok(Ok(faults))
     }
 }
 

@@ -23,6 +23,7 @@ use fabkit_files::progress::{ProgressCallback, ProgressStep};
 use fabkit_files::reading::{self, ExpectedFile, ReadError};
 use fabkit_files::staging::OutputFile;
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
+use fabkit_text::escape_steering;
 
 use crate::exports::{
     self, ExportOptions, ExportRunError, FolderError, ForeignFile, Format, Overwriting,
@@ -314,7 +315,10 @@ fn forward_messages(stderr: impl Read, sender: &Sender<PackageMessage>) {
             Some((done, all, last)) => {
                 let _ = sender.send(PackageMessage::Step { done, all, last: last.to_owned() });
             }
-            None => drop(io::stderr().write_all(&line)),
+            None => {
+                let line = String::from_utf8_lossy(&line);
+                drop(io::stderr().write_all(escape_steering(&line).as_bytes()));
+            }
         }
         line.clear();
     }

@@ -17,6 +17,7 @@ mod python;
 mod robots;
 mod sweep;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
@@ -356,7 +357,7 @@ pub struct Verify {
     /// Built-in sensor or path to a sensor file, with `/PART` for one part; or a folder that `export`, `dataset` or
     /// `sweep` wrote
     #[arg(value_name = "SENSOR|DIR", add = completing::parts())]
-    pub sensor: String,
+    pub sensor: OsString,
     /// Set a parameter, for example `surface.radius=14mm`; may be repeated
     #[arg(long = "set", value_name = "PATH=VALUE", add = completing::settings())]
     pub set: Vec<String>,

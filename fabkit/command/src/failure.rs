@@ -1,19 +1,19 @@
 //! Failures of a command as the user sees them: exit code, message and hint. Also handles panics.
 
 use std::any::Any;
-use std::io::{self, Write};
 use std::panic;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) use fabkit_application::ErrorKind;
 use fabkit_application::calibration_runs::CalibrationRunError;
-use fabkit_application::diagnostics::{self, DiagnosedDesign, SourceText};
+use fabkit_application::diagnostics::{DiagnosedDesign, SourceText, format_problems};
 use fabkit_application::sweep::panics::is_caught;
 use fabkit_application::text::InvalidDesign;
 use fabkit_application::{Error, ErrorSubject, problem_json};
 use serde_json::{Value, json};
 
 use crate::hints::{self, REPORT};
+use crate::terminal;
 
 /// Exit codes on which scripts can rely; see `fabkit --help`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,7 +132,11 @@ impl Failure {
         if let Self::Application(error) = self
             && let Some(found) = error.downcast_ref::<DiagnosedDesign>()
         {
-            return diagnostics::format_problems(&found.invalid.problems, &found.texts);
+            return format_problems(
+                &found.invalid.problems,
+                found.invalid.unlisted(),
+                &found.texts,
+            );
         }
         let hint = self.hint().map(|hint| format!("  = help: {hint}\n")).unwrap_or_default();
         format!("error: {}\n{hint}", self.message())
@@ -156,17 +160,22 @@ impl Failure {
                 vec![subject.to_json(message, hint.as_deref())]
             }
         };
-        document(self.kind(), problems)
+        let unlisted = match self {
+            Self::Application(error) => count_unlisted(error),
+            Self::Command { .. } => 0,
+        };
+        document(self.kind(), problems, unlisted)
     }
 }
 
-fn document(kind: ErrorKind, problems: Vec<Value>) -> Value {
+fn document(kind: ErrorKind, problems: Vec<Value>, unlisted: usize) -> Value {
     json!({
         "format": "fabkit-error",
         "version": 2,
         "exit_code": FailureCode::from(kind) as u8,
         "kind": kind.word(),
         "problems": problems,
+        "unlisted_problems": unlisted,
     })
 }
 
@@ -184,6 +193,12 @@ fn problems_of(error: &Error) -> Vec<Value> {
     }
 }
 
+/// Counts the problems that are not listed.
+fn count_unlisted(error: &Error) -> usize {
+    let own = error.downcast_ref::<DiagnosedDesign>().map_or(0, |found| found.invalid.unlisted());
+    own + error.parts().iter().map(count_unlisted).sum::<usize>()
+}
+
 /// Runs the command. A panic becomes a message (with `json`, also a document on standard output) and [`Exit::Bug`].
 ///
 /// Panics of sweep variants become rows and are not reported here.
@@ -196,19 +211,18 @@ pub(crate) fn catch_panics(json: bool, command: impl FnOnce() -> u8 + panic::Unw
         TOLD.store(true, Ordering::Relaxed);
         let place = info.location().map(|l| format!(" at {l}")).unwrap_or_default();
         let text = panic_text(info.payload());
-        // If standard error is closed, the exit code still tells.
-        let _ = write!(io::stderr(), "error: {text}{place}\n  = help: {REPORT}\n");
+        terminal::tell(&format!("error: {text}{place}\n  = help: {REPORT}\n"));
     }));
     panic::catch_unwind(command).unwrap_or_else(|payload| {
         // A panic that did not call the hook, such as a resumed one, is reported here.
         if !TOLD.load(Ordering::Relaxed) {
             let text = panic_text(&*payload);
-            let _ = write!(io::stderr(), "error: {text}\n  = help: {REPORT}\n");
+            terminal::tell(&format!("error: {text}\n  = help: {REPORT}\n"));
         }
         if json {
             let about = ErrorSubject::from_kind(ErrorKind::Bug);
             let problem = about.to_json(panic_text(&*payload), Some(REPORT));
-            let _ = writeln!(io::stdout(), "{:#}", document(ErrorKind::Bug, vec![problem]));
+            let _ = terminal::print_json(&document(ErrorKind::Bug, vec![problem], 0));
         }
         FailureCode::Bug as u8
     })

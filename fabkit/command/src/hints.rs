@@ -125,7 +125,9 @@ fn staging(error: &StagingError) -> Option<String> {
     let hint = error.hint()?;
     Some(match error {
         StagingError::Io { source, .. } => add_output_option(hint, source),
-        StagingError::Occupied { .. } | StagingError::Locked { .. } => format!("{hint} with -o"),
+        StagingError::Occupied { .. }
+        | StagingError::Foreign { .. }
+        | StagingError::Locked { .. } => format!("{hint} with -o"),
         _ => hint,
     })
 }

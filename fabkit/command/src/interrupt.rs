@@ -4,7 +4,6 @@
 //! requests a stop: the writer notices it between two files, removes what it wrote, and the process ends with the same
 //! exit code. A second interrupt ends the process at once.
 
-use std::io::{self, Write};
 #[cfg(unix)]
 use std::sync::Arc;
 #[cfg(unix)]
@@ -12,6 +11,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use crate::failure::{ErrorKind, Failure, FailureCode};
+use crate::terminal;
 
 const COMPUTING: u8 = 0;
 const WRITING: u8 = 1;
@@ -25,8 +25,7 @@ pub fn install_handler() {
     // Fails only if a handler is installed already.
     let _ = ctrlc::set_handler(|| {
         if STATE.swap(STOPPING, Ordering::SeqCst) != WRITING {
-            // If standard error is closed, the exit code still tells.
-            let _ = writeln!(io::stderr(), "error: interrupted");
+            terminal::tell("error: interrupted\n");
             std::process::exit(FailureCode::Interrupted as i32);
         }
     });

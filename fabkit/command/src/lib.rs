@@ -18,6 +18,7 @@ mod hints;
 mod interrupt;
 mod roles;
 mod table;
+mod terminal;
 
 pub use cli::{CaptureOptions, CastOptions, ContactOptions, DatasetOptions, Named, PressOptions};
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from fabkit import _fabkit
 from fabkit.cameras import Camera
-from fabkit.designs import Sensor, load
+from fabkit.designs import Sensor, as_sensor
 from fabkit.errors import invalid
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def plan(
     FabkitError
         The sensor has no pins or no such holes, or a file has errors.
     """
-    sensor = load(sensor) if isinstance(sensor, str) else sensor
+    sensor = as_sensor(sensor)
     for name, count, most in [("captures", captures, 500), ("pins", pins, 100)]:
         if count is not None and not 1 <= count <= most:
             raise invalid(f"{name} is {count}; the limits are 1 and {most}")

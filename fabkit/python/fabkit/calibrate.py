@@ -15,7 +15,7 @@ import numpy as np
 from fabkit import _arrays, _fabkit
 from fabkit._planning import CapturePlan, Effort, Expected, NextCapture, plan
 from fabkit.cameras import Camera
-from fabkit.designs import Fixture, Sensor, load
+from fabkit.designs import Fixture, Sensor, as_sensor
 from fabkit.errors import FabkitError, Problem, invalid
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def boards(sensor: Sensor | str) -> dict[str, Board]:
 
     The keys are ``checkerboard`` and ``charuco``, as far as the sensor has them.
     """
-    sensor = load(sensor) if isinstance(sensor, str) else sensor
+    sensor = as_sensor(sensor)
     native = sensor.fixtures["boards"]._native  # pyright: ignore[reportPrivateUsage]
     listed = [Board(text) for text in native.boards()]
     return {board.kind: board for board in listed}
@@ -320,7 +320,7 @@ def intrinsics(
     FabkitError
         Too few images show the board, or images cannot be used; the message lists them all.
     """
-    sensor = load(sensor) if isinstance(sensor, str) else sensor
+    sensor = as_sensor(sensor)
     board = board if isinstance(board, Board) else Board.load(board)
     files: list[str] = []
     pictures: list[tuple[str, NDArray[np.float32]]] = []
@@ -386,7 +386,7 @@ def extrinsics(
     FabkitError
         The pins do not determine the pose, labels do not fit, or a file has errors.
     """
-    sensor = load(sensor) if isinstance(sensor, str) else sensor
+    sensor = as_sensor(sensor)
     camera_file = "camera" if isinstance(camera, Camera) else os.fspath(camera)
     camera = camera if isinstance(camera, Camera) else Camera.load(camera)
     if not 1.0 <= gel_index <= 2.0:

@@ -14,7 +14,7 @@ from fabkit._capture import Capture
 from fabkit._cast import Cast, cast
 from fabkit.calibrate import Extrinsics
 from fabkit.cameras import Camera
-from fabkit.designs import Sensor, load
+from fabkit.designs import Sensor, as_sensor
 from fabkit.errors import invalid
 
 if TYPE_CHECKING:
@@ -156,7 +156,7 @@ class Scene(Cast, Capture):
     ) -> None:
         if unit is not None and not 0 <= unit < 1 << 64:
             raise invalid(f"unit is {unit}; it must be a number from 0 to 2^64 - 1")
-        self.sensor = load(sensor) if isinstance(sensor, str) else sensor
+        self.sensor = as_sensor(sensor)
         """The sensor whose surface the camera sees."""
         covariance = pose_covariance
         pose_file: str | None = None

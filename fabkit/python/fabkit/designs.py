@@ -527,11 +527,35 @@ class Sensor(Design):
         return CheckReport(json.loads(self._project.check(None)))
 
 
+def as_sensor(sensor: Sensor | str, name: str = "sensor") -> Sensor:
+    """Return a sensor, loaded if it is given by its name; ``name`` is that of the argument."""
+    found = _as_design(sensor, name)
+    if not isinstance(found, Sensor):
+        raise _wrong_type(found, name)
+    return found
+
+
+def _as_design(design: Design | str, name: str) -> Design:
+    if isinstance(design, str | os.PathLike):
+        return load(design)
+    if not isinstance(design, Design):
+        raise _wrong_type(design, name)
+    return design
+
+
+def _wrong_type(given: object, name: str) -> TypeError:
+    message = f"{name} is {type(given).__name__}; it must be what `fabkit.load` returns, or a name"
+    return TypeError(message)
+
+
 def check(design: Sensor | Fixture | str) -> CheckReport:
     """Check a design as ``design.check()`` does; a name is loaded first."""
-    return (load(design) if isinstance(design, str) else design).check()
+    found = _as_design(design, "design")
+    if not isinstance(found, Sensor | Fixture):
+        raise _wrong_type(found, "design")
+    return found.check()
 
 
 def export(design: Design | str, folder: str | PathLike[str], **options: Any) -> dict[str, Any]:
     """Write a design's files as ``design.export(...)`` does; a name is loaded first."""
-    return (load(design) if isinstance(design, str) else design).export(folder, **options)
+    return _as_design(design, "design").export(folder, **options)

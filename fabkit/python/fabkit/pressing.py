@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fabkit import _arrays, _fabkit
 from fabkit._press import press
-from fabkit.designs import Sensor, load
+from fabkit.designs import Sensor, as_sensor
 
 if TYPE_CHECKING:
     import numpy as np
@@ -73,7 +73,7 @@ def pressed(
     sensor: Sensor | str, indenter: str, depth_mm: float | str, options: dict[str, Any]
 ) -> Pressed:
     """Simulate a press; ``options`` are those of ``fabkit press``, by name."""
-    sensor = load(sensor) if isinstance(sensor, str) else sensor
+    sensor = as_sensor(sensor)
     text, field = _fabkit.press(
         sensor._project,  # pyright: ignore[reportPrivateUsage]
         sensor.name,

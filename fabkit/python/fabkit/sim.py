@@ -32,7 +32,7 @@ import numpy as np
 
 from fabkit import _arrays, _fabkit
 from fabkit.depth import Scene
-from fabkit.designs import load
+from fabkit.designs import as_sensor
 from fabkit.errors import invalid
 
 if TYPE_CHECKING:
@@ -427,7 +427,7 @@ class MarkFollower:
     ) -> None:
         scene = design if isinstance(design, Scene) else None
         sensor = design.sensor if isinstance(design, Scene) else design
-        sensor = load(sensor) if isinstance(sensor, str) else sensor
+        sensor = as_sensor(sensor)
         rest = _image(reference, "reference")
         self._colors = np.asarray(reference).ndim
         self._known = _fabkit.MarkFollower(
@@ -515,7 +515,7 @@ class Skin:
         spacing_mm: float | str | None = None,
         size_px: tuple[int, int] | None = None,
     ) -> None:
-        self.sensor = load(design) if isinstance(design, str) else design
+        self.sensor = as_sensor(design, "design")
         """The sensor that has the skin."""
         self._live = _fabkit.LiveSkin(
             self.sensor._project,  # pyright: ignore[reportPrivateUsage]

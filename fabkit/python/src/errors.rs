@@ -4,7 +4,9 @@ use std::borrow::Cow;
 
 use fabkit_application::diagnostics::{self, DiagnosedDesign};
 use fabkit_application::geometry::Length;
-use fabkit_application::text::{Json, OVERRIDE_FILE_NAME, Problem, Scalar, to_printable};
+use fabkit_application::text::{
+    Json, OVERRIDE_FILE_NAME, Problem, Scalar, escape_steering, to_printable,
+};
 use fabkit_application::{Error, ErrorKind, ErrorSubject, UnknownName, problem_json};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -91,7 +93,8 @@ fn build_exception(py: Python<'_>, failure: &Failure) -> PyResult<PyErr> {
         }
     };
     let arguments = PyDict::new(py);
-    arguments.set_item("text", text)?;
+    // An exception that nobody catches is printed on a terminal.
+    arguments.set_item("text", escape_steering(&text))?;
     arguments.set_item("code", failure.kind().word())?;
     arguments.set_item("problems", Json::from(problems).to_string())?;
     // The Python side chooses the class of the exception by the code.
@@ -101,7 +104,7 @@ fn build_exception(py: Python<'_>, failure: &Failure) -> PyResult<PyErr> {
 
 fn format_problems(found: &DiagnosedDesign) -> (String, Vec<Json>) {
     let problems: Vec<Problem> = found.invalid.problems.iter().map(rename_overrides).collect();
-    let listed = diagnostics::format_problems(&problems, &found.texts);
+    let listed = diagnostics::format_problems(&problems, found.invalid.unlisted(), &found.texts);
     let problems = problems.iter().map(problem_json).collect();
     let text = listed.strip_prefix("error: ").unwrap_or(&listed).trim_end_matches('\n').to_owned();
     (text, problems)

@@ -10,7 +10,7 @@ use fabkit_application::exports::{self, DEFAULT_STOCK, ExportOptions, Format, Ov
 use fabkit_application::progress::ignore_progress;
 use fabkit_application::robots::{RobotFormat, robot_files};
 use fabkit_application::source::read_profile;
-use fabkit_application::staging::{OutputFile, write_all};
+use fabkit_application::staging::{OutputFile, write_all, write_each};
 use fabkit_application::verifier::Verifier;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -146,9 +146,22 @@ impl Exported {
     }
 }
 
-/// Writes files by name and content, all or none.
+/// Writes files at places that the caller named, all or none.
 #[pyfunction]
 pub fn write_files(py: Python<'_>, folder: PathBuf, files: Vec<(String, Vec<u8>)>) -> PyResult<()> {
+    run_on_thread(py, InterruptPolicy::Wait, None, move |link| {
+        let files = files.iter().map(|(name, bytes)| (folder.join(name), &bytes[..]));
+        Ok(write_each(files, &|| link.is_cancelled())?)
+    })
+}
+
+/// Writes files into a folder under names of fabkit's choice, all or none. Files that fabkit did not write there stay.
+#[pyfunction]
+pub fn write_folder(
+    py: Python<'_>,
+    folder: PathBuf,
+    files: Vec<(String, Vec<u8>)>,
+) -> PyResult<()> {
     let files: Vec<OutputFile> =
         files.into_iter().map(|(name, bytes)| OutputFile { name, bytes }).collect();
     run_on_thread(py, InterruptPolicy::Wait, None, move |link| {

@@ -41,7 +41,7 @@ mod _fabkit {
     #[pymodule_export]
     use crate::errors::{hint, length_mm};
     #[pymodule_export]
-    use crate::export::{Exported, write_files};
+    use crate::export::{Exported, write_files, write_folder};
     #[pymodule_export]
     use crate::live::{Live, LiveSkin};
     #[pymodule_export]

@@ -121,3 +121,19 @@ def test_a_changed_file_is_not_replaced_by_an_export(rtac0, tmp_path):
     assert (tmp_path / "coupon.yaml").read_text() == "mine"
     manifest = coupon.export(tmp_path, formats=["stl"], force=True)
     assert "coupon.yaml" in [file["name"] for file in manifest["files"]]
+
+
+@pytest.mark.parametrize("wrong", [None, 7, 1.5, ["rtac0"], b"rtac0", object()])
+def test_what_is_no_sensor_is_a_type_error_that_says_so(wrong, tmp_path):
+    calls = [
+        lambda: fabkit.sim.Sensor(wrong),
+        lambda: fabkit.depth.Scene(wrong),
+        lambda: fabkit.press(wrong, "ball@0mm,0mm", 0.5),
+        lambda: fabkit.check(wrong),
+        lambda: fabkit.export(wrong, tmp_path),
+        lambda: fabkit.sim.Skin(wrong),
+        lambda: fabkit.sim.MarkFollower(wrong, np.zeros((4, 4))),
+    ]
+    for call in calls:
+        with pytest.raises(TypeError, match="it must be what `fabkit.load` returns, or a name"):
+            call()

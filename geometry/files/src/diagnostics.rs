@@ -29,7 +29,7 @@ pub struct SourceText {
 ///
 /// let fault = YamlFault::new(None, "", "the file is empty").in_file("my.yaml");
 /// let source = SourceText { file: "my.yaml".into(), text: String::new() };
-/// let design = DiagnosedDesign::new(InvalidDesign { problems: vec![fault] }, [source]);
+/// let design = DiagnosedDesign::new(InvalidDesign::new(vec![fault]), [source]);
 /// let error = Error::from(design);
 /// assert_eq!(error.kind(), ErrorKind::BadInput);
 /// assert_eq!(error.to_string(), "1 problem(s) in the design");
@@ -61,7 +61,8 @@ impl Explained for DiagnosedDesign {
     }
 }
 
-/// Formats all problems and their count, with a final newline. `sources` are the files that they may be in.
+/// Formats the problems and their count, with a final newline. `sources` are the files that they may be in.
+/// `unlisted` is the number of further problems, which are only counted.
 ///
 /// ```
 /// use fabkit_files::diagnostics::{SourceText, format_problems};
@@ -72,12 +73,12 @@ impl Explained for DiagnosedDesign {
 ///     YamlFault::new(at, "surface.radius", "the radius is too large").in_file("my.yaml");
 /// problem.value = "900 mm".into();
 /// let text = "surface:\n  radius: 900 mm\n".to_owned();
-/// let shown = format_problems(&[problem], &[SourceText { file: "my.yaml".into(), text }]);
+/// let shown = format_problems(&[problem], 0, &[SourceText { file: "my.yaml".into(), text }]);
 /// let lines: Vec<&str> = shown.lines().collect();
 /// assert_eq!(lines[..2], ["error: the radius is too large", " --> my.yaml:2:11"]);
 /// assert_eq!(lines[2..], ["2 |   radius: 900 mm", "  |           ^^^^^^"]);
 /// ```
-pub fn format_problems(problems: &[Problem], sources: &[SourceText]) -> String {
+pub fn format_problems(problems: &[Problem], unlisted: usize, sources: &[SourceText]) -> String {
     let mut out = String::new();
     for problem in problems {
         format_problem(&mut out, problem, sources);
@@ -85,8 +86,12 @@ pub fn format_problems(problems: &[Problem], sources: &[SourceText]) -> String {
             out.push('\n');
         }
     }
-    if problems.len() > 1 {
-        let _ = writeln!(out, "{} problems", problems.len());
+    let all = problems.len() + unlisted;
+    if unlisted > 0 {
+        let shown = problems.len();
+        let _ = writeln!(out, "{all} problems, of which the first {shown} are shown");
+    } else if all > 1 {
+        let _ = writeln!(out, "{all} problems");
     }
     out
 }
@@ -182,14 +187,14 @@ error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
   |           ^^^^^^
   = help: 60 mm is the largest
 ";
-        assert_eq!(format_problems(&[problem(Some(2), Some(11), "900 mm")], &text), expected);
+        assert_eq!(format_problems(&[problem(Some(2), Some(11), "900 mm")], 0, &text), expected);
     }
 
     #[test]
     fn missing_positions_are_omitted() {
         let text = source("a: 1\n");
         let shown =
-            format_problems(&[problem(None, None, ""), problem(Some(99), Some(99), "x")], &text);
+            format_problems(&[problem(None, None, ""), problem(Some(99), Some(99), "x")], 0, &text);
         assert!(shown.contains("  --> my.yaml\n"));
         assert!(shown.contains("--> my.yaml:99:99\n"));
         assert!(shown.ends_with("\n2 problems\n"));
@@ -199,7 +204,7 @@ error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
     #[test]
     fn a_long_line_is_cut_and_control_characters_do_not_reach_the_terminal() {
         let long = format!("{}\u{1b}[31m900 mm{}", " ".repeat(1000), "x".repeat(100_000));
-        let shown = format_problems(&[problem(Some(1), Some(1006), "900 mm")], &source(&long));
+        let shown = format_problems(&[problem(Some(1), Some(1006), "900 mm")], 0, &source(&long));
         assert!(shown.len() < 600 && !shown.contains('\u{1b}'), "{shown}");
         let lines: Vec<&str> = shown.lines().collect();
         // `900 mm` stands right above its carets.
@@ -211,7 +216,7 @@ error: surface.radius is 900 mm; it must be between 4 mm and 60 mm
     #[test]
     fn carets_account_for_wide_characters() {
         let shown =
-            format_problems(&[problem(Some(1), Some(7), "900 mm")], &source("注意, x:900 mm\n"));
+            format_problems(&[problem(Some(1), Some(7), "900 mm")], 0, &source("注意, x:900 mm\n"));
         let lines: Vec<&str> = shown.lines().collect();
         // Behind the gutter of four columns come four for two characters, and four more.
         assert_eq!(lines[3].find('^'), Some(4 + 4 + 4), "{shown}");

@@ -27,6 +27,7 @@ mod body_advice;
 mod bounds;
 mod circuit;
 mod compiled;
+pub mod csv;
 mod lens;
 mod lettering;
 mod lighting;
@@ -83,7 +84,7 @@ pub use slicing::SliceAdvice;
 pub use solid::*;
 pub use surface_points::{DomePoints, PlanePoints, SurfacePoints};
 pub use touch::{DomeSurface, FixtureGrip, PlaneSurface, TouchSurface};
-pub use units::{Angle, Length, UnitError};
+pub use units::{Angle, Length, UnitError, format_rounded};
 pub use validate::{InvalidSolid, Violation};
 
 /// Length by which a cutting tool extends beyond the face it starts from, mm.

@@ -67,6 +67,21 @@ pub enum UnitError {
     },
 }
 
+/// Formats a length or another figure for people: rounded to a thousandth, without zeros at its end. A micrometre is finer
+/// than what any of the processes keeps.
+///
+/// ```
+/// use fabkit_geometry::format_rounded;
+///
+/// assert_eq!(format_rounded(0.10000000000000009), "0.1");
+/// assert_eq!(format_rounded(78.855246445), "78.855");
+/// assert_eq!(format_rounded(-0.0001), "0");
+/// ```
+pub fn format_rounded(number: f64) -> String {
+    // Adding 0 turns -0 into 0.
+    ((number * 1e3).round() / 1e3 + 0.0).to_string()
+}
+
 impl Length {
     /// Creates a length from millimetres; `None` if it is not finite.
     pub fn from_mm(mm: f64) -> Option<Self> {

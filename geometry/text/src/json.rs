@@ -6,7 +6,7 @@ use crate::Json;
 
 /// Error of a text that is not such a document: all its problems.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("not a {what}: {}", .problems.join("; "))]
+#[error("not a {what}: {}", crate::list_problems(.problems, "; "))]
 pub struct InvalidDocument {
     /// Name of the expected document, for example `calibration board`.
     pub what: &'static str,

@@ -139,7 +139,7 @@ pub fn read_section<P: Section>(yaml: &str, place: &TextPlace) -> Result<P, Inva
     let mut document = ParameterTable::new(P::fields(), place.clone());
     let mut found = Vec::new();
     let Some(mut entries) = read_mapping(yaml, place, &mut found) else {
-        return Err(InvalidDesign { problems: LocatedProblem::sort(found) });
+        return Err(InvalidDesign::new(LocatedProblem::sort(found)));
     };
     take_format(&mut entries, place, &mut found);
     document.merge(entries, place);
@@ -311,6 +311,6 @@ impl NodeReader {
 
     /// Returns all problems, in the order of the file.
     pub fn into_invalid(self) -> InvalidDesign {
-        InvalidDesign { problems: LocatedProblem::sort(self.found) }
+        InvalidDesign::new(LocatedProblem::sort(self.found))
     }
 }

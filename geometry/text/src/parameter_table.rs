@@ -170,7 +170,9 @@ impl ParameterTable {
     /// Merges the entries of one text over the present values.
     pub fn merge(&mut self, entries: Vec<YamlEntry>, place: &TextPlace) {
         let fields = Arc::clone(&self.fields);
-        self.merge_section(&fields, &fields, "", entries, place);
+        // Listed once for all unknown keys: a text may have thousands.
+        let paths = self.paths();
+        self.merge_section(&paths, &fields, "", entries, place);
     }
 
     /// Writes one value over the present one.
@@ -241,10 +243,10 @@ impl ParameterTable {
         }
     }
 
-    /// Merges the entries of one section. `all` are the fields of the whole file, for suggestions.
+    /// Merges the entries of one section. `all` are the paths of all values, for suggestions.
     fn merge_section(
         &mut self,
-        all: &[FieldDeclaration],
+        all: &[String],
         fields: &[FieldDeclaration],
         section: &str,
         entries: Vec<YamlEntry>,
@@ -308,7 +310,7 @@ impl ParameterTable {
     /// Reports a key that the section does not have, with a suggestion.
     fn unknown_key(
         &mut self,
-        all: &[FieldDeclaration],
+        all: &[String],
         fields: &[FieldDeclaration],
         section: &str,
         (key, value): (&str, &str),
@@ -326,11 +328,9 @@ impl ParameterTable {
             did_you_mean(&near)
         } else {
             // The key may be right but in the wrong section.
-            let mut paths = Vec::new();
-            collect_value_paths(all, "", &mut paths);
             let is_meant = |path: &&str| path.rsplit('.').next() == Some(key);
             let elsewhere: Vec<&str> =
-                paths.iter().map(String::as_str).filter(is_meant).take(3).collect();
+                all.iter().map(String::as_str).filter(is_meant).take(3).collect();
             other = elsewhere.first().map(|path| (*path).to_owned());
             if elsewhere.is_empty() {
                 match place.dialect.absent.iter().find(|(name, _)| *name == key) {

@@ -54,15 +54,74 @@ impl fmt::Display for Problem {
     }
 }
 
-/// All problems of a design.
+/// Maximum number of problems that are listed: two screens of text. Whoever has more has the wrong file, or made one
+/// mistake many times.
+pub const MAX_PROBLEMS: usize = 20;
+
+/// The problems of a design: the first [`MAX_PROBLEMS`], and the number of the others.
+///
+/// Only [`InvalidDesign::new`] makes one, so that no text can make fabkit print, or keep, problems without end.
+///
+/// ```
+/// use fabkit_text::{InvalidDesign, YamlFault};
+///
+/// let fault = YamlFault::new(None, "", "the file is empty").in_file("my.yaml");
+/// let mut invalid = InvalidDesign::new(vec![fault.clone(); 25]);
+/// assert_eq!((invalid.problems.len(), invalid.unlisted()), (20, 5));
+/// invalid.extend([fault]);
+/// assert_eq!(invalid.to_string(), "26 problem(s) in the design");
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct InvalidDesign {
-    /// Problems, at least one, in the order of the file.
+    /// The first problems, at least one, in the order of the file.
     pub problems: Vec<Problem>,
+    /// Number of the others.
+    unlisted: usize,
+}
+
+impl InvalidDesign {
+    /// Keeps the first problems and counts the others.
+    pub fn new(problems: Vec<Problem>) -> Self {
+        let mut invalid = Self { problems: Vec::new(), unlisted: 0 };
+        invalid.extend(problems);
+        invalid
+    }
+
+    /// Adds problems behind the present ones, or counts them.
+    pub fn extend(&mut self, problems: impl IntoIterator<Item = Problem>) {
+        for problem in problems {
+            if self.problems.len() < MAX_PROBLEMS {
+                self.problems.push(problem);
+            } else {
+                self.unlisted += 1;
+            }
+        }
+    }
+
+    /// Returns the number of problems that are not listed.
+    pub fn unlisted(&self) -> usize {
+        self.unlisted
+    }
 }
 
 impl fmt::Display for InvalidDesign {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} problem(s) in the design", self.problems.len())
+        write!(f, "{} problem(s) in the design", self.problems.len() + self.unlisted)
+    }
+}
+
+/// Joins the problems of a document that has no lines to show: the first [`MAX_PROBLEMS`], and the number of the others.
+///
+/// ```
+/// use fabkit_text::list_problems;
+///
+/// assert_eq!(list_problems(&["no rows".into(), "no pitch".into()], "; "), "no rows; no pitch");
+/// assert!(list_problems(&vec!["no rows".into(); 23], "; ").ends_with("; no rows; and 3 more"));
+/// ```
+pub fn list_problems(problems: &[String], separator: &str) -> String {
+    let shown = &problems[..problems.len().min(MAX_PROBLEMS)];
+    match problems.len() - shown.len() {
+        0 => shown.join(separator),
+        more => format!("{}{separator}and {more} more", shown.join(separator)),
     }
 }

@@ -42,6 +42,8 @@ pub struct Reader {
     missing: Vec<String>,
     found: Vec<LocatedProblem>,
     known: Option<Arc<dyn Any + Send + Sync>>,
+    /// True if values are only tried: nobody asks for the settings.
+    is_trial: bool,
 }
 
 impl Reader {
@@ -50,7 +52,26 @@ impl Reader {
         resolve(&mut document);
         // Includes the problems of expressions, which were resolved just before.
         let found = std::mem::take(&mut document.found);
-        Self { document, settings: Vec::new(), missing: Vec::new(), found, known: None }
+        Self {
+            document,
+            settings: Vec::new(),
+            missing: Vec::new(),
+            found,
+            known: None,
+            is_trial: false,
+        }
+    }
+
+    /// Returns a reader that records no settings, for searches that try thousands of values.
+    #[must_use]
+    pub fn for_trial(self) -> Self {
+        Self { is_trial: true, ..self }
+    }
+
+    /// Attaches data as [`Reader::with_context`] does, shared with other readers.
+    #[must_use]
+    pub fn with_shared_context<K: Any + Send + Sync>(self, known: Arc<K>) -> Self {
+        Self { known: Some(known), ..self }
     }
 
     /// Attaches data for look-ups by [`Reader::context`].
@@ -115,8 +136,10 @@ impl Reader {
         let WrittenText::Scalar(text) = &written.text else { return None };
         match look_up(text) {
             Ok((value, shown)) => {
-                let setting = plain_setting(path, summary, shown, ValueKind::Text, &written);
-                self.settings.push(Setting { limits: allowed.to_owned(), ..setting });
+                if !self.is_trial {
+                    let setting = plain_setting(path, summary, shown, ValueKind::Text, &written);
+                    self.settings.push(Setting { limits: allowed.to_owned(), ..setting });
+                }
                 Some(value)
             }
             Err(Refusal { says, hint, code, instead }) => {
@@ -144,7 +167,10 @@ impl Reader {
         let WrittenText::Scalar(text) = &written.text else { return None };
         match read_scalar_text::<T>(path, text, limits, &written.place) {
             Ok(value) => {
-                self.record_setting::<T>(path, summary, value.show(), T::KIND, limits, &written);
+                if !self.is_trial {
+                    let shown = value.show();
+                    self.record_setting::<T>(path, summary, shown, T::KIND, limits, &written);
+                }
                 Some(value)
             }
             Err(found) => {
@@ -212,6 +238,9 @@ impl Reader {
         // The faulty items have been reported.
         if values.len() < items.len() {
             return None;
+        }
+        if self.is_trial {
+            return Some(values);
         }
         let shown: Vec<String> = values.iter().map(Scalar::show).collect();
         let allowed =

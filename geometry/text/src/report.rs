@@ -225,7 +225,12 @@ impl RuleReport {
     /// Whether a name was not known. A default then stands in for what its author meant, so that limits between values
     /// would be computed from something that nobody wrote.
     pub fn has_unknown_names(&self) -> bool {
-        self.found.iter().any(|found| found.problem.facts.code == UNKNOWN_PARAMETER)
+        self.problem_codes().any(|code| code == UNKNOWN_PARAMETER)
+    }
+
+    /// Returns the code of each problem, also of those that a list of problems has no room for.
+    pub fn problem_codes(&self) -> impl Iterator<Item = &'static str> {
+        self.found.iter().map(|found| found.problem.facts.code)
     }
 
     /// Returns whether all values could be read, so that the rules have been checked.
@@ -235,51 +240,46 @@ impl RuleReport {
 
     /// Lists the violated rules, in the order of checking.
     pub fn broken_rules(&self) -> Vec<BrokenRule> {
-        let stated = |at: &'static Location<'static>| Some((at.file(), at.line(), at.column()));
         let mut rules: Vec<BrokenRule> = Vec::new();
+        // Counted in a map: texts may have thousands of problems, and searches ask thousands of times.
+        let mut stated: BTreeMap<RuleId, usize> = BTreeMap::new();
         for (problem, LocatedProblem { problem: said, .. }) in self.found.iter().enumerate() {
             let path = said.path.clone();
-            let message = said.message.clone();
-            let limit = self.broken.iter().find(|limit| limit.found == problem);
-            let required = self.required.iter().find(|(found, _)| *found == problem);
-            rules.push(match (limit, required) {
-                (Some(broken), _) => {
-                    let (at, _, nth) = &broken.constraint;
-                    let rule = RuleId { path: path.clone(), location: stated(at), nth: *nth };
-                    let (limit, from) = (broken.limit.clone(), broken.inputs.clone());
-                    let (missing, because) = (Some(broken.excess), Some(broken.because.clone()));
-                    BrokenRule {
-                        rule,
-                        path,
-                        excess: missing,
-                        limit,
-                        because,
-                        inputs: from,
-                        message,
-                        problem,
-                    }
-                }
+            let limit = self.limit_of_problem(problem);
+            let location = match limit {
+                Some(broken) => Some(broken.constraint.0),
                 // Not a limit: a rule of `require`, or a range error that the reader found.
-                (None, at) => {
-                    let stated = at.and_then(|(_, at)| stated(at));
-                    let same = |b: &&BrokenRule| b.path == path && b.rule.location == stated;
-                    let nth = rules.iter().filter(same).count();
-                    let rule = RuleId { path: path.clone(), location: stated, nth };
-                    let (missing, limit, because, from) = (None, None, None, Vec::new());
-                    BrokenRule {
-                        rule,
-                        path,
-                        excess: missing,
-                        limit,
-                        because,
-                        inputs: from,
-                        message,
-                        problem,
-                    }
-                }
+                None => self.rule_location(problem),
+            };
+            let location = location.map(|at| (at.file(), at.line(), at.column()));
+            let mut rule = RuleId { path: path.clone(), location, nth: 0 };
+            let earlier = stated.entry(rule.clone()).or_default();
+            rule.nth = limit.map_or(*earlier, |broken| broken.constraint.2);
+            *earlier += 1;
+            rules.push(BrokenRule {
+                rule,
+                path,
+                excess: limit.map(|broken| broken.excess),
+                limit: limit.and_then(|broken| broken.limit.clone()),
+                because: limit.map(|broken| broken.because.clone()),
+                inputs: limit.map(|broken| broken.inputs.clone()).unwrap_or_default(),
+                message: said.message.clone(),
+                problem,
             });
         }
         rules
+    }
+
+    /// Returns the violated limit that a problem reports. Both lists are in the order of discovery.
+    fn limit_of_problem(&self, problem: usize) -> Option<&BrokenLimit> {
+        let i = self.broken.binary_search_by_key(&problem, |limit| limit.found).ok()?;
+        Some(&self.broken[i])
+    }
+
+    /// Returns where the rule stands that a problem reports; `None` if the reader found it.
+    fn rule_location(&self, problem: usize) -> Option<&'static Location<'static>> {
+        let i = self.required.binary_search_by_key(&problem, |(found, _)| *found).ok()?;
+        Some(self.required[i].1)
     }
 
     /// Replaces the hints of some problems, each given by its index ([`BrokenRule::problem`]).
@@ -293,7 +293,7 @@ impl RuleReport {
 
     /// Returns all problems, those of the file in its order, then those of the overrides.
     pub fn into_invalid(self) -> InvalidDesign {
-        InvalidDesign { problems: LocatedProblem::sort(self.found) }
+        InvalidDesign::new(LocatedProblem::sort(self.found))
     }
 
     /// Reports a problem at `path` unless `holds`.

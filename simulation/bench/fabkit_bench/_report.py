@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import html
 import json
-import os
-import tempfile
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fabkit.errors import FabkitError, Problem
+from fabkit import _fabkit
 from fabkit_bench._networks import Network, digest, files, remove_stale
 
 if TYPE_CHECKING:
@@ -136,35 +134,21 @@ class Report:
     def save(self, folder: str | PathLike[str]) -> list[Path]:
         """Write ``bench.json``, ``bench.html`` and ``networks/`` into a folder; return the paths.
 
-        Each file is replaced atomically. Networks and cards of an earlier run are removed.
-        ``bench.json`` is replaced last and has each network's hash: after an interrupted save the
-        hashes do not match.
+        All files are replaced together or not at all; files that fabkit did not write stay.
+        Networks and cards of an earlier run are removed afterwards.
 
         Raises
         ------
         FabkitError
-            The folder cannot be created or written to.
+            The folder cannot be written to, or holds a file of that name that fabkit did not write.
         """
         folder = Path(folder)
         contents = files(self.networks)
         contents["bench.html"] = self.html().encode()
         contents["bench.json"] = (json.dumps(self.document(), indent=2) + "\n").encode()
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            # Write all files aside first, so that a full disk leaves the old ones.
-            with tempfile.TemporaryDirectory(dir=folder, prefix=".bench-") as aside:
-                for name, content in contents.items():
-                    path = Path(aside) / name
-                    path.parent.mkdir(exist_ok=True)
-                    path.write_bytes(content)
-                remove_stale(folder, self.networks)
-                for name in contents:
-                    (folder / name).parent.mkdir(exist_ok=True)
-                    os.replace(Path(aside) / name, folder / name)
-        except OSError as error:
-            message = f"cannot write to {folder}: {error.strerror or error}"
-            problems = (Problem(message, file=str(folder)),)
-            raise FabkitError(message, code="io", exit_code=4, problems=problems) from error
+        # All files or none, and none that somebody else wrote.
+        _fabkit.write_folder(str(folder), list(contents.items()))
+        remove_stale(folder, self.networks)
         return [folder / name for name in contents]
 
     def _how(self) -> str:

@@ -99,10 +99,17 @@ def test_impossible_presses_are_reported(report: bench.Report) -> None:
 def test_files_are_written_whole(report: bench.Report, tmp_path) -> None:
     folder = tmp_path / "deep" / "bench"
     report.save(folder)
-    names = ["bench.html", "bench.json", "networks"]
+    names = [".fabkit-files.json", "bench.html", "bench.json", "networks"]
     assert sorted(path.name for path in folder.iterdir()) == names
     assert sorted(report.networks) == ["depth", "depth-wider-view"]
     assert json.loads((folder / "bench.json").read_text()) == report.document()
+    # The next report replaces them, but nothing that somebody else wrote.
+    report.save(folder)
+    (folder / "bench.html").write_text("mine")
+    with pytest.raises(fabkit.FabkitError, match="fabkit did not write it") as caught:
+        report.save(folder)
+    assert caught.value.exit_code == 2
+    assert (folder / "bench.html").read_text() == "mine"
     (tmp_path / "file").write_text("")
     with pytest.raises(fabkit.FabkitError) as caught:
         report.save(tmp_path / "file")

@@ -1,7 +1,6 @@
 //! Plan of a data set, fixed before the first ray is cast.
 
-use std::fmt::Write as _;
-
+use fabkit_geometry::csv::CsvTable;
 use fabkit_geometry::sequences::SplitMix64;
 use serde_json::{Value, json};
 
@@ -112,22 +111,21 @@ impl DatasetPlan {
     /// Writes a table with a line for each sample: its number, the indices of its two halves in `halves/`, its split.
     pub fn samples_csv(&self) -> String {
         let count = self.patterns.len();
-        let mut text = String::from("sample,left_half,right_half,left,right,split\n");
+        let mut table = CsvTable::new("sample,left_half,right_half,left,right,split");
         for left in 0..count {
             for right in 0..count {
                 let (names, split) = (&self.patterns, self.split_of(left, right).word());
-                // Writing to a string cannot fail.
-                let _ = writeln!(
-                    text,
-                    "{},{left},{},{},{},{split}",
-                    left * count + right,
-                    count + right,
-                    names[left],
-                    names[right],
-                );
+                table.row([
+                    (left * count + right).into(),
+                    left.into(),
+                    (count + right).into(),
+                    (&names[left]).into(),
+                    (&names[right]).into(),
+                    split.into(),
+                ]);
             }
         }
-        text
+        table.finish()
     }
 
     /// Attributes of the Zarr group.

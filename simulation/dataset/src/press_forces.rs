@@ -1,11 +1,10 @@
 //! Response of soft layers to half presses: forces, moments, and effects across the seam.
 
-use std::fmt::Write as _;
-
 use fabkit_depth::ground_truth::Side;
 use fabkit_elastic::{SoftError, SurfaceNode};
 use fabkit_files::{Error, Explained as _};
 use fabkit_fixtures::{Press, PressBody, SEAM_NORMAL};
+use fabkit_geometry::csv::{CsvCell, CsvTable};
 use fabkit_geometry::{Pose, TouchSurface};
 use fabkit_scene::ground_truth::compile_indenters;
 use fabkit_scene::press_simulation::{
@@ -184,16 +183,15 @@ fn motion_beyond_seam_mm(ready: &ElasticSolver, answer: &ContactSolution, is_lef
 /// Writes a table with a line for each half; `None` if the layers are not simulated.
 pub(super) fn halves_csv(job: &DatasetJob) -> Option<String> {
     job.elastic_solver?;
-    let mut text = String::from(
+    let mut table = CsvTable::new(
         "half,pattern,side,contact_level,depth_mm,shear_mm,friction,force_x_n,force_y_n,force_z_n,moment_x_nmm,\
-         moment_y_nmm,moment_z_nmm,contact_area_mm2,max_indentation_mm,bulge_mm,beyond_seam_mm\n",
+         moment_y_nmm,moment_z_nmm,contact_area_mm2,max_indentation_mm,bulge_mm,beyond_seam_mm",
     );
     for half in 0..2 * job.patterns.len() {
         let (pattern, side) = job.half(half);
         let is_left = side == Side::Left;
         let side = if is_left { "left" } else { "right" };
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{half},{},{side},{}", pattern.name, job.contact.name());
+        let first = [half.into(), (&pattern.name).into(), side.into(), job.contact.name().into()];
         let forces = pattern.response.as_ref().and_then(|felt| felt.forces[usize::from(!is_left)]);
         let numbers = match forces {
             Some(PressForces { step, friction, beyond_seam_mm }) => vec![
@@ -214,15 +212,11 @@ pub(super) fn halves_csv(job: &DatasetJob) -> Option<String> {
             // A half that does not touch has no forces; its friction stays empty.
             None => [[Some(0.0); 2].as_slice(), &[None], &[Some(0.0); 10]].concat(),
         };
-        for number in numbers {
-            let _ = match number {
-                Some(number) => write!(text, ",{number:.6}"),
-                None => write!(text, ","),
-            };
-        }
-        text.push('\n');
+        let numbers = numbers.into_iter();
+        let numbers = numbers.map(|number| number.map(|number| CsvCell::fixed(number, 6)).into());
+        table.row(first.into_iter().chain(numbers));
     }
-    Some(text)
+    Some(table.finish())
 }
 
 /// Describes the assumptions behind forces and displacements.

@@ -189,7 +189,7 @@ fn read_patterns(
     patterns::read(&text, &scene.project).map_err(|faults| {
         let file = path.display().to_string();
         let problems = faults.into_iter().map(|fault| fault.in_file(&file)).collect();
-        DiagnosedDesign::new(InvalidDesign { problems }, [SourceText { file, text }]).into()
+        DiagnosedDesign::new(InvalidDesign::new(problems), [SourceText { file, text }]).into()
     })
 }
 

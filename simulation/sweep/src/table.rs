@@ -1,9 +1,9 @@
 //! Table of all rows, as CSV and Parquet.
 
 use std::collections::BTreeSet;
-use std::fmt::Write as _;
 
 use fabkit_export::{ExportError, ParquetColumn, parquet};
+use fabkit_geometry::csv::{CsvCell, CsvTable};
 
 use crate::pareto::pareto_front;
 use crate::plan::Plan;
@@ -102,30 +102,18 @@ impl Table {
     /// Writes comma-separated values (RFC 4180, but with Unix line ends); numbers have all their digits.
     pub fn to_csv(&self) -> String {
         let columns = self.columns();
-        let names: Vec<String> = columns.iter().map(|(name, _)| quote_cell(name)).collect();
-        let mut csv = names.join(",") + "\n";
+        let mut table = CsvTable::with_heads(columns.iter().map(|(name, _)| &**name));
         for i in 0..self.rows.len() {
-            for (k, (_, column)) in columns.iter().enumerate() {
-                if k > 0 {
-                    csv.push(',');
+            table.row(columns.iter().map(|(_, column)| match column {
+                ParquetColumn::Integers(values) => CsvCell::count(values[i]),
+                ParquetColumn::Numbers(values) => values[i].into(),
+                ParquetColumn::Texts(values) => values[i].as_deref().into(),
+                ParquetColumn::Flags(values) => {
+                    values[i].map(|flag| if flag { "true" } else { "false" }).into()
                 }
-                // Writing to a string cannot fail.
-                let _ = match column {
-                    ParquetColumn::Integers(values) => write!(csv, "{}", values[i]),
-                    ParquetColumn::Numbers(values) => {
-                        values[i].map_or(Ok(()), |value| write!(csv, "{value}"))
-                    }
-                    ParquetColumn::Texts(values) => values[i]
-                        .as_ref()
-                        .map_or(Ok(()), |text| write!(csv, "{}", quote_cell(text))),
-                    ParquetColumn::Flags(values) => {
-                        values[i].map_or(Ok(()), |value| write!(csv, "{value}"))
-                    }
-                };
-            }
-            csv.push('\n');
+            }));
         }
-        csv
+        table.finish()
     }
 
     /// Writes a Parquet file; empty cells are null.
@@ -181,14 +169,5 @@ fn format_value(value: &Value) -> String {
     match value {
         Value::Number(number) => number.to_string(),
         Value::Text(text) => text.clone(),
-    }
-}
-
-/// Quotes a cell if necessary.
-fn quote_cell(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
     }
 }

@@ -1,6 +1,6 @@
 //! Verified hints: each suggestion has been tried and leads to a design that can be built.
 
-use fabkit_text::{BrokenRule, InvalidDesign, Problem, Suggestion, UNKNOWN_PARAMETER};
+use fabkit_text::{BrokenRule, InvalidDesign, Problem, Suggestion};
 
 use super::bought::is_bought;
 use super::search::{SearchResult, search};
@@ -16,15 +16,10 @@ const MOST_SUGGESTED: usize = 3;
 /// Maximum number of parameters tried for one problem.
 const MOST_CANDIDATES: usize = 6;
 
-/// Codes of problems that still allow to try numbers.
-const READABLE: [&str; 6] = [
-    "limit_broken",
-    "out_of_range",
-    "rule_broken",
-    "unknown_choice",
-    "unknown_material",
-    UNKNOWN_PARAMETER,
-];
+/// Codes of problems that still allow to try numbers. A name that nobody knows is none: no rule is asked then, and no
+/// number makes the design buildable.
+const READABLE: [&str; 5] =
+    ["limit_broken", "out_of_range", "rule_broken", "unknown_choice", "unknown_material"];
 
 /// Replaces hints of a design's problems by verified ones where such exist. All suggestions hold together. Values that
 /// the user has just changed are tried first, those of bought things never.
@@ -52,12 +47,17 @@ pub fn advise(
 ) {
     // Unreadable texts, such as a cycle of expressions, have to be mended first; searching further would only take
     // time.
-    if invalid.problems.iter().any(|problem| !READABLE.contains(&problem.facts.code)) {
+    let is_unreadable = |code: &str| !READABLE.contains(&code);
+    if invalid.problems.iter().any(|problem| is_unreadable(problem.facts.code)) {
         return;
     }
     let mine = sensor_overrides(overrides, others);
     let Ok(trial) = REGISTRY.trial(text, &mine, others) else { return };
     let Ok(report) = REGISTRY.report(text, &mine, others) else { return };
+    // Also those that the list had no room for.
+    if report.problem_codes().any(is_unreadable) {
+        return;
+    }
     let mut space = Space::new(trial, MOST_TRIED);
     let set: Vec<usize> =
         mine.iter().filter_map(|text| space.index(text.split_once('=')?.0.trim())).collect();

@@ -26,9 +26,9 @@ const STATES: usize = 40;
 /// Maximum number of states of each search that finds out which rules contradict.
 const STATES_TO_BLAME: usize = 12;
 /// Maximum number of evaluations to fix a design.
-const MOST_TRIED: usize = 6000;
+const MOST_TRIED: usize = 4000;
 /// Maximum number of evaluations to find a contradiction.
-const MOST_TRIED_TO_BLAME: usize = 6000;
+const MOST_TRIED_TO_BLAME: usize = 3000;
 /// Maximum number of rules among which a contradiction is sought: the first that were broken.
 const MOST_BLAMED: usize = 24;
 
@@ -245,14 +245,14 @@ fn contradiction_problem(
     };
     // The new problem keeps the place of the first one in the file.
     let first = as_it_is.and_then(|invalid| invalid.problems.into_iter().next());
-    let Some(first) = first else { return InvalidDesign { problems: Vec::new() } };
+    let Some(first) = first else { return InvalidDesign::new(Vec::new()) };
     let hint = if instead.is_empty() {
         first.hint.clone().filter(|_| set.is_empty())
     } else {
         Some(instead.join(", or "))
     };
     let hint = hint.or_else(|| Some(format!("take back one of {}", kept.join(", "))));
-    InvalidDesign { problems: vec![Problem { message, hint, ..first }] }
+    InvalidDesign::new(vec![Problem { message, hint, ..first }])
 }
 
 impl Space {

@@ -46,7 +46,7 @@ impl Workshop {
             settings.extend(self.stock.settings(&kit.bodies));
             Ok(settings)
         } else {
-            Err(InvalidDesign { problems: LocatedProblem::sort(found) })
+            Err(InvalidDesign::new(LocatedProblem::sort(found)))
         }
     }
 }

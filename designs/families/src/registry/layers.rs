@@ -69,18 +69,16 @@ pub(super) fn lay_shared_defaults(document: &mut ParameterTable) {
 
 /// Returns an error that only a mistake in fabkit itself can cause.
 pub(super) fn internal_error(file: &str, message: String) -> InvalidDesign {
-    InvalidDesign {
-        problems: vec![Problem {
-            file: file.to_owned(),
-            line: None,
-            column: None,
-            path: String::new(),
-            value: String::new(),
-            message,
-            hint: Some("this is a bug in fabkit; please report it with the file".into()),
-            facts: ProblemFacts::new("bug"),
-        }],
-    }
+    InvalidDesign::new(vec![Problem {
+        file: file.to_owned(),
+        line: None,
+        column: None,
+        path: String::new(),
+        value: String::new(),
+        message,
+        hint: Some("this is a bug in fabkit; please report it with the file".into()),
+        facts: ProblemFacts::new("bug"),
+    }])
 }
 
 impl Registry {
@@ -94,7 +92,7 @@ impl Registry {
         let place = TextPlace::new(TextLayer::File, file, &SENSOR);
         let mut found = Vec::new();
         let Some(mut layers) = self.layers(yaml, place.clone(), bases, &mut found) else {
-            return Err(InvalidDesign { problems: LocatedProblem::sort(found) });
+            return Err(InvalidDesign::new(LocatedProblem::sort(found)));
         };
         let family = layers.family;
         // The user's own sections are taken out first: the document does not know their keys.

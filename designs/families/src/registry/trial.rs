@@ -1,6 +1,7 @@
 //! Trials of a design with other values in place of its own: rules are checked, nothing is built.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use fabkit_text::{InvalidDesign, NumericParameter, ParameterTable, Reader, RuleReport};
 
@@ -12,7 +13,7 @@ use crate::user_catalogue::ReaderContext;
 pub(crate) struct Trial {
     document: ParameterTable,
     probe: fn(Reader) -> RuleReport,
-    known: ReaderContext,
+    known: Arc<ReaderContext>,
 }
 
 impl Registry {
@@ -28,7 +29,7 @@ impl Registry {
     ) -> Result<Trial, InvalidDesign> {
         let extra = OtherSections { others, section: None };
         let LayeredDocument { document, family, own } = self.layer_texts(text, overrides, extra)?;
-        Ok(Trial { document, probe: family.probe, known: own.known() })
+        Ok(Trial { document, probe: family.probe, known: Arc::new(own.known()) })
     }
 
     /// Returns the problems of a design, each limit with the values it follows from; a clean report if there are none.
@@ -69,6 +70,7 @@ impl Trial {
         document.resolve();
         let number = |number: &NumericParameter| document.number(&number.path, number.kind);
         let numbers = numbers.iter().map(number).collect();
-        ((self.probe)(Reader::new(document).with_context(self.known.clone())), numbers)
+        let reader = Reader::new(document).with_shared_context(Arc::clone(&self.known));
+        ((self.probe)(reader.for_trial()), numbers)
     }
 }

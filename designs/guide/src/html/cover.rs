@@ -21,7 +21,9 @@ impl Guide {
                 let _ = write!(body, "<a href=\"#{id}\">{jump}</a>");
             }
         }
-        body += "</nav>\n<div class=\"cover\">\n";
+        body += "</nav>\n";
+        self.failed_checks(&mut body);
+        body += "<div class=\"cover\">\n";
         if let Some(png) = &images.cover {
             body += &image(png, &format!("{} as it is drawn", self.title));
         }
@@ -56,6 +58,25 @@ impl Guide {
         body + "<p class=\"sources\">Sizes, volumes and counts are those of the drawn bodies. Densities, pot lives and cures are \
                 those of makers' data sheets, mixing ratios of the design or its paper; hands-on times are chosen. Each step names \
                 its source, and <code>fabkit show</code> the source of every parameter.</p>\n"
+    }
+
+    /// Says before everything else that the design does not pass `check`, with the errors.
+    fn failed_checks(&self, body: &mut String) {
+        /// Number of errors that are shown; `fabkit check` lists all.
+        const MOST: usize = 20;
+        if self.check_errors.is_empty() {
+            return;
+        }
+        *body += "<section class=\"failed\"><h2>Not to be built as it is</h2>\n<p>This design does not pass \
+                  <code>fabkit check</code>:</p>\n<ul>";
+        for message in self.check_errors.iter().take(MOST) {
+            let _ = write!(body, "<li>{}</li>", escape(message));
+        }
+        *body += "</ul>\n";
+        if let Some(more @ 1..) = self.check_errors.len().checked_sub(MOST) {
+            let _ = write!(body, "<p>and {more} more</p>\n");
+        }
+        *body += "</section>\n";
     }
 
     /// Formats the duration of the build; empty without steps.

@@ -78,6 +78,7 @@ pub enum BoardArt {
 /// within a row or step.
 const STYLE: &str = "
 td.word, th.word { text-align: left; } td.as-one { white-space: nowrap; } td.long { min-width: 15rem; } td img { width: 6rem; height: auto; display: block; }
+.failed { border: 2px solid #b00020; border-radius: 6px; padding: .2rem 1rem; margin: 1rem 0; } .failed h2 { margin: .5rem 0; }
 .cover { display: flex; flex-wrap: wrap; gap: 1.5rem; align-items: center; } .cover img { max-width: 100%; height: auto; }
 dl { display: grid; grid-template-columns: max-content minmax(0, 1fr); gap: .2rem 1rem; margin: .4rem 0; min-width: 0; } dt { color: var(--quiet); } dd { margin: 0; overflow-wrap: anywhere; }
 @media (max-width: 30rem) { dl { grid-template-columns: minmax(0, 1fr); gap: 0; } dd { margin: 0 0 .4rem; } }

@@ -1,5 +1,6 @@
 //! Section on printing filament parts.
 
+use fabkit_geometry::format_rounded;
 use fabkit_report::escape;
 
 use super::{name, table, word};
@@ -17,7 +18,7 @@ impl Guide {
         let row = |(part, print): &(&MadePart, &PrintPlan)| {
             let brim = match print.brim_mm {
                 0.0 => "none".to_owned(),
-                mm => format!("{mm} mm"),
+                mm => format!("{} mm", format_rounded(mm)),
             };
             let supports = if print.supports { "yes" } else { "no" };
             let mass = print.mass_g.map_or("not known".to_owned(), |g| format!("{g:.1} g"));
@@ -29,7 +30,7 @@ impl Guide {
                 word(&part.material),
                 word(&print.from),
                 part.quantity,
-                print.layer_mm,
+                format_rounded(print.layer_mm),
                 print.perimeters,
                 print.infill_percent,
             )

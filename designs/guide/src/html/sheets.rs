@@ -2,6 +2,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use fabkit_geometry::format_rounded;
 use fabkit_report::escape;
 
 use super::{PageImages, name, table, word};
@@ -21,14 +22,14 @@ impl Guide {
                 1 => piece.name.clone(),
                 count => format!("{count} × {}", piece.name),
             });
-            let [width, height] = plan.stock_mm;
+            let [width, height] = plan.stock_mm.map(format_rounded);
             format!(
                 "{}{}<td>{}</td><td class=\"as-one\">{width} × {height} × {} mm</td><td class=\"as-one\">{:.2} m</td>\
                  <td>{:.0} %</td>{}",
                 name(&plan.name),
                 word(&plan.material),
                 plan.sheets,
-                plan.thickness_mm,
+                format_rounded(plan.thickness_mm),
                 plan.cut_mm / MM_PER_M,
                 100.0 * plan.used,
                 word(&pieces.collect::<Vec<_>>().join(", ")),
@@ -46,6 +47,7 @@ impl Guide {
         });
         for (title, [width, height]) in needs {
             let Some(svg) = images.sheets.get(&title) else { continue };
+            let [width, height] = [width, height].map(|mm| format_rounded(*mm));
             *body += &format!(
                 "<figure class=\"sheet\"><img alt=\"Outlines on {0}\" src=\"data:image/svg+xml;base64,{1}\">\
                  <figcaption>{0}: a piece of {width} × {height} mm is enough.</figcaption></figure>\n",

@@ -1,6 +1,6 @@
 //! Calibration chapter of a guide: the sensor's fixtures, and a capture plan for their pins.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_calibration::landmarks::PinLandmarks;
 use fabkit_designs::Design;
@@ -54,7 +54,8 @@ pub fn describe_calibration(
 }
 
 /// Plans as many images with as many pins as the fixture's forecast assumes. Each hole is used about equally often, the
-/// holes of one image are far apart, and pin lengths alternate.
+/// holes of one image are far apart, and pin lengths alternate. Holes whose pins the camera does not see, as `check` of the
+/// fixture says, are left out; if the forecast cannot tell, all are asked for.
 fn plan_captures(project: &Project, fixture: &Design, name: &str) -> Vec<PinCapture> {
     let Some(landmarks) = fixture.documents::<PinLandmarks>().next() else { return Vec::new() };
     let key = format!("fixtures.{}.captures.", name.replace('-', "_"));
@@ -63,31 +64,37 @@ fn plan_captures(project: &Project, fixture: &Design, name: &str) -> Vec<PinCapt
         let setting = project.settings().find(|setting| setting.path == path)?;
         setting.value.parse().ok()
     };
-    let holes: Vec<u32> =
-        landmarks.pins.iter().map(|pin| pin.hole).collect::<BTreeSet<_>>().into_iter().collect();
-    let kinds: Vec<&str> = landmarks
-        .pins
-        .iter()
-        .map(|pin| pin.kind.as_str())
-        .collect::<BTreeSet<_>>()
+    let invisible: BTreeSet<(u32, String)> = match project.pin_forecast() {
+        Ok(Ok(forecast)) => {
+            let pins = forecast.landmarks.pins.iter().zip(&forecast.is_seen);
+            let unseen = pins.filter(|(_, is_seen)| !**is_seen);
+            unseen.map(|(pin, _)| (pin.hole, pin.kind.clone())).collect()
+        }
+        _ => BTreeSet::new(),
+    };
+    let mut holes_by_kind: BTreeMap<&str, BTreeSet<u32>> = BTreeMap::new();
+    for pin in &landmarks.pins {
+        if !invisible.contains(&(pin.hole, pin.kind.clone())) {
+            holes_by_kind.entry(&pin.kind).or_default().insert(pin.hole);
+        }
+    }
+    let kinds: Vec<(&str, Vec<u32>)> = holes_by_kind
         .into_iter()
+        .map(|(kind, holes)| (kind, holes.into_iter().collect()))
         .collect();
     let (Some(images), Some(pins)) = (count("count"), count("pins")) else { return Vec::new() };
-    if holes.is_empty() || kinds.is_empty() {
+    if kinds.is_empty() {
         return Vec::new();
     }
-    let pins = (pins as usize).min(holes.len());
-    // A constant stride over the sorted holes spreads the pins; the start advances by one hole with each image.
-    let stride = holes.len() / pins.max(1);
     let capture = |index: usize| {
+        let (kind, holes) = &kinds[index % kinds.len()];
+        let pins = (pins as usize).min(holes.len());
+        // A constant stride over the sorted holes spreads the pins; the start advances by one hole with each image.
+        let stride = holes.len() / pins.max(1);
         let mut of: Vec<u32> =
             (0..pins).map(|pin| holes[(index + pin * stride) % holes.len()]).collect();
         of.sort_unstable();
-        PinCapture {
-            file: format!("{:02}.png", index + 1),
-            pins: format!("pin-{}", kinds[index % kinds.len()]),
-            holes: of,
-        }
+        PinCapture { file: format!("{:02}.png", index + 1), pins: format!("pin-{kind}"), holes: of }
     };
     (0..images as usize).map(capture).collect()
 }

@@ -3,7 +3,7 @@
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 use std::sync::Mutex;
 
 use fabkit_sweep::{Plan, Row};
@@ -11,6 +11,7 @@ use serde_json::Value;
 
 use super::SweepError;
 use crate::benchmark::{self, BenchError};
+use crate::programs::{Program, RelativeProgram};
 
 /// Python program that starts a worker. `-c` puts the current folder first in the search path, as an empty entry; it is
 /// removed so that files there cannot shadow modules.
@@ -21,7 +22,7 @@ const START_SCRIPT: &str = "import sys\nsys.path = [path for path in sys.path if
 /// Pool of idle workers, with what starting another one needs.
 pub(super) struct BenchWorkers<'a> {
     source: String,
-    python: PathBuf,
+    python: Program,
     idle: Mutex<Vec<Worker>>,
     cancelled: &'a (dyn Fn() -> bool + Sync),
 }
@@ -35,7 +36,11 @@ impl<'a> BenchWorkers<'a> {
         cancelled: &'a (dyn Fn() -> bool + Sync),
     ) -> Result<Self, SweepError> {
         let source = plan.source().to_json().map_err(|e| BenchError::NoAnswer(e.to_string()))?;
-        let python = python.map_or_else(benchmark::find_interpreter, Path::to_owned);
+        let python = match python {
+            Some(path) => Program::new(path.to_owned())
+                .map_err(|RelativeProgram(path)| BenchError::RelativePython(path))?,
+            None => benchmark::find_interpreter()?,
+        };
         let idle = Mutex::new(vec![Worker::start(&python, &source)?]);
         Ok(Self { source, python, idle, cancelled })
     }
@@ -72,12 +77,13 @@ struct Worker {
 }
 
 impl Worker {
-    fn start(python: &Path, source: &str) -> Result<Self, BenchError> {
+    fn start(program: &Program, source: &str) -> Result<Self, BenchError> {
+        let python = program.path().to_owned();
         let missing = |why: &dyn std::fmt::Display| BenchError::NoPackage {
-            python: python.into(),
+            python: python.clone(),
             why: why.to_string(),
         };
-        let mut command = Command::new(python);
+        let mut command = program.command();
         // The sweep already runs one worker for each thread.
         command.args(["-c", START_SCRIPT]).env("RAYON_NUM_THREADS", "1");
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
@@ -85,8 +91,8 @@ impl Worker {
         let (Some(ask), Some(answers)) = (child.stdin.take(), child.stdout.take()) else {
             return Err(missing(&"it has no pipes"));
         };
-        let python = python.to_owned();
-        let mut worker = Self { python, child, ask, answers: BufReader::new(answers) };
+        let mut worker =
+            Self { python: python.clone(), child, ask, answers: BufReader::new(answers) };
         let hello = worker.ask(source)?;
         let version = hello["version"].as_str().unwrap_or_default();
         if version != fabkit_export::VERSION {

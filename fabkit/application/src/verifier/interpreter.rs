@@ -9,52 +9,48 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use super::VerifierError;
-
-/// Environment variable with the path of the verifier's interpreter.
-pub const PYTHON_VARIABLE: &str = "FABKIT_PYTHON";
+pub use crate::programs::PYTHON_VARIABLE;
+use crate::programs::{Program, RelativeProgram};
 
 /// Python interpreter with the package.
 #[derive(Clone, Debug)]
 pub(super) struct Interpreter {
-    path: PathBuf,
+    program: Program,
 }
 
 impl Interpreter {
     /// Finds the interpreter by the rule above.
     pub(super) fn find(folder: &Path) -> Result<Self, VerifierError> {
-        let named = env::var_os(PYTHON_VARIABLE).filter(|name| !name.is_empty());
-        let Some(path) = named.map(PathBuf::from) else {
-            let program = env::current_exe().ok();
-            let checkout = program.as_deref().and_then(find_checkout);
+        let relative = |RelativeProgram(path)| VerifierError::RelativePython(path);
+        let Some(program) = Program::from_variable(PYTHON_VARIABLE).map_err(relative)? else {
+            let own = env::current_exe().ok();
+            let checkout = own.as_deref().and_then(find_checkout);
             let path = checkout.ok_or(VerifierError::NoEnvironment)?.join(interpreter_path());
-            let found = Self { path };
+            let found = Self { program: Program::new(path).map_err(relative)? };
             return if found.has_package(folder) {
                 Ok(found)
             } else {
                 Err(VerifierError::NoEnvironment)
             };
         };
-        if !path.is_absolute() {
-            return Err(VerifierError::RelativePython(path));
-        }
-        let named = Self { path };
+        let named = Self { program };
         if named.has_package(folder) {
             Ok(named)
         } else {
-            Err(VerifierError::NoPackage(named.path))
+            Err(VerifierError::NoPackage(named.path().to_owned()))
         }
     }
 
     /// Returns its path.
     pub(super) fn path(&self) -> &Path {
-        &self.path
+        self.program.path()
     }
 
     /// Makes a command of the interpreter that runs in `folder`. It is isolated (`-I`): neither the folder nor a
     /// script's folder nor the user's packages are searched, and `PYTHON` variables are ignored. They are also removed,
     /// because child processes would read them.
     pub(super) fn command(&self, folder: &Path) -> Command {
-        let mut command = Command::new(&self.path);
+        let mut command = self.program.command();
         command.arg("-I").current_dir(folder).stdin(Stdio::null());
         for (name, _) in env::vars_os() {
             let upper = name.to_string_lossy().to_ascii_uppercase();

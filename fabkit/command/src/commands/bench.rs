@@ -11,6 +11,7 @@ use crate::cli::{Bench, Global};
 use crate::failure::Failure;
 use crate::roles::FileRoles;
 use crate::table::{Align::Left, Align::Right, wrapped_table};
+use crate::terminal;
 
 /// Files that are always written into the folder; networks may be added.
 const FILES: [&str; 2] = ["bench.json", "bench.html"];
@@ -38,7 +39,7 @@ pub(super) fn run(args: &Bench, global: &Global) -> Result<Outcome, Failure> {
     words.extend(pairs("--set", &args.design.set));
     let tell = |line: &str| {
         if !global.quiet {
-            eprintln!("{line}");
+            terminal::tell(&format!("{line}\n"));
         }
     };
     let mut json = benchmark::run(&words, &tell).map_err(Error::from)?;

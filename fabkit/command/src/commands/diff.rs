@@ -5,7 +5,7 @@ use std::fmt::Write;
 use fabkit_application::design_difference;
 use fabkit_application::guide::{BodyChange, ChangeKind, DesignDifference};
 use fabkit_application::source::Target;
-use fabkit_application::staging::{OutputFile, write_all};
+use fabkit_application::staging::write_each;
 use serde_json::json;
 
 use super::Outcome;
@@ -30,13 +30,11 @@ pub(super) fn run(args: &Diff) -> Result<Outcome, Failure> {
     if let Some(path) = &args.output {
         let page = design_difference::difference_page(&from, &to, &difference)?;
         interrupt::begin_writing()?;
-        let name = path.file_name().ok_or_else(|| {
-            Failure::plain(ErrorKind::BadInput, format!("{} does not name a file", path.display()))
-        })?;
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let file =
-            OutputFile { name: name.to_string_lossy().into_owned(), bytes: page.into_bytes() };
-        write_all(folder.unwrap_or(".".as_ref()), &[file], &interrupt::is_requested)?;
+        if path.file_name().is_none() {
+            let message = format!("{} does not name a file", path.display());
+            return Err(Failure::plain(ErrorKind::BadInput, message));
+        }
+        write_each([(path.clone(), page.as_bytes())], &interrupt::is_requested)?;
         json["file"] = json!(path.display().to_string());
         let _ = writeln!(text, "{}", path.display());
     }

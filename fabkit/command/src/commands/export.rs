@@ -11,6 +11,7 @@ use fabkit_application::exports::{
     WrittenExport,
 };
 use fabkit_application::packaging::{self, GUIDE_FOLDER, Terms};
+use fabkit_application::progress::ProgressStep;
 use fabkit_application::robots::robot_files;
 use fabkit_application::source::{self, CheckErrors, NamedDesigns, Target};
 use fabkit_application::verifier::Verifier;
@@ -243,7 +244,10 @@ impl<'a> ExportJob<'a> {
                 typed::calibration_commands(names, pins_in, target, set)
             };
             let calibration = guides::describe_calibration(&project, target, &lines);
-            packaging::make_guide(design, calibration.as_ref(), &|step| progress.show(step))
+            // The guide says it on its own, whatever the terminal is told.
+            let faults = target.find_errors(set, false)?.map_err(Failure::bug)?;
+            let show = |step: ProgressStep| progress.show(step);
+            Ok::<_, Failure>(packaging::make_guide(design, calibration.as_ref(), &faults, &show)?)
         };
         let mut guides = vec![(PathBuf::from(GUIDE_FOLDER), guide(self.target, &self.design)?)];
         for (name, fixture) in &self.fixtures {
@@ -461,14 +465,10 @@ fn compensations(manifest: &Manifest) -> String {
 
 /// Formats the warning in the first line: the exported parts can be printed, but not be assembled as described.
 fn format_warning(faults: &CheckErrors) -> String {
-    let [(name, first), others @ ..] = &faults.first[..] else { return String::new() };
-    let errors =
-        if faults.errors == 1 { "1 error".into() } else { format!("{} errors", faults.errors) };
-    let also = others.iter().map(|(name, _)| format!(", {name}")).collect::<String>();
-    format!(
-        "warning: {name}{also} does not pass `fabkit check` ({errors}; the first: {first}); --force \
-         silences this\n"
-    )
+    match faults.to_sentence() {
+        Some(sentence) => format!("warning: {sentence}; --force silences this\n"),
+        None => String::new(),
+    }
 }
 
 fn json(written: &WrittenExport, folder: &Path, faults: Option<&CheckErrors>) -> Value {
@@ -477,9 +477,9 @@ fn json(written: &WrittenExport, folder: &Path, faults: Option<&CheckErrors>) ->
         "version": 2,
         "folder": folder.display().to_string(),
         "check": faults.map(|faults| json!({
-            "passed": faults.errors == 0,
-            "findings": faults.errors,
-            "first": faults.first.first().map(|(_, message)| message),
+            "passed": faults.count() == 0,
+            "findings": faults.count(),
+            "first": faults.messages().next(),
         })),
         "manifest": written.manifest,
         "removed": written.removed,

@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use crate::cli::{Command, Design, Export, Global, Render, Verify};
 use crate::failure::Failure;
+use crate::terminal;
 
 /// Adds the automatic changes to the command's overrides and returns them; `None` without `--fix`.
 pub(super) fn apply_fix(command: &mut Command) -> Result<Option<Vec<ValueChange>>, Failure> {
@@ -24,9 +25,13 @@ pub(super) fn apply_fix(command: &mut Command) -> Result<Option<Vec<ValueChange>
         Command::Guide(args) => design_fields(&mut args.design),
         Command::Export(Export { sensor, preset, set, fix, .. })
         | Command::Render(Render { sensor, preset, set, fix, .. }) => {
-            (sensor, preset.as_deref(), set, *fix)
+            (&**sensor, preset.as_deref(), set, *fix)
         }
-        Command::Verify(Verify { sensor, set, fix, .. }) => (sensor, None, set, *fix),
+        Command::Verify(Verify { sensor, set, fix, .. }) => match sensor.to_str() {
+            Some(sensor) => (sensor, None, set, *fix),
+            // No sensor has such a name: a folder is meant.
+            None => return Ok(None),
+        },
         _ => return Ok(None),
     };
     if !is_wanted {
@@ -37,14 +42,14 @@ pub(super) fn apply_fix(command: &mut Command) -> Result<Option<Vec<ValueChange>
     Ok(Some(changes))
 }
 
-fn design_fields(design: &mut Design) -> (&mut String, Option<&str>, &mut Vec<String>, bool) {
-    (&mut design.sensor, design.preset.as_deref(), &mut design.set, design.fix)
+fn design_fields(design: &mut Design) -> (&str, Option<&str>, &mut Vec<String>, bool) {
+    (&design.sensor, design.preset.as_deref(), &mut design.set, design.fix)
 }
 
 /// Prints the changes for people, before the work begins.
 pub(super) fn print_changes(changes: &[ValueChange], global: &Global) {
     if !global.quiet && !global.json {
-        changes.iter().for_each(|change| eprintln!("fixed: {change}"));
+        changes.iter().for_each(|change| terminal::tell(&format!("fixed: {change}\n")));
     }
 }
 

@@ -31,7 +31,9 @@ pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
     let calibration = guides::describe_calibration(&project, target, &lines);
     let progress = Progress::new(global, format!("drawing {}", args.design.sensor));
     let stages = guides::find_stages(&design).map_err(Failure::bug)?;
-    let mut guide = guides::collect_facts(&design, &stages, calibration.as_ref(), args.units)
+    let faults = target.find_errors(&args.design.set, false)?.map_err(Failure::bug)?;
+    let calibration = calibration.as_ref();
+    let mut guide = guides::collect_facts(&design, &stages, calibration, args.units, &faults)
         .map_err(Failure::bug)?;
     if let Some(slicer) = slicer {
         let show = |step: ProgressStep| progress.show(step);
@@ -50,9 +52,11 @@ pub(super) fn run(args: &Guide, global: &Global) -> Result<Outcome, Failure> {
     json["folder"] = json!(folder.to_string());
     let file = |file: &OutputFile| json!({ "file": file.name, "bytes": file.bytes.len() });
     json["files"] = files.iter().map(file).collect();
+    let warning = faults.to_sentence().map(|sentence| format!("warning: {sentence}\n"));
     Ok(Outcome {
         text: format!(
-            "{folder}: {}; open {}\n{} to make, {} to buy, {}, {}{}\n",
+            "{}{folder}: {}; open {}\n{} to make, {} to buy, {}, {}{}\n",
+            warning.unwrap_or_default(),
             format_count(files.len(), "file"),
             outputs[0].display(),
             format_count(made as usize, "part"),

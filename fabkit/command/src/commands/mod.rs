@@ -38,7 +38,7 @@ mod verify_folder;
 mod view;
 
 use std::ffi::OsString;
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 
 use clap::{CommandFactory, Parser};
@@ -49,11 +49,10 @@ use fabkit_application::fixtures::Project;
 use fabkit_application::ground_truth::Viewpoint;
 use fabkit_application::memory;
 use fabkit_application::scene::viewpoint_from_files;
-use serde_json::Value;
 
 use crate::cli::{Calibrate, Cli, Command, Global};
 use crate::failure::{self, ErrorKind, Failure, FailureCode};
-use crate::interrupt;
+use crate::{interrupt, terminal};
 use outcome::Outcome;
 
 /// Exit code of a command that worked, but found errors in what it examined.
@@ -71,11 +70,10 @@ pub(crate) fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         // Help and version are "errors" of clap that go to standard output; the last arm prints them.
         Err(error) if error.use_stderr() && json => {
             let failure = usage_error::from_clap(&error);
-            print_result(&json_line(&failure.to_json()), failure.exit_code() as u8)
+            exit_after(terminal::print_json(&failure.to_json()), failure.exit_code() as u8)
         }
         Err(error) if error.use_stderr() => {
-            // If standard error is closed, the exit code still tells.
-            let _ = io::stderr().write_all(usage_error::text(&error).as_bytes());
+            terminal::tell(&usage_error::text(&error));
             FailureCode::BadInput as u8
         }
         Err(error) => error.exit(),
@@ -94,32 +92,32 @@ fn run_and_print(mut cli: Cli) -> u8 {
     interrupt::install_handler();
     let result = run_with_fix(&mut cli);
     let Global { json, quiet, .. } = cli.global;
-    let (text, code) = match &result {
-        Ok(report) if json => (json_line(&report.json), exit_code(report)),
+    match &result {
+        Ok(report) if json => exit_after(terminal::print_json(&report.json), exit_code(report)),
         Ok(report) => {
             // `--quiet` suppresses reports, but not text that is the command's result.
-            let wanted = !quiet || report.failed || prints_its_result(&cli.command);
-            (if wanted { report.text.clone() } else { String::new() }, exit_code(report))
+            let is_wanted = !quiet || report.failed || prints_its_result(&cli.command);
+            let text = if is_wanted { &*report.text } else { "" };
+            exit_after(terminal::print(text), exit_code(report))
         }
         Err(failure) => {
             let code = failure.exit_code() as u8;
-            if !json {
-                // If standard error is closed, the exit code still tells.
-                let _ = io::stderr().write_all(failure.to_text().as_bytes());
+            if json {
+                return exit_after(terminal::print_json(&failure.to_json()), code);
             }
-            (if json { json_line(&failure.to_json()) } else { String::new() }, code)
+            terminal::tell(&failure.to_text());
+            code
         }
-    };
-    print_result(&text, code)
+    }
 }
 
-/// Writes to standard output. Returns the exit code, or that of an output error.
-fn print_result(text: &str, code: u8) -> u8 {
-    match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
+/// Returns the exit code after printing, or that of an output error.
+fn exit_after(printed: io::Result<()>, code: u8) -> u8 {
+    match printed {
         // The reader has closed the pipe, as in `fabkit show rtac0 | head`.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => code,
         Err(error) => {
-            let _ = writeln!(io::stderr(), "error: cannot write to standard output: {error}");
+            terminal::tell(&format!("error: cannot write to standard output: {error}\n"));
             FailureCode::Io as u8
         }
         Ok(()) => code,
@@ -220,8 +218,4 @@ fn prints_its_result(command: &Command) -> bool {
             | Command::Render(_)
             | Command::Man { output: Some(_) }
     )
-}
-
-fn json_line(json: &Value) -> String {
-    format!("{json:#}\n")
 }

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use fabkit_application::progress::ProgressStep;
+use fabkit_application::text::escape_steering;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::Global;
@@ -38,7 +39,8 @@ impl Progress {
     }
 
     fn with_target(target: ProgressDrawTarget, doing: String) -> Self {
-        let bar = ProgressBar::with_draw_target(None, target).with_prefix(doing);
+        let bar = ProgressBar::with_draw_target(None, target)
+            .with_prefix(escape_steering(&doing).into_owned());
         bar.set_style(style(UNCOUNTED));
         if !bar.is_hidden() {
             bar.enable_steady_tick(SPINNER_INTERVAL);
@@ -56,13 +58,14 @@ impl Progress {
         }
         self.bar.set_position(step.done as u64);
         if !step.last_name.is_empty() {
-            self.bar.set_message(step.last_name.to_owned());
+            self.bar.set_message(escape_steering(step.last_name).into_owned());
         }
     }
 
     /// Counts one more finished piece of an unknown total.
     pub(super) fn count_piece(&self, name: &str) {
         self.bar.inc(1);
+        let name = escape_steering(name);
         self.bar.set_message(format!("{}, {name}", self.bar.position()));
     }
 }

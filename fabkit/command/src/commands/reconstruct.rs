@@ -12,12 +12,13 @@ use fabkit_application::reconstructing::{
     TrackedMarkers,
 };
 use fabkit_application::scene::SensorView;
+use fabkit_application::staging::{OutputFile, write_all};
 use serde_json::json;
 
-use super::files::Files;
 use super::{Outcome, view};
 use crate::cli::Reconstruct;
 use crate::failure::Failure;
+use crate::interrupt;
 use crate::table::format_size;
 
 /// Size of the results, bytes for each pixel.
@@ -51,7 +52,7 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     let bytes = (RESULT_BYTES_PER_PIXEL * width * height * outputs.len()) as u64;
     memory::check_memory("reconstruction of these images", bytes, MemoryHint::Files)?;
     let mut text = heading(sensor, &reader, network.as_ref());
-    let (mut files, mut listed, mut rates) = (Files::default(), Vec::new(), None);
+    let (mut files, mut listed, mut rates) = (Vec::new(), Vec::new(), None);
     for (path, image) in &outputs {
         let taken = CapturedImage::read(image)?;
         if rates.is_none() {
@@ -72,9 +73,11 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
             "marks_moved_px": farthest_px,
             "bytes": bytes.len(),
         }));
-        files.add(path, bytes);
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        files.push(OutputFile { name, bytes });
     }
-    files.write()?;
+    interrupt::begin_writing()?;
+    write_all(&args.output, &files, &interrupt::is_requested)?;
     let rate = rates.map_or(f64::NAN, |rates| rates.images_per_s);
     text +=
         &format!("{rate:.0} images per second on one core, without reading and writing files\n");

@@ -1,6 +1,6 @@
 //! `fabkit schema [--sweep | --output NAME]`
 
-use super::{Outcome, json_line};
+use super::Outcome;
 use crate::failure::Failure;
 
 pub(super) fn run(sweep: bool, output: Option<&str>) -> Result<Outcome, Failure> {
@@ -9,5 +9,5 @@ pub(super) fn run(sweep: bool, output: Option<&str>) -> Result<Outcome, Failure>
         None if sweep => fabkit_application::sweep::json_schema(),
         None => fabkit_application::fixtures::json_schema(),
     };
-    Ok(Outcome { text: json_line(&json), json, failed: false })
+    Ok(Outcome { text: format!("{json:#}\n"), json, failed: false })
 }

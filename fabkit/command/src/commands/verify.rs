@@ -18,10 +18,14 @@ use crate::table::{Align::Left, table};
 const DEFAULT_LIMIT_S: u32 = 600;
 
 pub(super) fn run(args: &Verify, global: &Global) -> Result<Outcome, Failure> {
-    if let Some(folder) = folder(&args.sensor) {
+    // Folders may have any name; sensors have names in UTF-8.
+    let Some(sensor) = args.sensor.to_str() else {
+        return verify_folder::run(args, Path::new(&args.sensor));
+    };
+    if let Some(folder) = folder(sensor) {
         return verify_folder::run(args, folder);
     }
-    let target = Target::new(&args.sensor);
+    let target = Target::new(sensor);
     let part = target.part;
     FileRoles::default()
         .reads("SENSOR", target.files())
@@ -36,7 +40,7 @@ pub(super) fn run(args: &Verify, global: &Global) -> Result<Outcome, Failure> {
         keep: args.keep.clone(),
         report: args.report.clone(),
     };
-    let progress = Progress::new(global, format!("rebuilding {}", args.sensor));
+    let progress = Progress::new(global, format!("rebuilding {sensor}"));
     let answer = verifier.verify(&design, &options, &|step| progress.show(step))?;
     drop(progress);
     let passed = answer["passed"] == true;

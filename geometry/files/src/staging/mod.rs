@@ -7,6 +7,7 @@
 
 mod journal;
 mod lock;
+mod own_files;
 mod transaction;
 
 use std::fs::{self, File};
@@ -16,6 +17,8 @@ use std::path::{Path, PathBuf};
 use crate::{ErrorKind, ErrorSubject, Explained};
 
 pub use lock::FolderLock;
+use own_files::join_places;
+pub use own_files::{OWN_FILES_NAME, write_all};
 pub use transaction::Transaction;
 
 /// File name of a folder's list of contents. It is absent while the files that it describes are being replaced.
@@ -77,6 +80,12 @@ pub enum StagingError {
         /// Description of what is there.
         found: &'static str,
     },
+    /// Files in a folder that fabkit did not write there, or that somebody changed since.
+    #[error("{}", join_places(.places))]
+    Foreign {
+        /// Paths of the files, at least one.
+        places: Vec<PathBuf>,
+    },
     /// Folder locked by another process.
     #[error("{} is being written to by {holder}", .folder.display())]
     Locked {
@@ -109,13 +118,21 @@ pub enum StagingError {
 
 impl Explained for StagingError {
     fn kind(&self) -> ErrorKind {
-        if matches!(self, Self::Cancelled) { ErrorKind::Interrupted } else { ErrorKind::Io }
+        match self {
+            Self::Cancelled => ErrorKind::Interrupted,
+            Self::Foreign { .. } => ErrorKind::BadInput,
+            _ => ErrorKind::Io,
+        }
     }
 
     fn hint(&self) -> Option<String> {
         let hint = match self {
             Self::Io { source, .. } => io_hint(source)?,
             Self::Occupied { .. } => "move it away, or choose another place",
+            Self::Foreign { places } if places.len() == 1 => {
+                "move it away, or choose another folder"
+            }
+            Self::Foreign { .. } => "move them away, or choose another folder",
             Self::Locked { .. } => "wait until it has finished, or choose another place",
             Self::NotRestored { .. } => {
                 "nothing is lost: the next run that writes there puts it back"
@@ -129,6 +146,10 @@ impl Explained for StagingError {
         match self {
             Self::Io { path, source, .. } => ErrorSubject::from_io(path, source, "cannot_write"),
             Self::Occupied { path, .. } => ErrorSubject::from_path("not_a_file", path),
+            Self::Foreign { places } => match &places[..] {
+                [first, ..] => ErrorSubject::from_path("edited_by_hand", first),
+                [] => ErrorSubject::new("edited_by_hand"),
+            },
             Self::Locked { folder, .. } => ErrorSubject::from_path("folder_locked", folder),
             Self::NotRestored { place, .. } => ErrorSubject::from_path("not_put_back", place),
             Self::Cancelled => ErrorSubject::new("interrupted"),
@@ -165,39 +186,11 @@ pub fn io_hint(error: &io::Error) -> Option<&'static str> {
     }
 }
 
-/// Writes all files into the folder, or none. The folder and subfolders are created if missing.
-///
-/// `cancelled` is polled before each write; once renaming has begun, the operation completes.
-///
-/// # Errors
-/// [`StagingError`]; the folder is then unchanged.
-///
-/// ```
-/// use fabkit_files::scratch_folder::ScratchFolder;
-/// use fabkit_files::staging::{OutputFile, StagingError, write_all};
-///
-/// let folder = ScratchFolder::new()?;
-/// let file = |name: &str| OutputFile { name: name.into(), bytes: b"solid".to_vec() };
-/// write_all(folder.path(), &[file("base.stl"), file("boards/led.dxf")], &|| false)?;
-/// assert_eq!(folder.read("boards/led.dxf"), b"solid");
-/// // A caller that has been interrupted gets nothing.
-/// let stopped = write_all(folder.path(), &[file("lid.stl")], &|| true);
-/// assert!(matches!(stopped, Err(StagingError::Cancelled)));
-/// assert!(!folder.path_of_file("lid.stl").exists());
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-pub fn write_all(
-    folder: &Path,
-    files: &[OutputFile],
-    cancelled: &dyn Fn() -> bool,
-) -> Result<(), StagingError> {
-    write_each(files.iter().map(|file| (folder.join(&file.name), &file.bytes[..])), cancelled)
-}
-
-/// Writes all files, in any folders, or none.
+/// Writes all files, or none, at places that the user named one by one: what is there is replaced. Files whose names are
+/// fabkit's are written by [`write_all`].
 ///
 /// # Errors
-/// As [`write_all`].
+/// [`StagingError`]; all folders are then unchanged.
 ///
 /// ```
 /// use fabkit_files::scratch_folder::ScratchFolder;

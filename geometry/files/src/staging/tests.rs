@@ -12,6 +12,7 @@ fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
     let mut names: Vec<_> =
         entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.retain(|name| name != OWN_FILES_NAME);
     names.sort();
     names
 }
@@ -90,7 +91,8 @@ fn a_failure_after_some_writes_leaves_everything_as_it_was() {
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("a"), "old").unwrap();
     fs::create_dir(root.path().join("z")).unwrap();
-    let result = write_all(root.path(), &[file("a", "new"), file("z", "new")], &|| false);
+    let files = ["a", "z"].map(|name| (root.path().join(name), &b"new"[..]));
+    let result = write_each(files, &|| false);
     let message = result.unwrap_err().to_string();
     assert!(message.ends_with("z: it is a folder, not a file"), "{message}");
     assert_eq!(names(root.path()), ["a", "z"]);
@@ -219,4 +221,31 @@ fn cancelling_removes_created_files_and_folders() {
     let result = write_all(&root.path().join("x/y"), &files, &cancelled);
     assert!(matches!(result, Err(StagingError::Cancelled)));
     assert_eq!(names(root.path()), [""; 0]);
+}
+
+#[test]
+fn files_of_somebody_else_stay() {
+    let root = tempfile::tempdir().unwrap();
+    let place = |name: &str| root.path().join(name);
+    let names = ["a", "b", "c", "d", "e"];
+    let files = |text: &str| names.map(|name| file(name, text));
+    // A file with the new content needs no permission.
+    fs::write(place("a"), "1").unwrap();
+    write_all(root.path(), &files("1"), &|| false).unwrap();
+    write_all(root.path(), &files("2"), &|| false).unwrap();
+    // Somebody edits all but one.
+    for name in &names[..4] {
+        fs::write(place(name), "mine").unwrap();
+    }
+    let error = write_all(root.path(), &files("3"), &|| false).unwrap_err();
+    let shown = ["a", "b", "c"].map(|name| place(name).display().to_string()).join(", ");
+    let says = format!("{shown} and 1 more are there, and fabkit did not write them");
+    assert_eq!(error.to_string(), says);
+    assert_eq!((text(place("a")), text(place("e"))), ("mine".to_owned(), "2".to_owned()));
+    // Without its list, everything is somebody's.
+    fs::remove_file(place(OWN_FILES_NAME)).unwrap();
+    assert!(matches!(
+        write_all(root.path(), &[file("e", "3")], &|| false),
+        Err(StagingError::Foreign { .. })
+    ));
 }

@@ -12,10 +12,9 @@
 //! | `r_mm`, `theta_rad`, `phi_rad` | the tip in spherical coordinates: distance from the sensor's origin, angle from +z, angle around it from +x |
 //! | `phi_image_rad` | `atan2(v - vc, u - uc)`, with `(uc, vc)` where the surface's apex is seen |
 
-use std::fmt::Write;
-
 use fabkit_camera::Point2;
 use fabkit_fixtures::SurfacePoints;
+use fabkit_geometry::csv::CsvTable;
 use fabkit_geometry::sequences::EvenPoints;
 use fabkit_geometry::{InvalidSolid, Point3, TouchSurface};
 use fabkit_optics::ViewStacks;
@@ -70,8 +69,8 @@ pub fn sample_probes(
     let apex = Point3::new(0.0, 0.0, touch.apex_z_mm());
     // The apex may lie outside the image; its projection still defines the centre.
     let centre = Projector::new(viewpoint, sights).project(&apex);
-    let mut csv = String::from(
-        "index,depth_mm,x_mm,y_mm,z_mm,u_px,v_px,r_mm,theta_rad,phi_rad,phi_image_rad\n",
+    let mut table = CsvTable::new(
+        "index,depth_mm,x_mm,y_mm,z_mm,u_px,v_px,r_mm,theta_rad,phi_rad,phi_image_rad",
     );
     let mut seen = 0;
     let even = seeded_points(seed);
@@ -91,20 +90,25 @@ pub fn sample_probes(
     for (index, ((tip, depth_mm), pixel)) in tips.into_iter().zip(pixels).enumerate() {
         let (r_mm, across_mm) = (tip.coords.norm(), tip.x.hypot(tip.y));
         let (theta_rad, phi_rad) = (across_mm.atan2(tip.z), tip.y.atan2(tip.x));
-        // Writing to a string cannot fail.
-        let _ = write!(csv, "{index},{depth_mm},{},{},{},", tip.x, tip.y, tip.z);
-        let _ = match pixel {
-            Some(pixel) => write!(csv, "{},{},", pixel.x, pixel.y),
-            None => write!(csv, ",,"),
-        };
-        let _ = write!(csv, "{r_mm},{theta_rad},{phi_rad},");
-        if let (Some(pixel), Some(centre)) = (pixel, centre) {
+        let phi_image_rad = pixel.zip(centre).map(|(pixel, centre)| {
             seen += 1;
-            let _ = write!(csv, "{}", (pixel.y - centre.y).atan2(pixel.x - centre.x));
-        }
-        csv.push('\n');
+            (pixel.y - centre.y).atan2(pixel.x - centre.x)
+        });
+        table.row([
+            index.into(),
+            depth_mm.into(),
+            tip.x.into(),
+            tip.y.into(),
+            tip.z.into(),
+            pixel.map(|pixel| pixel.x).into(),
+            pixel.map(|pixel| pixel.y).into(),
+            r_mm.into(),
+            theta_rad.into(),
+            phi_rad.into(),
+            phi_image_rad.into(),
+        ]);
     }
-    Ok(Probes { csv, visible_tips: seen })
+    Ok(Probes { csv: table.finish(), visible_tips: seen })
 }
 
 /// Returns the sequence of a seed: evenly spread points, shifted by an offset that a multiplicative hash derives from

@@ -4,15 +4,16 @@ use std::fmt::Write as _;
 
 use fabkit_elastic::StrainTheory;
 use fabkit_export::{NpyArray, NpyValues};
+use fabkit_geometry::csv::{CsvCell, CsvTable};
 
 use super::force_curve::{PressResult, PressStep};
 use super::markers::marks_arrays;
 
 /// Formats the curve as CSV, in mm, N, N mm and mm2, sensor frame.
 pub fn curve_csv(pressed: &PressResult) -> String {
-    let mut text = String::from(
+    let mut table = CsvTable::new(
         "depth_mm,shear_mm,force_n,force_x_n,force_y_n,force_z_n,moment_x_nmm,moment_y_nmm,moment_z_nmm,contact_radius_mm,\
-         contact_area_mm2,max_indentation_mm,bulge_mm\n",
+         contact_area_mm2,max_indentation_mm,bulge_mm",
     );
     for step in &pressed.steps {
         let PressStep { depth_mm, force_n: force, moment_nmm: moment, .. } = step;
@@ -31,10 +32,9 @@ pub fn curve_csv(pressed: &PressResult) -> String {
             step.max_indentation_mm,
             step.bulge_mm,
         ];
-        let cells: Vec<String> = numbers.iter().map(|number| format!("{number:.6}")).collect();
-        let _ = writeln!(text, "{}", cells.join(","));
+        table.row(numbers.map(|number| CsvCell::fixed(number, 6)));
     }
-    text
+    table.finish()
 }
 
 /// Width and height of the plot, and its left and lower margin, px.

@@ -1,13 +1,12 @@
 //! Presses on a skin with liquid channels: forces, and the displacement of each channel's liquid column.
 
-use std::fmt::Write as _;
-
 use fabkit_elastic::{
     AMBIENT_AIR_MPA, ChannelOutcome, LiquidOutcome, LiquidSolver, LiquidStack, SkinNode, SoftError,
     SolidIndenter, StrainTheory,
 };
 use fabkit_export::{NpyArray, NpyValues};
 use fabkit_fixtures::{Press, PressBody, Project};
+use fabkit_geometry::csv::{CsvCell, CsvTable};
 use fabkit_geometry::{CompiledSolid, Sensor, Vector3};
 use serde_json::{Value, json};
 
@@ -269,14 +268,26 @@ pub fn skin_document(pressed: &SkinPressResult) -> Value {
 
 /// Formats the curve as CSV: force, and the displaced volume of each channel, mm3.
 pub fn skin_csv(pressed: &SkinPressResult) -> String {
-    let mut text = String::from(
-        "depth_mm,force_n,force_x_n,force_y_n,force_z_n,moment_x_nmm,moment_y_nmm,moment_z_nmm,contact_radius_mm,\
-         contact_area_mm2,max_indentation_mm,bulge_mm,sags_mm",
-    );
-    for channel in &pressed.stack.skin().channels {
-        let _ = write!(text, ",{}_mm3", channel.name.replace(' ', "_"));
-    }
-    text.push('\n');
+    let channels = &pressed.stack.skin().channels;
+    let volumes = channels.iter().map(|channel| format!("{}_mm3", channel.name.replace(' ', "_")));
+    let volumes: Vec<String> = volumes.collect();
+    let heads = [
+        "depth_mm",
+        "force_n",
+        "force_x_n",
+        "force_y_n",
+        "force_z_n",
+        "moment_x_nmm",
+        "moment_y_nmm",
+        "moment_z_nmm",
+        "contact_radius_mm",
+        "contact_area_mm2",
+        "max_indentation_mm",
+        "bulge_mm",
+        "sags_mm",
+    ];
+    let mut table =
+        CsvTable::with_heads(heads.into_iter().chain(volumes.iter().map(|name| &**name)));
     for SkinStep { depth_mm, outcome } in &pressed.steps {
         let (force, moment) = (outcome.force_n, outcome.moment_nmm);
         let numbers = [
@@ -295,10 +306,9 @@ pub fn skin_csv(pressed: &SkinPressResult) -> String {
             outcome.sag_mm,
         ];
         let volumes = outcome.channels.iter().map(|channel| channel.volume_mm3);
-        let cells = numbers.into_iter().chain(volumes).map(|number| format!("{number:.6}"));
-        let _ = writeln!(text, "{}", cells.collect::<Vec<_>>().join(","));
+        table.row(numbers.into_iter().chain(volumes).map(|number| CsvCell::fixed(number, 6)));
     }
-    text
+    table.finish()
 }
 
 /// Plots force over depth as SVG.

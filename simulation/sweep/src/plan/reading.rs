@@ -136,7 +136,7 @@ fn read(source: PlanSource) -> Result<Plan, InvalidDesign> {
                 }
             });
             let mut invalid = reading.into_invalid();
-            invalid.problems.extend(placed);
+            invalid.extend(placed);
             return Err(invalid);
         }
     };

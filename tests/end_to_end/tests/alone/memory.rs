@@ -199,3 +199,32 @@ fn what_is_no_file_of_its_kind_is_refused_at_once() {
         assert_eq!(run.code, Some(2), "{run:?}");
     }
 }
+
+/// A wrong file costs what it takes to read it: 20 problems are shown, the others counted. Before, hints were sought for
+/// each of them with copies of all, for 40 s and in 900 MB.
+#[test]
+fn thousands_of_unknown_keys_are_refused_soon_and_in_little_memory() {
+    /// Address space of a process that keeps 50 MB.
+    const KIB: u64 = SLACK_KIB + 50_000;
+    let root = tempfile::tempdir().unwrap();
+    let keys: String = (0..5000).map(|key| format!("k{key}: {key}\n")).collect();
+    // One of them stands in a section, where a value is out of its limits, too.
+    let text = format!(
+        "format: 1\nextends: tactip\nname: mine\ntitle: Mine\n{keys}camera: {{hight_px: 1, height_px: 0}}\n"
+    );
+    fs::write(root.path().join("mine.yaml"), text).unwrap();
+    let mut quickest = f64::INFINITY;
+    for _ in 0..5 {
+        let start = std::time::Instant::now();
+        let run = within(KIB, root.path(), &["check", "mine.yaml"]);
+        quickest = quickest.min(start.elapsed().as_secs_f64());
+        assert_eq!(run.code, Some(2), "{run:?}");
+        assert_eq!(run.stderr.matches("error: ").count(), 20, "{}", run.stderr);
+        let says = "\n5002 problems, of which the first 20 are shown\n";
+        assert!(run.stderr.ends_with(says), "{}", run.stderr);
+    }
+    assert!(quickest < 1.0 || cfg!(debug_assertions), "{quickest} s");
+    let refused = within(KIB, root.path(), &["check", "mine.yaml", "--json"]).json();
+    assert_eq!(refused["problems"].as_array().map(Vec::len), Some(20));
+    assert_eq!(refused["unlisted_problems"], 4982);
+}

@@ -403,3 +403,40 @@ fn an_interpreter_without_an_answer_is_named() {
         assert_eq!(root.path().join("out").exists(), script.starts_with(&*hello), "{run:?}");
     }
 }
+
+/// A relative path would be another program in every folder, also in one that somebody else filled.
+#[cfg(unix)]
+#[test]
+fn no_interpreter_of_the_working_folder_is_run() {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    let root = folder(&small("[]").replace("[coverage,", "[depth_mae_mm, coverage,"));
+    for name in ["python3", "prusa-slicer"] {
+        let program = root.path().join(name);
+        fs::write(&program, "#!/bin/sh\ntouch was-run\n").unwrap();
+        fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+    }
+    let bench = &["bench", "rtac0", "-o", "bench"][..];
+    let sweep = &["sweep", "sweep.yaml", "-o", "out"];
+    let slice = &["guide", "9dtact/coupon", "--slice", "-o", "guide"];
+    for (words, variable, value, says) in [
+        (
+            bench,
+            "FABKIT_PYTHON",
+            "./python3",
+            "error: the interpreter ./python3 is no absolute path",
+        ),
+        (bench, "PATH", ".", "error: python3 cannot run the bench"),
+        (sweep, "FABKIT_PYTHON", "python3", "error: the interpreter python3 is no absolute path"),
+        (sweep, "PATH", "", "error: python3 cannot run the bench"),
+        (slice, "FABKIT_SLICER", "./prusa-slicer", "prusa-slicer"),
+        (slice, "PATH", ".", "slicer"),
+    ] {
+        let mut command = command(root.path());
+        command.args(words).env_remove("FABKIT_PYTHON").env(variable, value);
+        let run = Run::from(command.output().unwrap());
+        assert_eq!(run.code, Some(2), "{words:?} {variable}={value}: {run:?}");
+        assert!(run.stderr.contains(says), "{run:?}");
+        assert!(!root.path().join("was-run").exists(), "{words:?} {variable}={value}");
+    }
+}

@@ -3,6 +3,7 @@
 mod circuit_boards;
 mod defaults;
 mod determinism;
+mod folders;
 mod glb;
 mod outputs;
 mod package;

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use fabkit_application::guides;
+use fabkit_application::source::CheckErrors;
 use fabkit_designs::{Design, builtin_yaml};
 use fabkit_tests::{build_design, builtin_designs, command, fabkit, sample_bodies};
 use serde_json::Value;
@@ -53,7 +54,9 @@ fn every_piece_liquid_stock_and_supply_can_be_ordered() {
     for mut design in builtin_designs().into_iter().chain(fixtures()) {
         design.sensor.bodies = sample_bodies(&design).cloned().collect();
         let stages = guides::find_stages(&design).unwrap();
-        let guide = guides::collect_facts(&design, &stages, None, 3).unwrap().to_json();
+        let guide = guides::collect_facts(&design, &stages, None, 3, &CheckErrors::default())
+            .unwrap()
+            .to_json();
         let name = &design.sensor.name;
         let mut sum_eur = 0.0;
         for (thing, order) in orders(&guide) {
@@ -85,7 +88,11 @@ fn every_piece_liquid_stock_and_supply_can_be_ordered() {
 fn packs_hold_what_is_needed_and_kits_are_paid_once() {
     let design = build_design("rtac0", &[]);
     let stages = guides::find_stages(&design).unwrap();
-    let of = |units| guides::collect_facts(&design, &stages, None, units).unwrap().to_json();
+    let of = |units| {
+        guides::collect_facts(&design, &stages, None, units, &CheckErrors::default())
+            .unwrap()
+            .to_json()
+    };
     let [one, many] = [1, 40].map(of);
     let line = |guide: &Value, list: &str, name: &str| {
         let lines = guide[list].as_array().unwrap();

@@ -9,6 +9,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use fabkit_application::guide::{Guide, Warning};
 use fabkit_application::guides;
+use fabkit_application::source::CheckErrors;
 use fabkit_designs::{Design, builtin_names};
 use fabkit_geometry::Action;
 use fabkit_tests::{build_design, fabkit, tested_sensors};
@@ -38,7 +39,7 @@ fn text_of(html: &str) -> String {
 
 fn facts(design: &Design, units: u32) -> Guide {
     let stages = guides::find_stages(design).unwrap();
-    guides::collect_facts(design, &stages, None, units).unwrap()
+    guides::collect_facts(design, &stages, None, units, &CheckErrors::default()).unwrap()
 }
 
 /// Facts of one built-in sensor as it ships, which several tests ask for.

@@ -6,3 +6,4 @@ mod materials;
 mod print_groups;
 mod printers;
 mod printing;
+mod promises;

@@ -132,3 +132,14 @@ fn every_parameter_says_where_it_comes_from() {
         }
     }
 }
+
+#[test]
+fn the_page_on_sensor_files_names_every_family() {
+    let root = super::crates::root();
+    let page = std::fs::read_to_string(root.join("docs/reference/yaml.md")).unwrap();
+    for family in fabkit_designs::REGISTRY.families() {
+        let name = family.name();
+        assert!(page.contains(&format!("[{name}](yaml-{name}.md)")), "{name}");
+        assert!(root.join(format!("docs/reference/yaml-{name}.md")).is_file(), "{name}");
+    }
+}

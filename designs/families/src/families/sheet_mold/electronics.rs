@@ -2,6 +2,7 @@
 
 use fabkit_geometry::{
     Body, CUT_OVERLAP_MM, Circuit, Order, Placement, Point3, Pose, Process, Solid, Vector3,
+    format_rounded,
 };
 
 use super::housing::{BAR_EXPLODE_MM, sensor_from_wall};
@@ -87,7 +88,8 @@ pub fn components(p: &SheetMold, layout: &SheetMoldLayout) -> Vec<Body> {
         .iter()
         .flat_map(|camera| on_plate.clone().map(|pose| on_camera_plate(camera, pose, -8.0)));
     let spacer = |name: Name, length: f64, placements: Vec<Placement>| {
-        let text = format!("hexagonal spacer M3, female both ends, {length} mm");
+        let long = format_rounded(length);
+        let text = format!("hexagonal spacer M3, female both ends, {long} mm");
         name.bought(text, HexSpacer::M3.solid(length), placements)
             .with_order(HexSpacer::M3.order(length))
             .colored(BRASS)

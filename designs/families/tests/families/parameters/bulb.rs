@@ -168,7 +168,7 @@ pub fn glow_with(line: &str, replacement: &str) -> String {
 /// What is wrong with a file; panics if nothing is.
 pub fn problems(yaml: &str, overrides: &[&str]) -> Vec<Problem> {
     let overrides: Vec<String> = overrides.iter().map(|&o| o.to_owned()).collect();
-    let InvalidDesign { problems } =
+    let InvalidDesign { problems, .. } =
         REGISTRY.load("my.yaml", yaml, &overrides, &[]).map(|_| ()).unwrap_err();
     assert!(!problems.is_empty());
     problems

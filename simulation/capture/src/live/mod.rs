@@ -223,7 +223,10 @@ fn run_live(
         ContactModel::Linear(LinearOptions { spacing_mm: options.spacing_mm, friction: None });
     let samples = options.samples.max(1);
     let size_px = scene.ray_grid_size(samples)?.map(|side| (side / samples) as usize);
-    let rays = scene.rays_of_rows(samples, 0..u32::MAX);
+    // Presses are rendered in parallel: each takes the memory of a capture besides what is shared.
+    let per_ray = Renderer::BYTES_PER_RAY * (1 + rayon::current_num_threads() as u64);
+    let grant = scene.request_memory("a live sensor with", samples, per_ray)?;
+    let rays = scene.rays_of_rows(samples, 0..u32::MAX, &grant);
     let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
     // Presses may come anywhere and with shear.
     let ready = ElasticSolver::for_any_press(sensor, options.spacing_mm, true, threads())?;

@@ -14,6 +14,7 @@
 pub mod articles;
 pub mod blocks;
 pub mod chain_builder;
+mod conditions;
 mod design;
 mod families;
 mod fits;
@@ -31,6 +32,7 @@ mod registry;
 pub mod unit_dimensions;
 mod user_catalogue;
 
+pub use conditions::{Condition, condition, conditions};
 pub use design::{Companion, Design};
 pub use fabkit_text as parameters;
 pub use fabkit_text::{choices, parameters};
@@ -38,12 +40,12 @@ pub use fits::{Fit, gap_mm};
 pub use hardware::{
     Dowel, Head, HeatSetNut, HexNut, HexSpacer, ORing, SQUEEZED_PLAY_MM, Screw, SocketScrew,
 };
-pub use identity::design_hash;
+pub use identity::{built_hash, debug_hash, design_hash};
 pub use kerf::kerf_mm;
 pub(crate) use macros::{layout, sections};
 pub use registry::{
     BaseFile, BaseReference, Extension, ExtensionValues, FORMAT, Family, FamilyEntry, FamilyOutput,
-    Header, Registry, SensorText, TemplateBase, camera_modules, extended_file,
+    Header, Registry, SensorText, TemplateBase, UserValue, camera_modules, extended_file,
 };
 pub use user_catalogue::UserFile;
 

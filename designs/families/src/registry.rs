@@ -6,6 +6,7 @@ mod layers;
 mod missing_parameters;
 mod templates;
 mod trial;
+mod user_values;
 
 use std::cell::RefCell;
 
@@ -20,6 +21,7 @@ pub use camera_modules::camera_modules;
 pub use extends::{BaseFile, BaseReference, SensorText, extended_file};
 pub use templates::TemplateBase;
 pub(crate) use trial::Trial;
+pub use user_values::UserValue;
 
 use layers::{LayeredDocument, OtherSections, internal_error, lay_defaults, lay_shared_defaults};
 

@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             print_sigma_mm: 0.05,
             allow_no_contact: false,
         };
-        let seen = scene.cast(&cast, |seen| Ok::<_, Error>(arrays(seen.map, seen.sigmas)))?;
+        let seen = scene.cast(&cast, 0, |seen| Ok::<_, Error>(arrays(seen.map, seen.sigmas)))?;
         drop(std::hint::black_box(seen));
         println!("{}", 1e3 * start.elapsed().as_secs_f64());
     }

@@ -4,6 +4,7 @@ mod check_errors;
 #[cfg(test)]
 mod tests;
 mod user_files;
+mod value_effects;
 
 use std::path::{Path, PathBuf};
 
@@ -24,6 +25,7 @@ pub use fabkit_files::reading::MAX_YAML_BYTES;
 
 pub use self::check_errors::CheckErrors;
 pub use self::user_files::{USER_FILE_VARIABLE, read_profile, user_file};
+pub use self::value_effects::value_effects_json;
 
 /// Error of a sensor, variant or fixture that cannot be found or read.
 #[derive(Debug, thiserror::Error)]
@@ -376,7 +378,7 @@ impl Source {
     /// Returns all texts from which the sensor is read.
     fn sensor_text(&self) -> SensorText<'_> {
         let SourceText { file, text: yaml } = &self.main;
-        SensorText { file, yaml, bases: &self.bases, user: self.user.as_ref() }
+        SensorText { file, yaml, bases: &self.bases, user: self.user.as_ref(), omitted: None }
     }
 
     /// Returns the files that the sensor file extends.

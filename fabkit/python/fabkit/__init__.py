@@ -34,7 +34,7 @@ from fabkit.designs import (
     load,
     sensors,
 )
-from fabkit.errors import FabkitError, InvalidInputError, Problem, UnknownNameError
+from fabkit.errors import DesignWarning, FabkitError, InvalidInputError, Problem, UnknownNameError
 from fabkit.meshes import Mesh
 from fabkit.pressing import Pressed, press
 
@@ -44,6 +44,7 @@ __all__ = [
     "Change",
     "CheckReport",
     "Design",
+    "DesignWarning",
     "FabkitError",
     "Finding",
     "Fixture",

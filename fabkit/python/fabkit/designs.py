@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 import os
+import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from fabkit._progress import shown
 from fabkit.bodies import Body
 from fabkit.cameras import Camera
 from fabkit.checking import CheckReport
+from fabkit.errors import DesignWarning
 from fabkit.parameters import Parameter, Section, as_yaml, overrides_of
 
 if TYPE_CHECKING:
@@ -85,6 +87,11 @@ def load(
         The sensor, preset or a parameter does not exist, or values are impossible; all errors are
         reported at once.
 
+    Warns
+    -----
+    DesignWarning
+        A value changes nothing in the design, or it is no length and changes the size of the whole.
+
     >>> import fabkit
     >>> sensor = fabkit.load("rtac0", coat__thickness="0.1 mm")
     >>> sensor.parameters["coat.thickness"].value, sensor.coat.thickness
@@ -97,7 +104,15 @@ def load(
     """
     given = overrides_of(overrides, values)
     listed = [f"{path}={as_yaml(path, value)}" for path, value in given.items()]
-    return _loaded(os.fspath(sensor), preset, listed, fix)
+    loaded = _loaded(os.fspath(sensor), preset, listed, fix)
+    _warn(loaded._project)
+    return loaded
+
+
+def _warn(project: _fabkit.Project) -> None:
+    """Warn the caller's caller about values that change nothing, or change the size of the whole."""
+    for sentence in project.value_effects():
+        warnings.warn(sentence, DesignWarning, stacklevel=3)
 
 
 def _loaded(name: str, preset: str | None, listed: list[str], fix: bool = False) -> Sensor:
@@ -512,7 +527,9 @@ class Sensor(Design):
         kept = [one for one in self._project.overrides() if one.partition("=")[0] not in given]
         listed = [*kept, *(f"{p}={as_yaml(p, v)}" for p, v in given.items())]
         again = None if self._changes is None else (self._changes[0], listed)
-        return Sensor(self._project.replaced(listed), self.source, again)
+        replaced = self._project.replaced(listed)
+        _warn(replaced)
+        return Sensor(replaced, self.source, again)
 
     def _with_unit(self, path: str, value: object) -> object:
         """Append the parameter's unit to a plain number."""

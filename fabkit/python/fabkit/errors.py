@@ -8,11 +8,15 @@ from typing import Any
 
 from fabkit import _fabkit
 
-__all__ = ["FabkitError", "InvalidInputError", "Problem", "UnknownNameError"]
+__all__ = ["DesignWarning", "FabkitError", "InvalidInputError", "Problem", "UnknownNameError"]
 
 
 def __dir__() -> list[str]:
     return __all__
+
+
+class DesignWarning(UserWarning):
+    """A value was set that changes nothing in the design, or that changes the size of the whole."""
 
 
 @dataclass(frozen=True)

@@ -90,6 +90,11 @@ impl Project {
         self.changes.iter().cloned().map(told).collect()
     }
 
+    /// Sentences about values that change nothing, or change the size of the whole.
+    fn value_effects(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        run_short(py, || self.source.value_effects(&self.overrides).sentences())
+    }
+
     fn fixture_names(&self) -> Vec<&'static str> {
         self.project.fixture_names()
     }

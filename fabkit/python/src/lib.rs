@@ -19,6 +19,7 @@ mod live;
 mod marks;
 mod mesh;
 mod press;
+mod process_pool;
 mod running;
 mod scene;
 mod sweep;
@@ -56,6 +57,13 @@ mod _fabkit {
     use crate::scene::{Reconstructor, Scene, false_color};
     #[pymodule_export]
     use crate::sweep::{SweepPlan, SweepStore, run_sweep, save_sweep};
+
+    /// Starts the threads of this process.
+    #[pymodule_init]
+    fn init(_module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
+        crate::process_pool::start_pool();
+        Ok(())
+    }
 
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "Python's name for it")]

@@ -13,6 +13,7 @@ use std::time::Duration;
 use pyo3::prelude::*;
 
 use crate::errors::{Failure, exception};
+use crate::process_pool::run_in_pool;
 
 /// Polling interval: short enough for people, long enough to cost nothing.
 const POLL: Duration = Duration::from_millis(25);
@@ -43,12 +44,12 @@ impl WorkerLink {
     }
 }
 
-/// Runs short work without the interpreter's lock.
+/// Runs short work without the interpreter's lock, in the pool of this process.
 ///
 /// # Errors
 /// A panic, as an exception: it must not unwind into Python.
 pub fn run_short<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    let result = py.detach(|| panic::catch_unwind(AssertUnwindSafe(work)));
+    let result = py.detach(|| panic::catch_unwind(AssertUnwindSafe(|| run_in_pool(work))));
     result.map_err(|_| exception(py, Failure::bug("fabkit stopped")))
 }
 
@@ -91,7 +92,7 @@ pub fn run_on_thread<T: Send + 'static>(
     let (sender, mut receiver) = mpsc::channel();
     let shared = Arc::clone(&link);
     thread::spawn(move || {
-        let result = panic::catch_unwind(AssertUnwindSafe(|| work(&shared)));
+        let result = panic::catch_unwind(AssertUnwindSafe(|| run_in_pool(|| work(&shared))));
         // After an interruption, nobody receives the result.
         let _ = sender.send(result.unwrap_or_else(|_| Err(Failure::bug("fabkit stopped"))));
     });

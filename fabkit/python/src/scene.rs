@@ -25,6 +25,9 @@ use crate::errors::{Failure, OrRaise, exception};
 use crate::keywords::Keywords;
 use crate::running::{InterruptPolicy, run_on_thread, run_short};
 
+/// Memory per ray of the arrays of ground truth, and of their copies in Python, bytes.
+const ARRAYS_BYTES: u64 = 150;
+
 /// Draws a map as a PNG image with a colour for each value and a scale.
 #[pyfunction]
 pub fn false_color<'py>(
@@ -168,7 +171,7 @@ impl Scene {
         let (scene, sensor) = (Arc::clone(&self.scene), self.sensor.clone());
         let (seen, elastic) = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
             let presses = find_presses(&scene, &sensor, &presses)?;
-            scene.cast(&options.cast(&presses, &contact)?, |seen| {
+            scene.cast(&options.cast(&presses, &contact)?, ARRAYS_BYTES, |seen| {
                 let gap = seen.gap.as_ref();
                 let elastic = seen.answer.map(|answer| {
                     press_simulation::visible_solution_document(answer, gap).to_string()
@@ -198,7 +201,7 @@ impl Scene {
             )?;
             let capturing = options.capturing(&presses, lighting, &constants)?;
             let mut shown = Vec::new();
-            let captured = capturing.render(&scene, |seen| {
+            let captured = capturing.render(&scene, ARRAYS_BYTES, |seen| {
                 shown = arrays(seen.map, seen.sigmas);
                 Ok(())
             })?;

@@ -13,6 +13,7 @@ SAMPLED = {
     "test_capture",
     "test_dataset",
     "test_errors",
+    "test_fork",
     "test_same_bytes",
     "test_sim",
     "test_sweep",

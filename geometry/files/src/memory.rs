@@ -147,6 +147,45 @@ impl Explained for MemoryError {
     }
 }
 
+/// Permission to use memory, which only [`MemoryGrant::request`] gives.
+///
+/// What takes memory by the size of a request asks for one, so that no caller can forget to ask for the limit.
+///
+/// ```
+/// use fabkit_files::memory::{GB, MemoryGrant, MemoryHint, set_limit};
+///
+/// /// A table that grows with what is asked for.
+/// fn table(size: usize, grant: &MemoryGrant) -> Vec<u8> {
+///     assert!(grant.bytes() >= size as u64);
+///     vec![0; size]
+/// }
+/// set_limit(2 * GB);
+/// let grant = MemoryGrant::request("a table", 1000, MemoryHint::Rays)?;
+/// assert_eq!(table(1000, &grant).len(), 1000);
+/// assert!(MemoryGrant::request("a table", 3 * GB, MemoryHint::Rays).is_err());
+/// # Ok::<(), fabkit_files::memory::MemoryError>(())
+/// ```
+#[derive(Debug)]
+#[must_use]
+pub struct MemoryGrant {
+    bytes: u64,
+}
+
+impl MemoryGrant {
+    /// Requests memory for work that needs `bytes` besides the process itself.
+    ///
+    /// # Errors
+    /// [`MemoryError::TooMuch`] with need and limit.
+    pub fn request(what: &str, bytes: u64, less: MemoryHint) -> Result<Self, MemoryError> {
+        check_memory(what, bytes, less).map(|()| Self { bytes })
+    }
+
+    /// Returns the permitted memory, bytes.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+}
+
 /// Refuses work that needs too much memory: `bytes` is its need besides the process itself.
 ///
 /// # Errors

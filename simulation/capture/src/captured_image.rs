@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use fabkit_calibration::pin_captures::PinCaptureError;
 use fabkit_calibration::pin_captures::images::IMAGE_FILE;
+use fabkit_files::memory::{MemoryGrant, MemoryHint};
 use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained, reading};
 use fabkit_image::{DecodedImage, ImageFileError};
 
@@ -65,6 +66,9 @@ pub fn check_size(
 const LUMINANCE_WEIGHTS: [f32; 3] = [0.2126, 0.7152, 0.0722];
 /// Maximum number of pixels of an image.
 const MAX_PIXELS: u64 = 64 << 20;
+/// Memory per pixel while an image is read, bytes: four values of 16 bits as decoded, twice for formats that are decoded as a
+/// whole, three as numbers, and what the decoder keeps. Derived by counting.
+const READING_BYTES: u64 = 2 * 8 + 3 * 4 + 8;
 
 /// An image with values from 0 to 1, row by row.
 ///
@@ -97,12 +101,18 @@ impl CapturedImage {
             let source = error.into();
             Error::from(PinCaptureError::Image { file: path.display().to_string(), source })
         };
+        // By the header, before anything is decoded.
+        let [width, height] = fabkit_image::read_size_px(&bytes).map_err(wrong)?;
+        let what = format!("reading an image of {width} x {height} px");
+        let pixels = u64::from(width) * u64::from(height);
+        let _grant = MemoryGrant::request(&what, pixels * READING_BYTES, MemoryHint::Images)?;
         let DecodedImage { width_px, height_px, channels, values } =
             fabkit_image::read(&bytes, MAX_PIXELS).map_err(wrong)?;
         // `get` scales 8-bit and 16-bit values alike to 0 to 1.
-        let values = (0..values.len()).filter_map(|i| values.get(i)).collect();
+        let mut scaled = Vec::with_capacity(values.len());
+        scaled.extend((0..values.len()).filter_map(|i| values.get(i)));
         let size_px = [width_px, height_px].map(|px| px as usize);
-        Ok(Self { size_px, channels: channels as usize, values })
+        Ok(Self { size_px, channels: channels as usize, values: scaled })
     }
 
     /// Returns the luminance of each pixel.

@@ -15,6 +15,14 @@ pub(super) const FORMAT: &str = "fabkit-fit-light";
 /// Names of the fitted constants, in the order of a fit's parameters.
 pub(super) const FITTED: [&str; 4] = ["layer_grey", "ground_grey", "scatter_per_mm", "spread_mm"];
 
+/// Smallest and largest value of each of [`FITTED`] that a file may hold.
+///
+/// A layer that is thin to its light shows the product of intensity and scattering alone, so the first may be far above
+/// 255: a hundred times it, and as far below one step. Stray light cannot exceed white. White paint and skimmed milk scatter
+/// 10 to 50 per mm, and a layer of 0.001 per mm sends 0.1 % back from a millimetre. Light that spreads further than 20 mm
+/// crosses every sensor's window; a nanometre stands for none.
+const RANGES: [[f64; 2]; 4] = [[1e-3, 25_500.0], [0.0, 255.0], [1e-3, 100.0], [1e-6, 20.0]];
+
 /// Hint for files without constants.
 const HINT: &str = "`fabkit fit-light` writes such files with -o";
 
@@ -65,12 +73,15 @@ pub fn read_constants(sensor: &Sensor, path: &Path) -> Result<LightConstants, Er
     if document["format"] != FORMAT || document["version"] != 1 {
         return Err(wrong("is not of the format fabkit-fit-light 1").into());
     }
-    let value = |name: &str| {
+    let value = |name: &str, [least, most]: [f64; 2]| {
         let constants = document["constants"].as_array().into_iter().flatten();
         let mut named = constants.filter(|constant| constant["name"] == name);
         let value = named.next().and_then(|constant| constant["value"].as_f64());
-        let value = value.filter(|value| *value > 0.0 && value.is_finite());
-        value.ok_or_else(|| wrong(&format!("has no {name} above zero")))
+        let value = value.ok_or_else(|| wrong(&format!("has no number {name}")))?;
+        if (least..=most).contains(&value) {
+            return Ok(value);
+        }
+        Err(wrong(&format!("has {name} {value}; it is between {least} and {most}")))
     };
     let rms = document["held_out_profile_rms_grey"].as_f64();
     let rms = rms.map_or_else(
@@ -89,8 +100,8 @@ pub fn read_constants(sensor: &Sensor, path: &Path) -> Result<LightConstants, Er
         &mut constants.scatter_per_mm,
         &mut constants.spread_mm,
     ];
-    for (constant, name) in parts.into_iter().zip(fitted) {
-        (constant.value, constant.known) = (value(name)?, Provenance::Fitted);
+    for ((constant, name), range) in parts.into_iter().zip(fitted).zip(RANGES) {
+        (constant.value, constant.known) = (value(name, range)?, Provenance::Fitted);
         constant.source.clone_from(&source);
     }
     Ok(constants)

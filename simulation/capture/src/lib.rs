@@ -18,7 +18,7 @@
 //! let (lighting, constants) = (find_lighting(sensor, None)?, &LightConstants::for_sensor(sensor));
 //! let cast = Cast::at_rest(ContactModel::Rigid);
 //! let request = CaptureRequest { cast, lighting, constants, seed: None };
-//! let image = request.render(&scene, |_| Ok(()))?;
+//! let image = request.render(&scene, 0, |_| Ok(()))?;
 //! assert_eq!((image.size_px, image.channels), ([41, 31], 1));
 //! // The exposure puts the middle of the surface at an intensity of 151.
 //! assert!((image.grey[15 * 41 + 20] - 151.0).abs() < 5.0);
@@ -200,10 +200,10 @@ impl Explained for CaptureError {
 /// let cast = Cast::at_rest(ContactModel::Rigid);
 /// let clean = CaptureRequest { cast, lighting: find_lighting(sensor, None)?, constants, seed: None };
 /// let noisy = CaptureRequest { seed: Some(1), ..clean.clone() };
-/// let first = noisy.render(&scene, |_| Ok(()))?;
+/// let first = noisy.render(&scene, 0, |_| Ok(()))?;
 /// // The same seed gives the same noise.
-/// assert_eq!(first.grey, noisy.render(&scene, |_| Ok(()))?.grey);
-/// assert_ne!(first.grey, clean.render(&scene, |_| Ok(()))?.grey);
+/// assert_eq!(first.grey, noisy.render(&scene, 0, |_| Ok(()))?.grey);
+/// assert_ne!(first.grey, clean.render(&scene, 0, |_| Ok(()))?.grey);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -353,13 +353,15 @@ impl<'a> LightingRenderer<'a> {
 }
 
 impl CaptureRequest<'_> {
-    /// Renders the capture. `also` is called with the ground truth that the image shows.
+    /// Renders the capture. `also` is called with the ground truth that the image shows, of which it keeps so many bytes of
+    /// each ray.
     ///
     /// # Errors
     /// Returns an error for a lighting that cannot be simulated, and the errors of [`SensorView::cast`].
     pub fn render(
         &self,
         scene: &SensorView,
+        kept: u64,
         also: impl FnOnce(&CastResult<'_>) -> Result<(), Error>,
     ) -> Result<SimulatedCapture, Error> {
         let sensor = &scene.project.design.sensor;
@@ -367,7 +369,7 @@ impl CaptureRequest<'_> {
         let painter = LightingRenderer::new(sensor, self.lighting, self.constants)?;
         let samples = self.cast.samples;
         let lens = LensEffects::new(sensor, self.lighting, &scene.viewpoint, samples)?;
-        scene.cast(&self.cast, |seen| {
+        scene.cast(&self.cast, LIGHT_BYTES + kept, |seen| {
             also(&seen)?;
             let painted = painter.paint(scene, &self.cast, &seen)?.with_lens(lens.as_ref());
             let size_px = [seen.map.width_px(), seen.map.height_px()];
@@ -488,6 +490,9 @@ impl CaptureRequest<'_> {
     }
 }
 
+/// Memory per ray while a capture is rendered, bytes: light before and after the lens, thickness, spread, and the image.
+const LIGHT_BYTES: u64 = 80;
+
 /// Returns the reflectance of a body, given those of light and dark bodies. Dark holds for the surface and for rays
 /// that meet nothing; bodies of unknown colour get [`UNKNOWN_REFLECTANCE`].
 fn reflectance(body: Option<&Body>, [light, dark]: [f64; 2]) -> f64 {
@@ -570,7 +575,7 @@ pub fn project_markers(
 /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
 /// let spacing_mm = |samples| {
 ///     let cast = Cast { samples, ..Cast::at_rest(ContactModel::Rigid) };
-///     scene.cast(&cast, |seen| Ok::<_, fabkit_files::Error>(ray_spacing_mm(seen.map)))
+///     scene.cast(&cast, 0, |seen| Ok::<_, fabkit_files::Error>(ray_spacing_mm(seen.map)))
 /// };
 /// // 64 pixels span some 19 mm; twice as many rays are half as far apart.
 /// assert!((spacing_mm(1)? - 19.0 / 64.0).abs() < 0.03);

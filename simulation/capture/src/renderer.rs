@@ -24,7 +24,8 @@ use super::{CaptureRequest, LensEffects, LightConstants, LightingRenderer};
 /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
 /// let sensor = &scene.project.design.sensor;
 /// let constants = LightConstants::for_sensor(sensor);
-/// let rays = scene.rays_of_rows(1, 0..u32::MAX);
+/// let grant = scene.request_memory("rendering", 1, Renderer::BYTES_PER_RAY)?;
+/// let rays = scene.rays_of_rows(1, 0..u32::MAX, &grant);
 /// let surface = ReferenceSurface::cast(scene.touch()?, &rays)?;
 /// let renderer = Renderer::new(&scene, &surface, find_lighting(sensor, None)?, &constants, ContactModel::Rigid)?;
 /// // One renderer for many presses: here, one of none.
@@ -44,6 +45,9 @@ impl<'a> Renderer<'a> {
     /// Displacement below which the surface counts as unmoved, mm: R-Tac0's layer changes by 0.08 in intensity then,
     /// with a noise of 0.8.
     pub const MOTION_THRESHOLD_MM: f64 = 2e-3;
+    /// Memory per ray of a renderer with one press at a time, bytes: the rays and the surface, the image at rest that is
+    /// kept, and what a capture takes. Derived by counting.
+    pub const BYTES_PER_RAY: u64 = 300;
 
     /// Prepares a renderer for the rays that `surface` was cast with. A pixel records the mean of its rays.
     ///

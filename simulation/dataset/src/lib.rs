@@ -117,7 +117,8 @@ pub struct PressPattern {
 /// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
 /// # let viewpoint = viewpoint.resized([40, 30])?;
 /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
-/// # let rays = scene.rays_of_rows(1, 0..u32::MAX);
+/// # let grant = scene.request_memory("a data set of", 1, 100)?;
+/// # let rays = scene.rays_of_rows(1, 0..u32::MAX, &grant);
 /// # let surface = &ReferenceSurface::cast(scene.touch()?, &rays)?;
 /// # let seam = &Seam::new(surface, fabkit_fixtures::SEAM_NORMAL, 0.5);
 /// let press = scene.project.press("hemisphere@30deg,180deg,1mm")?;
@@ -232,7 +233,8 @@ pub fn begin(folder: &Path, job: &DatasetJob) -> Result<DatasetWriter, DatasetEr
 /// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
 /// # let viewpoint = viewpoint.resized([40, 30])?;
 /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
-/// # let rays = scene.rays_of_rows(1, 0..u32::MAX);
+/// # let grant = scene.request_memory("a data set of", 1, 100)?;
+/// # let rays = scene.rays_of_rows(1, 0..u32::MAX, &grant);
 /// # let surface = &ReferenceSurface::cast(scene.touch()?, &rays)?;
 /// # let seam = &Seam::new(surface, fabkit_fixtures::SEAM_NORMAL, 0.5);
 /// # let press = scene.project.press("hemisphere@30deg,180deg,1mm")?;

@@ -1,6 +1,6 @@
 //! Memory of a data set, estimated from measurements of each step.
 
-use fabkit_files::memory::{self, MemoryError, MemoryHint};
+use fabkit_files::memory::{self, MemoryError, MemoryGrant, MemoryHint};
 use fabkit_scene::press_simulation::ContactModel;
 use fabkit_scene::{REFRACTION_BYTES, SensorView};
 
@@ -72,6 +72,20 @@ impl DatasetMemory {
         Self { shared: self.shared + pixels * SHEET, ..self }
     }
 
+    /// Requests the memory of a data set with one worker.
+    ///
+    /// # Errors
+    /// Fails if there is not enough memory for one thread.
+    pub(super) fn request(self) -> Result<MemoryGrant, MemoryError> {
+        let bytes = self.shared.saturating_add(self.each);
+        MemoryGrant::request(&self.what(), bytes, MemoryHint::Camera)
+    }
+
+    fn what(&self) -> String {
+        let [width, height] = self.size_px;
+        format!("a data set of {width} x {height} px")
+    }
+
     /// Runs `work` on as many threads as memory allows.
     ///
     /// # Errors
@@ -80,8 +94,6 @@ impl DatasetMemory {
         self,
         work: impl FnOnce() -> Result<R, E> + Send,
     ) -> Result<R, E> {
-        let [width, height] = self.size_px;
-        let what = format!("a data set of {width} x {height} px");
-        memory::run_on_workers(&what, self.shared, self.each, MemoryHint::Camera, work)
+        memory::run_on_workers(&self.what(), self.shared, self.each, MemoryHint::Camera, work)
     }
 }

@@ -115,7 +115,7 @@ pub fn prepare_job<R, E: From<Error>>(
     let named = read_patterns(order, explain, scene)?;
     let room = DatasetMemory::new(scene, order, named.len());
     // Fails early if memory is short, before anything expensive.
-    room.run(|| Ok::<_, Error>(()))?;
+    let grant = room.request().map_err(Error::from)?;
     let presses =
         named.iter().flat_map(|of| of.presses.iter().map(|press| (of.name.as_str(), press)));
     scene.check_contacts(presses, order.allow_no_contact)?;
@@ -131,7 +131,7 @@ pub fn prepare_job<R, E: From<Error>>(
         _ => None,
     };
     let patterns = press_forces::prepare(&named, touch, ready.as_ref(), order)?;
-    let rays = scene.rays_of_rows(1, 0..u32::MAX);
+    let rays = scene.rays_of_rows(1, 0..u32::MAX, &grant);
     let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
     let seam = Seam::new(&surface, SEAM_NORMAL, order.seam_margin_mm);
     let lit =

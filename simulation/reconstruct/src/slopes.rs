@@ -82,6 +82,10 @@ pub(super) struct PhotometricStereo {
     soft_mm: f64,
 }
 
+/// Memory per ray of the model, bytes: rays with place, direction and normal, once as seen and once as nodes, normals, and
+/// the colours of images at rest and pressed. Derived by counting.
+const STEREO_BYTES: u64 = 80 + 80 + 24 + 1 + 4 * 3 * 4;
+
 impl PhotometricStereo {
     /// Creates the model from the view of a sensor and its colours at rest, which were read from `file`.
     ///
@@ -100,7 +104,7 @@ impl PhotometricStereo {
         let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
         let binned = size_px[0].div_ceil(COLUMNS);
         let cast = Cast::at_rest(ContactModel::Linear(LinearOptions::default()));
-        let (grid, is_seen) = scene.cast(&cast, |seen| {
+        let (grid, is_seen) = scene.cast(&cast, STEREO_BYTES, |seen| {
             let map = seen.map;
             let is_seen: Vec<bool> = map.label().iter().map(|label| *label != NO_LABEL).collect();
             let normals = map.normal_in_sensor();

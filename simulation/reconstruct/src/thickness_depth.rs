@@ -48,6 +48,10 @@ pub(super) struct ThicknessModel {
     sharpener: Sharpener,
 }
 
+/// Memory per ray of the model, bytes: what rays meet at rest, five numbers of the law, ray spacing, and intensities of images
+/// at rest and pressed. Derived by counting.
+const LAYER_BYTES: u64 = 48 + 20 + 32 + 4 * 3 * 4;
+
 impl ThicknessModel {
     /// Creates the model from the view of a sensor and its luminance at rest, which was read from `file`.
     ///
@@ -67,7 +71,7 @@ impl ThicknessModel {
         let (law, ground) =
             (constants.layer(), constants.ground_grey.value / constants.layer_grey.value);
         let cast = Cast::at_rest(ContactModel::Linear(LinearOptions::default()));
-        let (surface_px, sharpener, laws) = scene.cast(&cast, |seen| {
+        let (surface_px, sharpener, laws) = scene.cast(&cast, LAYER_BYTES, |seen| {
             let at_rest = layers.seen_at_rest(seen.map);
             let cosines = seen.map.incidence_rad().map(|rad| rad.cos().max(LEAST_COSINE));
             let sigma_px = constants.spread_mm.value / ray_spacing_mm(seen.map);

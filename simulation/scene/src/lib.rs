@@ -13,7 +13,7 @@
 //! let viewpoint = Viewpoint::new(&project.design.sensor.camera, None, None)?.resized([80, 60])?;
 //! let view = SensorView::new(Arc::new(project), viewpoint)?;
 //! let cast = Cast { presses: &presses, ..Cast::at_rest(ContactModel::Rigid) };
-//! let deepest = view.cast(&cast, |seen| Ok::<_, fabkit_files::Error>(seen.deepest))?;
+//! let deepest = view.cast(&cast, 0, |seen| Ok::<_, fabkit_files::Error>(seen.deepest))?;
 //! // A pixel near the deepest point, which is 1 mm deep, and not exactly at it.
 //! assert!(deepest.is_some_and(|deepest| deepest.depth_mm > 0.9 && deepest.depth_mm <= 1.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -40,7 +40,7 @@ pub use self::error::{SceneError, join_causes, unknown_press_hint};
 pub use self::files::{ViewpointFiles, read_camera_file, split_camera_path, viewpoint_from_files};
 use self::press_checks::PressApproach;
 use fabkit_files::Error;
-use fabkit_files::memory::{self, MemoryHint};
+use fabkit_files::memory::{MemoryGrant, MemoryHint};
 
 use crate::ground_truth::{
     DeepestContact, SurfaceCoverage, Viewpoint, compile_indenters, compute_coverage,
@@ -70,6 +70,15 @@ const BAND_BYTES: u64 = 475;
 const MEMBRANE_BYTES: u64 = 575;
 /// Same as [`BAND_BYTES`] for elastic contact.
 const ELASTIC_BYTES: u64 = 540;
+/// Memory per ray while all rays are cast at once without contact that is solved, bytes. Measured: 160 bytes with what a
+/// capture adds, of which 80 are counted there.
+const WHOLE_BYTES: u64 = 120;
+/// Additional memory per ray for elastic contact, bytes: the map of rigid contact that it is compared with, and normals.
+const WHOLE_ELASTIC_BYTES: u64 = 120;
+/// Additional memory per ray for a membrane, bytes: as measured between [`MEMBRANE_BYTES`] and [`BAND_BYTES`], doubled.
+const WHOLE_MEMBRANE_BYTES: u64 = 200;
+/// Additional memory per ray for standard deviations of an uncertain camera, bytes.
+const WHOLE_SIGMA_BYTES: u64 = 120;
 /// Additional memory per ray for uncertainties behind refracting bodies, bytes. Derived by counting, not measured.
 pub const REFRACTION_BYTES: u64 = 201;
 
@@ -125,7 +134,7 @@ type KeptLayers = (Option<f64>, Arc<ElasticSolver>);
 /// // Four rays per pixel; a sigma of the print gives every ray a standard deviation.
 /// let rest = Cast::at_rest(ContactModel::Rigid);
 /// let cast = Cast { samples: 2, print_sigma_mm: 0.05, ..rest };
-/// scene.cast(&cast, |seen| {
+/// scene.cast(&cast, 0, |seen| {
 ///     assert_eq!([seen.map.width_px(), seen.map.height_px()], [80, 60]);
 ///     assert!(seen.deepest.is_none() && seen.answer.is_none());
 ///     Ok::<_, fabkit_files::Error>(())
@@ -225,9 +234,54 @@ impl SensorView {
     }
 
     /// Computes the rays behind the sensor's bodies, each pixel split into `samples` x `samples` rays. `rows` counts
-    /// rows of rays, not of pixels.
-    pub fn rays_of_rows(&self, samples: u32, rows: Range<u32>) -> PixelRays {
+    /// rows of rays, not of pixels. The grant is that of all work on these rays: see [`SensorView::request_memory`].
+    ///
+    /// ```
+    /// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+    /// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+    /// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+    /// # let viewpoint = viewpoint.resized([40, 30])?;
+    /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+    /// let grant = scene.request_memory("rays", 2, 100)?;
+    /// assert_eq!(grant.bytes(), 80 * 60 * 100);
+    /// assert_eq!(scene.rays_of_rows(2, 0..10, &grant).width_px(), 80);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn rays_of_rows(&self, samples: u32, rows: Range<u32>, _grant: &MemoryGrant) -> PixelRays {
         self.viewpoint.rays_of_rows(samples, rows).traced_through(&self.sights)
+    }
+
+    /// Requests memory for work on all rays, `samples` x `samples` in each pixel, that takes so many bytes per ray.
+    ///
+    /// # Errors
+    /// More memory than allowed, with what would make it less.
+    pub fn request_memory(
+        &self,
+        what: &str,
+        samples: u32,
+        bytes_per_ray: u64,
+    ) -> Result<MemoryGrant, Error> {
+        let [width, height] = self.ray_grid_size(samples)?;
+        let rays = u64::from(width) * u64::from(height);
+        // The camera is made smaller where there is no sample to leave out.
+        let less = if samples > 1 { MemoryHint::Rays } else { MemoryHint::Camera };
+        let what = format!("{what} {width} x {height} rays");
+        Ok(MemoryGrant::request(&what, bytes_per_ray.saturating_mul(rays), less)?)
+    }
+
+    /// Returns the memory per ray while all rays of a cast are in memory at once, bytes.
+    fn whole_bytes(&self, cast: &Cast) -> u64 {
+        let if_so = |so: bool, bytes: u64| if so { bytes } else { 0 };
+        let is_elastic =
+            matches!(cast.contact, ContactModel::Linear(_)) && !cast.presses.is_empty();
+        WHOLE_BYTES
+            + if_so(is_elastic, WHOLE_ELASTIC_BYTES)
+            + if_so(cast.contact.membrane_mm() > 0.0, WHOLE_MEMBRANE_BYTES)
+            + if_so(
+                self.viewpoint.has_uncertainty() || cast.print_sigma_mm > 0.0,
+                WHOLE_SIGMA_BYTES,
+            )
+            + if_so(self.has_refracted_uncertainty(), REFRACTION_BYTES)
     }
 
     /// Returns the sensing surface.
@@ -238,21 +292,24 @@ impl SensorView {
         touch(&self.project)
     }
 
-    /// Casts all rays of a press at once and passes the result to `look`.
+    /// Casts all rays of a press at once and passes the result to `look`, which takes `kept` bytes of its own for each ray.
     ///
     /// # Errors
-    /// Returns an error for options beyond their limits, a press that reaches below the soft layer, a press without
+    /// Returns an error for options beyond their limits, more memory than allowed, a press that reaches below the soft layer, a press without
     /// contact unless that is allowed, and any error of `look`.
     pub fn cast<R, E: From<Error>>(
         &self,
         cast: &Cast,
+        kept: u64,
         look: impl FnOnce(CastResult) -> Result<R, E>,
         // Only a press that geometrically touches can get here without visible contact: the camera does not see it.
     ) -> Result<R, E> {
+        self.check(cast).map_err(Error::from)?;
+        let grant = self.request_memory("casting", cast.samples, kept + self.whole_bytes(cast))?;
         let meetings = self.check_and_approach(cast)?;
         let ready = self.ready(cast)?;
         let pressed = self.press(cast, ready.as_deref())?;
-        self.cast_rows(cast, &pressed, 0..u32::MAX, |seen| {
+        self.cast_rows(cast, &pressed, (0..u32::MAX, &grant), |seen| {
             if seen.deepest.is_none() && !cast.allow_no_contact {
                 self.check_visible(&meetings).map_err(Error::from)?;
             }
@@ -308,7 +365,7 @@ impl SensorView {
             ContactModel::Linear(_) => ELASTIC_BYTES,
         };
         let per_ray = per_ray + if self.has_refracted_uncertainty() { REFRACTION_BYTES } else { 0 };
-        memory::check_memory(
+        let grant = MemoryGrant::request(
             &format!("casting {width} x {height} rays for these files"),
             // `look` keeps its data of all rays, but only one band is cast at a time.
             kept * rays + per_ray * at_once,
@@ -320,7 +377,7 @@ impl SensorView {
         let pressed = self.press(cast, ready.as_deref())?;
         let mut is_seen = false;
         (0..height).step_by(rows as usize).try_for_each(|top| {
-            self.cast_rows(cast, &pressed, top..top.saturating_add(rows), |seen| {
+            self.cast_rows(cast, &pressed, (top..top.saturating_add(rows), &grant), |seen| {
                 is_seen |= seen.deepest.is_some();
                 look(seen)
             })
@@ -416,11 +473,11 @@ impl SensorView {
         &self,
         cast: &Cast,
         pressed: &SolvedPresses,
-        rows: Range<u32>,
+        (rows, grant): (Range<u32>, &MemoryGrant),
         look: impl FnOnce(CastResult) -> Result<R, E>,
     ) -> Result<R, E> {
         let touch = self.touch().map_err(Error::from)?;
-        let rays = self.rays_of_rows(cast.samples, rows);
+        let rays = self.rays_of_rows(cast.samples, rows, grant);
         let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
         let SolvedPresses { indenters, answer } = pressed;
         let contact = match answer {

@@ -24,12 +24,14 @@ pub struct SensorText<'a> {
     pub bases: &'a [BaseFile],
     /// User's file with settings for all sensors.
     pub user: Option<&'a UserFile>,
+    /// Path of one value that is read as if the user had not set it, to see what it changes.
+    pub omitted: Option<&'a str>,
 }
 
 impl<'a> SensorText<'a> {
     /// Creates the text of a file that extends no other file.
     pub fn without_bases(file: &'a str, yaml: &'a str) -> Self {
-        Self { file, yaml, bases: &[], user: None }
+        Self { file, yaml, bases: &[], user: None, omitted: None }
     }
 }
 

@@ -67,6 +67,29 @@ pub(super) fn lay_shared_defaults(document: &mut ParameterTable) {
     document.merge(entries, &place);
 }
 
+/// Returns whether the override `text` sets the value at `path`.
+fn sets(text: &str, path: &str) -> bool {
+    text.split_once('=').is_some_and(|(set, _)| set.trim() == path)
+}
+
+/// Removes the value at a dotted path.
+fn remove_value(entries: &mut Vec<YamlEntry>, path: &str) {
+    let Some((key, rest)) = path.split_once('.') else {
+        entries.retain(|entry| entry.key != path);
+        return;
+    };
+    for entry in entries.iter_mut().filter(|entry| entry.key == key) {
+        if let YamlContent::Map(inner) = &mut entry.value.content {
+            remove_value(inner, rest);
+        }
+    }
+    // A section that held nothing else is removed too: an empty one is a fault of its own.
+    entries.retain(|entry| {
+        entry.key != key
+            || !matches!(&entry.value.content, YamlContent::Map(inner) if inner.is_empty())
+    });
+}
+
 /// Returns an error that only a mistake in fabkit itself can cause.
 pub(super) fn internal_error(file: &str, message: String) -> InvalidDesign {
     InvalidDesign::new(vec![Problem {
@@ -85,7 +108,7 @@ impl Registry {
     /// Lays the texts over each other and finds the family that reads them.
     pub(super) fn layer_texts(
         &self,
-        SensorText { file, yaml, bases, user }: SensorText,
+        SensorText { file, yaml, bases, user, omitted }: SensorText,
         overrides: &[String],
         extra: OtherSections,
     ) -> Result<LayeredDocument, InvalidDesign> {
@@ -95,6 +118,13 @@ impl Registry {
             return Err(InvalidDesign::new(LocatedProblem::sort(found)));
         };
         let family = layers.family;
+        if let Some(path) = omitted {
+            for (_, entries) in
+                layers.entries.iter_mut().filter(|(place, _)| self.is_users(place, yaml))
+            {
+                remove_value(entries, path);
+            }
+        }
         // The user's own sections are taken out first: the document does not know their keys.
         let mut own = UserCatalogue::take_from_layers(&mut layers.entries, user, &mut found);
         let mut document = ParameterTable::new(family.all_fields(), place);
@@ -109,11 +139,26 @@ impl Registry {
             entries.retain(|entry| !extra.others.contains(&&*entry.key));
             document.merge(entries, &place);
         }
-        let overrides = own.take_overrides(overrides, &mut document.found);
+        let overrides: Vec<String> = overrides
+            .iter()
+            .filter(|text| omitted.is_none_or(|path| !sets(text, path)))
+            .cloned()
+            .collect();
+        let overrides = own.take_overrides(&overrides, &mut document.found);
         apply_overrides(&mut document, &overrides);
         // Last, because an override may name another camera module.
         camera_modules::lay_module(&mut document);
         Ok(LayeredDocument { document, family, own })
+    }
+
+    /// Returns whether the user wrote the text at `place`, where `yaml` is the text of the layer [`TextLayer::File`].
+    pub(super) fn is_users(&self, place: &TextPlace, yaml: &str) -> bool {
+        match place.layer {
+            // A built-in sensor that is named directly is in the layer of the user's file.
+            TextLayer::File => self.sensors.iter().all(|(_, builtin)| *builtin != yaml),
+            TextLayer::Override | TextLayer::Extended(_) => true,
+            TextLayer::Base | TextLayer::Default => false,
+        }
     }
 
     /// Returns the family of a built-in sensor and the values, by path, of its file and the files it extends.

@@ -52,7 +52,7 @@ pub(super) fn run(args: &Capture) -> Result<Outcome, Failure> {
         capturing.render_skin(&view)?
     } else {
         let scene = SensorView::new(Arc::clone(&project), viewpoint.clone())?;
-        capturing.render(&scene, |seen| {
+        capturing.render(&scene, wanted.bytes_per_ray(), |seen| {
             if args.truth.is_some() {
                 truth.add(seen.map, seen.sigmas).map_err(fabkit_application::Error::bug)?;
             }

@@ -33,6 +33,7 @@ mod show;
 mod sweep;
 mod typed;
 mod usage_error;
+mod value_effects;
 mod verify;
 mod verify_folder;
 mod view;
@@ -45,7 +46,7 @@ use clap::{CommandFactory, Parser};
 use clap_complete::CompleteEnv;
 use fabkit_application::calibration_runs::extrinsics;
 use fabkit_application::camera::CameraEstimate;
-use fabkit_application::fixtures::Project;
+use fabkit_application::fixtures::{Project, ValueEffects};
 use fabkit_application::ground_truth::Viewpoint;
 use fabkit_application::memory;
 use fabkit_application::scene::viewpoint_from_files;
@@ -156,21 +157,36 @@ fn exit_code(report: &Outcome) -> u8 {
 
 /// Runs the command with the changes of `--fix`.
 fn run_with_fix(cli: &mut Cli) -> Result<Outcome, Failure> {
-    let Some(changes) = fix_option::apply_fix(&mut cli.command)? else { return run(cli) };
+    let Some(changes) = fix_option::apply_fix(&mut cli.command)? else {
+        return run_with_warnings(cli, &value_effects::find_effects(&cli.command));
+    };
+    let mut effects = value_effects::find_effects(&cli.command);
+    // The changes are fabkit's, not the user's.
+    effects.effects.retain(|one| changes.iter().all(|change| change.path != one.path()));
     fix_option::print_changes(&changes, &cli.global);
-    let mut outcome = run(cli)?;
+    let mut outcome = run_with_warnings(cli, &effects)?;
     fix_option::add_to(&mut outcome.json, &changes);
     Ok(outcome)
 }
 
+/// Runs the command with warnings about values that change nothing.
+fn run_with_warnings(cli: &Cli, effects: &ValueEffects) -> Result<Outcome, Failure> {
+    value_effects::print_effects(effects, &cli.global);
+    let mut outcome = run(cli)?;
+    value_effects::add_to(&mut outcome.json, effects);
+    Ok(outcome)
+}
+
 fn run(cli: &Cli) -> Result<Outcome, Failure> {
-    if let Some(threads) = cli.global.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.into())
-            .build_global()
-            .map_err(|e| Failure::plain(ErrorKind::Limit, format!("{threads} threads: {e}")))?;
-    }
     memory::set_limit(cli.global.memory);
+    let Some(threads) = cli.global.threads else { return run_command(cli) };
+    // A pool of its own instead of the global one, which can be set once only and does not survive a fork.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build();
+    let failed = |e| Failure::plain(ErrorKind::Limit, format!("{threads} threads: {e}"));
+    pool.map_err(failed)?.install(|| run_command(cli))
+}
+
+fn run_command(cli: &Cli) -> Result<Outcome, Failure> {
     match &cli.command {
         Command::List => list::run(),
         Command::New(args) => new::run(args),

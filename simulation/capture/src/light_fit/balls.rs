@@ -60,6 +60,9 @@ pub(super) struct PadPixel {
     pub slant: f64,
 }
 
+/// Memory per ray of what is seen at rest, bytes: a place with its normal and path, and a pixel.
+const SEEN_BYTES: u64 = 100;
+
 /// Mapping between an image and a pad's undeformed surface.
 #[derive(Clone, Debug)]
 pub(super) struct PadImageMap {
@@ -80,7 +83,8 @@ impl PadImageMap {
         let camera = scene.viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
         let cast = Cast::at_rest(ContactModel::Rigid);
-        let seen = scene.cast(&cast, |seen| Ok::<_, Error>(layers.seen_at_rest(seen.map)))?;
+        let seen =
+            scene.cast(&cast, SEEN_BYTES, |seen| Ok::<_, Error>(layers.seen_at_rest(seen.map)))?;
         let pixel = |seen: RestRay| PadPixel {
             at_mm: [seen.place.x, seen.place.y],
             slant: seen.path_mm / seen.thick_mm,

@@ -9,9 +9,9 @@
 mod skin;
 
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, Sender};
-use std::thread;
+use std::sync::{Arc, OnceLock};
+use std::{process, thread};
 
 use fabkit_depth::ground_truth::{DepthMap, ReferenceSurface, SURFACE_LABEL};
 use fabkit_files::Error;
@@ -118,6 +118,12 @@ pub struct LiveInfo {
 pub struct LiveSensor {
     asks: Sender<LiveRequest>,
     about: LiveInfo,
+    /// Scene and options, from which it is set up again in a forked process.
+    setup: (Arc<SensorView>, LiveOptions),
+    /// Process that has its thread.
+    process: u32,
+    /// The same sensor in a process that was forked from this one.
+    in_child: OnceLock<Box<LiveSensor>>,
 }
 
 impl LiveSensor {
@@ -129,19 +135,26 @@ impl LiveSensor {
         let (asks, asked) = mpsc::channel();
         // The thread reports its data or the error of its setup once, before it serves presses.
         let (begin, begun) = mpsc::sync_channel(1);
+        let setup = (Arc::clone(&scene), options.clone());
+        // Presses are solved by threads of the sensor's own: the pool of the caller is not known to a new thread, and
+        // rayon's global pool is none that survives a fork.
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(rayon::current_num_threads());
+        let pool = pool.build().map_err(Error::bug)?;
         thread::spawn(move || {
-            let kept = run_live(&scene, &options, |about, kept| {
-                // The receiver is gone if the caller was interrupted.
-                if begin.send(Ok(about)).is_ok() {
-                    serve_requests(&asked, kept);
+            pool.install(move || {
+                let kept = run_live(&scene, &options, |about, kept| {
+                    // The receiver is gone if the caller was interrupted.
+                    if begin.send(Ok(about)).is_ok() {
+                        serve_requests(&asked, kept);
+                    }
+                });
+                if let Err(error) = kept {
+                    let _ = begin.send(Err(error));
                 }
-            });
-            if let Err(error) = kept {
-                let _ = begin.send(Err(error));
-            }
+            })
         });
         let about = begun.recv().map_err(|_| Error::bug("a live sensor did not start"))??;
-        Ok(Self { asks, about })
+        Ok(Self { asks, about, setup, process: process::id(), in_child: OnceLock::new() })
     }
 
     /// Returns the data that is known before any press.
@@ -149,16 +162,31 @@ impl LiveSensor {
         &self.about
     }
 
-    /// Solves presses in parallel, each on a surface at rest.
+    /// Solves presses in parallel, each on a surface at rest. In a forked process the first press sets the sensor up again,
+    /// because its thread stayed in the parent.
     ///
     /// # Errors
     /// Returns the error of the first press that has one: contact deeper than the layers, contact that does not
     /// converge, unknown friction.
     pub fn press(&self, presses: Vec<LivePress>) -> Result<Vec<LiveResult>, Error> {
+        if self.process != process::id() {
+            return self.in_this_process()?.press(presses);
+        }
         let (reply, replied) = mpsc::channel();
         let gone = |_| Error::bug("a live sensor has stopped");
         self.asks.send((presses, reply)).map_err(|_| Error::bug("a live sensor has stopped"))?;
         replied.recv().map_err(gone)?
+    }
+
+    /// Returns the sensor of a process that was forked from that of this one.
+    fn in_this_process(&self) -> Result<&Self, Error> {
+        if let Some(live) = self.in_child.get() {
+            return Ok(live);
+        }
+        let (scene, options) = &self.setup;
+        let live = Box::new(Self::new(Arc::clone(scene), options.clone())?);
+        // Another thread may have been faster: its sensor is the same.
+        Ok(self.in_child.get_or_init(|| live))
     }
 }
 
@@ -195,7 +223,10 @@ fn run_live(
         ContactModel::Linear(LinearOptions { spacing_mm: options.spacing_mm, friction: None });
     let samples = options.samples.max(1);
     let size_px = scene.ray_grid_size(samples)?.map(|side| (side / samples) as usize);
-    let rays = scene.rays_of_rows(samples, 0..u32::MAX);
+    // Presses are rendered in parallel: each takes the memory of a capture besides what is shared.
+    let per_ray = Renderer::BYTES_PER_RAY * (1 + rayon::current_num_threads() as u64);
+    let grant = scene.request_memory("a live sensor with", samples, per_ray)?;
+    let rays = scene.rays_of_rows(samples, 0..u32::MAX, &grant);
     let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
     // Presses may come anywhere and with shear.
     let ready = ElasticSolver::for_any_press(sensor, options.spacing_mm, true, threads())?;

@@ -77,6 +77,10 @@ pub fn optics_pack(
     Ok(all)
 }
 
+/// Memory per ray of the files of a pack and of what is sampled for them, bytes: points with directions, and the image in
+/// bytes, as arrays and as files.
+const FILES_BYTES: u64 = 48 + 8 * 3 + 12;
+
 /// Renders the image at rest without noise; `also` is called with its ground truth.
 fn render_at_rest(
     scene: &SensorView,
@@ -85,7 +89,7 @@ fn render_at_rest(
     also: impl FnOnce(&fabkit_scene::CastResult<'_>) -> Result<(), Error>,
 ) -> Result<SimulatedCapture, Error> {
     let cast = Cast::at_rest(ContactModel::Linear(LinearOptions::default()));
-    CaptureRequest { cast, lighting, constants, seed: None }.render(scene, also)
+    CaptureRequest { cast, lighting, constants, seed: None }.render(scene, FILES_BYTES, also)
 }
 
 /// Converts an image to 8-bit red, green and blue.

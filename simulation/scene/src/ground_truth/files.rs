@@ -21,7 +21,7 @@ pub const GREY_STEP_MM: f64 = 0.001;
 /// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
 /// # let viewpoint = viewpoint.resized([40, 30])?;
 /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
-/// scene.cast(&Cast::at_rest(ContactModel::Rigid), |seen| {
+/// scene.cast(&Cast::at_rest(ContactModel::Rigid), 0, |seen| {
 ///     // Without contact, the indentation is 0 where the surface is seen, and NaN elsewhere.
 ///     let indentation_mm = MapQuantity::Indentation.values_mm(seen.map, seen.sigmas);
 ///     assert_eq!(indentation_mm.len(), 40 * 30);
@@ -66,7 +66,7 @@ impl MapQuantity {
 /// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
 /// # let viewpoint = viewpoint.resized([40, 30])?;
 /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
-/// let arrays = scene.cast(&Cast::at_rest(ContactModel::Rigid), |seen| {
+/// let arrays = scene.cast(&Cast::at_rest(ContactModel::Rigid), 0, |seen| {
 ///     Ok::<_, fabkit_files::Error>(arrays(seen.map, seen.sigmas))
 /// })?;
 /// let shape = |name| arrays.iter().find(|array| array.name == name).map(|array| array.shape.clone());

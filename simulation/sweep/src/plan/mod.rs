@@ -101,7 +101,7 @@ impl PlanSource {
     fn with_text<R>(&self, work: impl FnOnce(SensorText) -> R) -> R {
         let user = self.user.clone().map(|(file, text)| UserFile { file, text });
         let (file, yaml, bases) = (&*self.sensor_file, &*self.sensor_yaml, &*self.bases());
-        work(SensorText { file, yaml, bases, user: user.as_ref() })
+        work(SensorText { file, yaml, bases, user: user.as_ref(), omitted: None })
     }
 }
 

@@ -19,6 +19,86 @@ fn within(kib: u64, folder: &Path, arguments: &[&str]) -> Run {
 /// Two threads' stacks, the program itself, and what the allocator keeps.
 const SLACK_KIB: u64 = 150_000;
 
+/// Commands whose memory grows with nothing that is asked for, or that are held to the limit by tests of their own below.
+const OTHERS: [&str; 17] = [
+    "bench",
+    "calibrate",
+    "check",
+    "completions",
+    "diff",
+    "export",
+    "fit-light",
+    "guide",
+    "help",
+    "list",
+    "man",
+    "new",
+    "profile",
+    "schema",
+    "show",
+    "sweep",
+    "verify",
+];
+
+/// A large request to every command whose memory grows with it: what needs more than the limit says how much, and allocates
+/// no more than the limit before that.
+#[test]
+fn every_command_keeps_to_the_limit_or_refuses() {
+    let root = tempfile::tempdir().unwrap();
+    let large = ["--set", "camera.width_px=6000", "--set", "camera.height_px=6000"];
+    write_png(&root.path().join("rest.png"), [6000, 6000], png::BitDepth::Eight);
+    let requests: [(&str, &[&str]); 7] = [
+        ("capture", &["rtac0", "--reference", "-o", "c.png"]),
+        ("dataset", &["rtac0", "-o", "ds"]),
+        ("depth", &["rtac0", "--reference", "-o", "d.npz"]),
+        ("optics-pack", &["digit-like", "-o", "pack"]),
+        ("reconstruct", &["digit-like", "--reference", "rest.png", "rest.png", "-o", "r"]),
+        ("render", &["rtac0", "--size", "8000x8000", "-o", "r.png"]),
+        (
+            "press",
+            &["rtac0", "--indenter", "ball@0deg,0deg", "--depth", "0.5mm", "--spacing", "0.05mm"],
+        ),
+    ];
+    for (command, arguments) in requests {
+        let set = if ["render", "press"].contains(&command) { &[][..] } else { &large };
+        let all = [&[command][..], arguments, set, &["--memory", "1GB"]].concat();
+        let run = within(1_000_000_000 / 1024 + SLACK_KIB, root.path(), &all);
+        let is_told = run.stderr.contains("of memory; the limit is 1GB")
+            && run.stderr.contains("or allow it with --memory ");
+        // `press` has a largest number of nodes that fits into any limit.
+        let is_within = run.code == Some(0) || command == "press" && run.code != None;
+        assert!(is_within || run.code == Some(3) && is_told, "{command}: {run:?}");
+    }
+    // A new command is put into one of the lists.
+    let help = fabkit(root.path(), &["--help"]).ok().stdout;
+    let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+    let listed = listed.take_while(|line| !line.is_empty());
+    for name in listed.filter_map(|line| line.split_whitespace().next()) {
+        let is_known = OTHERS.contains(&name) || requests.iter().any(|(known, _)| *known == name);
+        assert!(is_known, "{name} is in neither list");
+    }
+}
+
+/// A capture that is allowed stays within what it said.
+#[test]
+fn captures_fit() {
+    let root = tempfile::tempdir().unwrap();
+    // 1.2 million rays, pressed and at rest.
+    let size = ["--set", "camera.width_px=640", "--set", "camera.height_px=480", "--samples", "2"];
+    let rest = ["capture", "rtac0", "--reference", "-o", "c.png"];
+    let press = ["capture", "rtac0", "--press", "hemisphere@30deg,120deg,1.2mm", "-o", "c.png"];
+    let truth = [&press[..], &["--truth", "t.npz"]].concat();
+    for capture in [&rest[..], &press, &truth] {
+        let capture = [capture, &size].concat();
+        let refused = fabkit(root.path(), &[&capture[..], &["--memory", "150MB"]].concat());
+        assert_eq!(refused.code, Some(3), "{refused:?}");
+        let wanted = refused.stderr.rsplit("--memory ").next().unwrap().trim().to_owned();
+        let mb: u64 = wanted.strip_suffix("MB").unwrap().parse().unwrap();
+        let kib = mb * 1_000_000 / 1024 + SLACK_KIB;
+        within(kib, root.path(), &[&capture[..], &["--memory", &wanted]].concat()).ok();
+    }
+}
+
 const SMALL: [&str; 4] = ["--set", "camera.width_px=160", "--set", "camera.height_px=120"];
 
 #[test]

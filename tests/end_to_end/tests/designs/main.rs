@@ -15,3 +15,4 @@ mod new;
 mod own;
 mod own_family;
 mod touch_surface;
+mod value_effects;

@@ -298,3 +298,37 @@ fn a_unit_is_another_sensor_of_the_same_design() {
     let by_mm = said["unit"]["camera_moved_mm"][0].as_f64().unwrap();
     assert!((moved[0] - moved[1] - by_mm).abs() < 1e-12);
 }
+
+/// Constants outside what light and layers can be are refused with value and limits.
+#[test]
+fn constants_that_cannot_be_are_refused() {
+    let root = tempfile::tempdir().unwrap();
+    for (right, wrong, says) in [
+        (
+            r#""layer_grey", "value": 127"#,
+            r#""layer_grey", "value": 1e9"#,
+            "between 0.001 and 25500",
+        ),
+        (r#""ground_grey", "value": 111"#, r#""ground_grey", "value": 256"#, "between 0 and 255"),
+        (
+            r#""scatter_per_mm", "value": 0.39"#,
+            r#""scatter_per_mm", "value": 1000"#,
+            "between 0.001 and 100",
+        ),
+        (r#""spread_mm", "value": 1e-6"#, r#""spread_mm", "value": 50"#, "between 0.000001 and 20"),
+        (r#""ground_grey", "value": 111"#, r#""ground_grey", "value": -1"#, "between 0 and 255"),
+        (
+            r#""ground_grey", "value": 111"#,
+            r#""ground_grey", "value": null"#,
+            "has no number ground_grey",
+        ),
+    ] {
+        assert!(LIGHT.contains(right));
+        std::fs::write(root.path().join("light.json"), LIGHT.replace(right, wrong)).unwrap();
+        let capture =
+            ["capture", "rtac0", "--reference", "-o", "a.png", "--constants", "light.json"];
+        let run = fabkit_tests::fabkit(root.path(), &capture);
+        assert!(run.code == Some(2) && run.stderr.contains(says), "{run:?}");
+        assert!(run.stderr.contains("light.json has "), "{run:?}");
+    }
+}

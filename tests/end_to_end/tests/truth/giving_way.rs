@@ -46,7 +46,7 @@ fn map(scene: &SensorView, presses: &[&str], contact: ContactModel, shear_mm: [f
         print_sigma_mm: 0.05,
         allow_no_contact: false,
     };
-    let seen = scene.cast(&cast, |seen| {
+    let seen = scene.cast(&cast, 0, |seen| {
         Ok::<_, Error>(Map {
             indentation_mm: seen.map.indentation_mm().collect(),
             contact: seen.map.contact().collect(),

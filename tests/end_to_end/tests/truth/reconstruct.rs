@@ -56,7 +56,7 @@ impl Bench {
             CaptureRequest { cast, lighting, constants: &self.constants, seed: Some(3) };
         let (mut depth_mm, mut contact) = (Vec::new(), Vec::new());
         let captured = capturing
-            .render(&self.scene, |seen| {
+            .render(&self.scene, 0, |seen| {
                 depth_mm = seen.map.indentation_mm().collect();
                 contact = seen.map.contact().collect();
                 Ok::<_, Error>(())

@@ -128,8 +128,7 @@ fn exit_after(printed: io::Result<()>, code: u8) -> u8 {
 /// Prints warnings about input files at once: they concern all that follows, and a long command is better stopped early.
 fn print_warnings(warnings: &[String]) {
     for warning in warnings {
-        // If standard error is closed, the result is still right for the file as it is.
-        let _ = writeln!(io::stderr(), "warning: {warning}");
+        terminal::tell(&format!("warning: {warning}\n"));
     }
 }
 

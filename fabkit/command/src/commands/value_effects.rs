@@ -5,6 +5,7 @@ use fabkit_application::source::{Target, value_effects_json};
 use serde_json::Value;
 
 use crate::cli::{Calibrate, Command, Design, Global};
+use crate::terminal;
 
 /// Finds the effects of all values that the user set for the designs of a command.
 pub(super) fn find_effects(command: &Command) -> ValueEffects {
@@ -38,7 +39,11 @@ fn designs(command: &Command) -> Vec<(Target<'_>, &[String])> {
         Command::Render(args) => {
             vec![(Target::new(&args.sensor).with_preset(args.preset.as_deref()), &args.set[..])]
         }
-        Command::Verify(args) => vec![(Target::new(&args.sensor), &args.set[..])],
+        // A name that is not UTF-8 is that of a folder.
+        Command::Verify(args) => {
+            let sensor = args.sensor.to_str().into_iter();
+            sensor.map(|sensor| (Target::new(sensor), &args.set[..])).collect()
+        }
         Command::Diff(args) => vec![
             (Target::new(&args.from), &args.set_from[..]),
             (Target::new(&args.to), &args.set_to[..]),
@@ -69,7 +74,9 @@ fn of_design(design: &Design) -> Vec<(Target<'_>, &[String])> {
 /// Prints the effects for people, before the work begins.
 pub(super) fn print_effects(found: &ValueEffects, global: &Global) {
     if !global.quiet && !global.json {
-        found.sentences().iter().for_each(|sentence| eprintln!("warning: {sentence}"));
+        for sentence in found.sentences() {
+            terminal::tell(&format!("warning: {sentence}\n"));
+        }
     }
 }
 

@@ -2,11 +2,11 @@
 
 use std::fs;
 
-use fabkit_tests::{Output, fabkit};
+use fabkit_tests::{Run, fabkit};
 use serde_json::Value;
 
 /// Runs `fabkit check` on R-Tac0 with its shell of a material, and returns its document.
-fn check_shell(process: &str, material: &str) -> (Output, Value) {
+fn check_shell(process: &str, material: &str) -> (Run, Value) {
     let folder = tempfile::tempdir().unwrap();
     let settings =
         [format!("parts.shell.process={process}"), format!("parts.shell.material={material}")];

@@ -110,7 +110,7 @@ def load(
 
 
 def _warn(project: _fabkit.Project) -> None:
-    """Warn the caller's caller about values that change nothing, or change the size of the whole."""
+    """Warn of values that change nothing, or the size of the whole, where the public call is."""
     for sentence in project.value_effects():
         warnings.warn(sentence, DesignWarning, stacklevel=3)
 

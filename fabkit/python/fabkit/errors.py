@@ -16,7 +16,7 @@ def __dir__() -> list[str]:
 
 
 class DesignWarning(UserWarning):
-    """A value was set that changes nothing in the design, or that changes the size of the whole."""
+    """A value was set that changes nothing in the design, or the size of the whole."""
 
 
 @dataclass(frozen=True)

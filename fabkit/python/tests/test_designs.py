@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import importlib
 import pickle
+import warnings
 from pathlib import Path
 
 import pytest
@@ -110,3 +111,15 @@ def test_completion_offers_what_is_public(name: str) -> None:
     assert sorted(offered) == sorted(module.__all__)
     assert not {"np", "os", "json", "csv", "annotations"} & set(offered)
     assert all(hasattr(module, one) for one in offered)
+
+
+def test_values_that_change_nothing_are_warned_about():
+    with pytest.warns(fabkit.DesignWarning, match=r"mount.width = 31 mm changes nothing") as told:
+        sensor = fabkit.load("rtac0", mount__width="31 mm")
+    # The warning names the line that sets the value, not one of the package's.
+    assert told[0].filename == __file__
+    with pytest.warns(fabkit.DesignWarning, match=r"it counts if base.cable_exit is `floor`"):
+        sensor.replace(base__cable_angle="90 deg")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        fabkit.load("rtac0", coat__thickness="0.1 mm").replace(shell__wall=1.6)

@@ -12,9 +12,10 @@ use crate::ElasticError;
 use crate::element::Shape;
 use crate::harmonic::Assembly;
 use crate::mesh::Mesh;
+use crate::resources::SolverResources;
 use crate::rings::Rings;
 
-/// Memory limit of the matrices, MiB.
+/// Memory limit of the matrices of the largest solver, MiB.
 const LIMIT_MIB: usize = 3000;
 
 /// Normal component of tractions and displacements on the touched surface.
@@ -174,11 +175,18 @@ pub(crate) fn directions(mesh: &Mesh, column: usize, component: usize) -> [(usiz
     }
 }
 
-/// Checks the memory that the matrices need.
+/// Checks the memory that the matrices need, of which `memory_bytes` are allowed.
 ///
 /// # Errors
-/// Matrices that take more memory than [`LIMIT_MIB`].
-fn check_size(mesh: &Mesh, rings: &Rings, loads: &LoadSet) -> Result<(), ElasticError> {
+/// Matrices that take more memory than [`LIMIT_MIB`], or than allowed.
+fn check_size(
+    mesh: &Mesh,
+    rings: &Rings,
+    loads: &LoadSet,
+    memory_bytes: u64,
+) -> Result<(), ElasticError> {
+    let allowed_mib = usize::try_from(memory_bytes >> 20).unwrap_or(usize::MAX);
+    let limit_mib = LIMIT_MIB.min(allowed_mib);
     let harmonics = loads.harmonics(rings);
     let numbers: usize = (0..=harmonics)
         .map(|harmonic| {
@@ -187,12 +195,12 @@ fn check_size(mesh: &Mesh, rings: &Rings, loads: &LoadSet) -> Result<(), Elastic
         })
         .sum();
     let needed_mib = numbers * size_of::<f64>() / (1 << 20);
-    if needed_mib > LIMIT_MIB {
+    if needed_mib > limit_mib {
         Err(ElasticError::TooLarge {
             harmonics: harmonics + 1,
             rings: loads.rings.len(),
             needed_mib,
-            limit_mib: LIMIT_MIB,
+            limit_mib,
         })
     } else {
         Ok(())
@@ -203,17 +211,17 @@ fn check_size(mesh: &Mesh, rings: &Rings, loads: &LoadSet) -> Result<(), Elastic
 /// not depend on the number of threads.
 ///
 /// # Errors
-/// More memory than [`LIMIT_MIB`], or the error of the lowest harmonic that cannot be factorised.
+/// More memory than [`LIMIT_MIB`] or than allowed, or the error of the lowest harmonic that cannot be factorised.
 pub(crate) fn solve_all(
     mesh: &Mesh,
     rings: &Rings,
     loads: &LoadSet,
-    threads: usize,
+    resources: SolverResources,
 ) -> Result<Vec<Compliance>, ElasticError> {
-    check_size(mesh, rings, loads)?;
+    check_size(mesh, rings, loads, resources.memory_bytes)?;
     let count = loads.harmonics(rings) + 1;
     let assembly = Assembly::new(mesh, count - 1)?;
-    let threads = threads.clamp(1, count);
+    let threads = resources.threads.clamp(1, count);
     let next = std::sync::atomic::AtomicUsize::new(0);
     let work = || {
         let mut done = Vec::new();

@@ -87,6 +87,7 @@ mod mesh;
 mod mesh_density;
 mod outcome;
 mod patch;
+mod resources;
 mod response;
 mod rings;
 mod slab;
@@ -108,6 +109,7 @@ pub use material::ElasticMaterial;
 pub use meridian::{BoundaryCondition, ElasticLayer, LayeredBody, MeridianCurve};
 pub use mesh_density::MeshDensity;
 pub use outcome::{ContactState, PressOutcome, StrainTheory, SurfaceNode};
+pub use resources::SolverResources;
 pub use slab::{BrickContents, Slab, SlabField};
 pub use soft::{
     BondLine, DeformedSurface, DisplacedMarker, PressPoint, SoftError, SoftLayer, SoftStack,

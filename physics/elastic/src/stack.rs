@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use fabkit_geometry::{Point3, Vector3};
 
+use crate::SolverResources;
 use crate::compliance::{self, Compliance, LoadSet};
 use crate::contact;
 use crate::friction::{self, ShearPath};
@@ -44,7 +45,7 @@ pub struct ElasticStack {
     pub(crate) dilations: Vec<Vec<f64>>,
     /// Total thickness of the layers at each mesh column, mm.
     thickness_mm: Vec<f64>,
-    threads: usize,
+    resources: SolverResources,
     cached: Mutex<Option<CachedCompliances>>,
 }
 
@@ -57,7 +58,7 @@ struct CachedCompliances {
 }
 
 impl ElasticStack {
-    /// Meshes a body. Compliances are solved on demand by up to `threads` threads, and kept. Results depend neither on
+    /// Meshes a body. Compliances are solved on demand with these threads and this memory, and kept. Results depend neither on
     /// the number of threads nor on earlier presses.
     ///
     /// # Errors
@@ -65,7 +66,7 @@ impl ElasticStack {
     pub fn new(
         body: &LayeredBody,
         division: &MeshDensity,
-        threads: usize,
+        resources: impl Into<SolverResources>,
     ) -> Result<Self, ElasticError> {
         let mesh = Mesh::new(body, division)?;
         let rings = Rings::new(&mesh, division.max_harmonic);
@@ -77,7 +78,8 @@ impl ElasticStack {
         };
         let thickness_mm = (0..mesh.columns).map(thickness).collect();
         let (mesh, answers) = (Arc::new(mesh), Mutex::new(None));
-        Ok(Self { mesh, rings, dilations, thickness_mm, threads, cached: answers })
+        let resources = resources.into();
+        Ok(Self { mesh, rings, dilations, thickness_mm, resources, cached: answers })
     }
 
     /// Solves for presses anywhere at once. Otherwise each press that touches new rings solves again.
@@ -123,7 +125,7 @@ impl ElasticStack {
         }
         // Without the lock: a thread pool that shares out work under a lock may be handed work that waits for the same
         // lock.
-        let solved = compliance::solve_all(&self.mesh, &self.rings, &loads, self.threads)?;
+        let solved = compliance::solve_all(&self.mesh, &self.rings, &loads, self.resources)?;
         let compliances = Arc::new(solved);
         let answers = CachedCompliances { loads, compliances: Arc::clone(&compliances) };
         *self.cached.lock().unwrap_or_else(PoisonError::into_inner) = Some(answers);

@@ -5,7 +5,7 @@ use fabkit_depth::ground_truth::SurfaceDisplacement as _;
 use fabkit_files::Error;
 use fabkit_fixtures::PressBody;
 use fabkit_geometry::{Point3, Pose, Sensor, Solid, SurfacePoints, TouchSurface, Vector3};
-use fabkit_scene::press_simulation::{ElasticSolver, threads};
+use fabkit_scene::press_simulation::{ElasticSolver, resources};
 
 use super::layers::LayerScene;
 use super::scene::surface_middle;
@@ -56,7 +56,7 @@ impl ThicknessChange {
             }
         };
         // One setup serves all places.
-        let ready = ElasticSolver::for_any_press(sensor, None, false, threads())?;
+        let ready = ElasticSolver::for_any_press(sensor, None, false, resources())?;
         let pressed = |(polar_deg, at): (f64, Place)| {
             let thins = compute_loss_per_mm(layers, touch, &ready, &at)?;
             Ok(BallPress { polar_deg, at, loss_per_mm: thins })

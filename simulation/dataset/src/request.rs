@@ -10,7 +10,7 @@ use fabkit_files::reading::MAX_YAML_BYTES;
 use fabkit_files::reading::{self, ExpectedFile};
 use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained, join_first_messages};
 use fabkit_fixtures::{PressError, SEAM_NORMAL};
-use fabkit_scene::press_simulation::{ContactModel, ElasticSolver, LinearOptions, threads};
+use fabkit_scene::press_simulation::{ContactModel, ElasticSolver, LinearOptions, resources};
 use fabkit_scene::{MARGIN_LIMITS_MM, MEMBRANE_LIMITS_MM, SensorView, check_length};
 use fabkit_text::InvalidDesign;
 use serde_json::{Value, json};
@@ -125,7 +125,7 @@ pub fn prepare_job<R, E: From<Error>>(
             let sensor = &scene.project.design.sensor;
             // Shear needs more of the solver than pressing alone.
             let is_dragged = named.iter().any(|of| of.shear_mm != [0.0; 2]);
-            let ready = ElasticSolver::for_any_press(sensor, spacing_mm, is_dragged, threads());
+            let ready = ElasticSolver::for_any_press(sensor, spacing_mm, is_dragged, resources());
             Some(ready.map_err(Error::from)?)
         }
         _ => None,

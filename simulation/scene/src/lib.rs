@@ -47,7 +47,7 @@ use crate::ground_truth::{
     draw_coverage_map, find_deepest_contact,
 };
 use crate::press_simulation::{
-    ContactGap, ContactModel, ContactSolution, ElasticSolver, PressingError, threads,
+    ContactGap, ContactModel, ContactSolution, ElasticSolver, PressingError, resources,
 };
 
 /// Limits of the radius of the membrane's transition around contacts, mm. The upper limit is wider than any gel's skin
@@ -418,7 +418,7 @@ impl SensorView {
                 sensor,
                 &bodies,
                 spacing_mm,
-                threads(),
+                resources(),
             )?)));
         }
         // The lock is held during setup: concurrent casts wait for one solver instead of each building its own.
@@ -430,7 +430,7 @@ impl SensorView {
         }
         let is_dragged = cast.shear_mm != [0.0; 2];
         let ready =
-            Arc::new(ElasticSolver::for_any_press(sensor, spacing_mm, is_dragged, threads())?);
+            Arc::new(ElasticSolver::for_any_press(sensor, spacing_mm, is_dragged, resources())?);
         *kept = Some((spacing_mm, ready.clone()));
         Ok(Some(ready))
     }

@@ -21,7 +21,7 @@ use fabkit_fixtures::halves::{body_index, is_from_halves};
 use fabkit_fixtures::{PressBody, Project};
 use fabkit_geometry::{Point3, Pose, Sensor, Solid, TouchSurface, Vector3, VisibleEffect};
 use fabkit_optics::{CameraView, OpticalStack, ViewStacks};
-use fabkit_scene::press_simulation::{ElasticSolver, threads};
+use fabkit_scene::press_simulation::{ElasticSolver, resources};
 use rayon::prelude::*;
 
 /// Half the side of the window rendered around a tip, as a share of the image's shorter side. It exceeds the widest
@@ -198,7 +198,7 @@ impl<'a> PinMarkRenderer<'a> {
             // Brightness is normalised by the whole resting image, because the windows rendered later are only parts of
             // it.
             layers: layers.for_crops_of(&whole.map_without_contact()),
-            ready: ElasticSolver::for_any_press(sensor, None, false, threads())?,
+            ready: ElasticSolver::for_any_press(sensor, None, false, resources())?,
             constants,
             shapes,
         }))

@@ -6,7 +6,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use fabkit_application::Error;
 use fabkit_application::press_simulation::{
-    ContactModel, LinearOptions, MAX_STEPS, PressRequest, PressingError, StrainTheory, threads,
+    ContactModel, LinearOptions, MAX_STEPS, PressRequest, PressingError, StrainTheory, resources,
 };
 use fabkit_application::scene::MEMBRANE_LIMITS_MM;
 
@@ -92,7 +92,7 @@ impl PressOptions {
             shear_mm: self.shear,
             friction: self.friction,
             spacing_mm: self.spacing,
-            threads: threads(),
+            resources: resources(),
         })
     }
 }

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use fabkit_geometry::{Point3, Vector3};
 
 use super::{SoftError, SoftStack};
+use crate::SolverResources;
 use crate::{ElasticStack, MeshDensity};
 
 /// Parametrisation of a sensor's surface.
@@ -78,7 +79,7 @@ impl SoftStack {
         spacing_mm: f64,
         reach_mm: f64,
         most_harmonics: usize,
-        threads: usize,
+        resources: impl Into<SolverResources>,
     ) -> Result<ElasticStack, SoftError> {
         // Two nodes per wave: the Nyquist limit.
         let harmonics =
@@ -93,7 +94,7 @@ impl SoftStack {
                 MeshDensity::around_pole(spacing_mm, reach_mm, harmonics)
             }
         };
-        Ok(ElasticStack::new(&self.body, &division, threads)?)
+        Ok(ElasticStack::new(&self.body, &division, resources)?)
     }
 
     /// Returns a division that is fine around the axis, for axisymmetric presses.

@@ -30,7 +30,7 @@ use fabkit_calibration::pin_captures::PinCaptureError;
 use fabkit_calibration::pin_captures::PinCaptures;
 use fabkit_calibration::pin_captures::images::read_grey;
 use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained};
-use fabkit_scene::press_simulation::{ElasticSolver, threads};
+use fabkit_scene::press_simulation::{ElasticSolver, resources};
 
 use self::corrected_camera::CorrectedCamera;
 use self::profiles::{BINS, FIRST_BIN_BESIDE, PinProfile, mean_intensity};
@@ -265,7 +265,8 @@ impl LightFitInput<'_> {
                 Some([*polar, scene.lit.irradiance(&point), path_mm, grey])
             })
             .collect();
-        let ready = ElasticSolver::for_any_press(self.sensor, Some(SPACING_MM), false, threads())?;
+        let ready =
+            ElasticSolver::for_any_press(self.sensor, Some(SPACING_MM), false, resources())?;
         let soft_mm = scene.touch.max_indentation_mm();
         let mut stated: Vec<f64> = profiles.iter().map(|profile| profile.stated_mm).collect();
         let stated_depth_mm = median(&mut stated);

@@ -14,7 +14,7 @@ use fabkit_geometry::{Point3, Scratch, Sensor, SurfacePoints, TouchSurface, Vect
 use fabkit_light::{TwoStream, fit_positive};
 use fabkit_scene::SensorView;
 use fabkit_scene::ground_truth::Viewpoint;
-use fabkit_scene::press_simulation::{ElasticSolver, threads};
+use fabkit_scene::press_simulation::{ElasticSolver, resources};
 use rayon::prelude::*;
 
 use super::balls::{self, BallProfile, PadImageMap};
@@ -279,7 +279,7 @@ impl Model {
             [thick_mm, (thick_mm + gains_mm).max(0.0)]
         };
         let spacing_mm = SPACING_MM.max(ball_radius_mm / NODES_TO_RADIUS);
-        let ready = ElasticSolver::for_any_press(sensor, Some(spacing_mm), false, threads())?;
+        let ready = ElasticSolver::for_any_press(sensor, Some(spacing_mm), false, resources())?;
         let most_mm =
             (DEPTHS[1] * scene.touch.max_indentation_mm()).min(MOST_OF_RADIUS * ball_radius_mm);
         let least_mm = DEPTHS[0] * scene.touch.max_indentation_mm();

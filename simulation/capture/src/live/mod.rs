@@ -21,7 +21,7 @@ use fabkit_scene::SensorView;
 use fabkit_scene::ground_truth::compile_indenters;
 use fabkit_scene::press_simulation::{
     ContactModel, ContactSolution, ElasticSolver, LinearOptions, MarkerDisplacement, PressStep,
-    soft_layers, threads,
+    resources, soft_layers,
 };
 use rayon::prelude::*;
 use serde_json::Value;
@@ -229,7 +229,7 @@ fn run_live(
     let rays = scene.rays_of_rows(samples, 0..u32::MAX, &grant);
     let surface = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
     // Presses may come anywhere and with shear.
-    let ready = ElasticSolver::for_any_press(sensor, options.spacing_mm, true, threads())?;
+    let ready = ElasticSolver::for_any_press(sensor, options.spacing_mm, true, resources())?;
     let studio = Renderer::new(scene, &surface, lighting, &constants, contact)?;
     let mut document = studio.document();
     document["layers"] = soft_layers(&ready.soft.layers);

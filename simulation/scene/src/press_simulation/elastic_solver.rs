@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use fabkit_elastic::SolverResources;
 use fabkit_elastic::{
     ElasticStack, Press, PressOutcome, PressPoint, SoftError, SoftStack, SolidIndenter,
 };
@@ -63,19 +64,19 @@ impl ElasticSolver {
         sensor: &Sensor,
         bodies: &[PressBody],
         spacing_mm: Option<f64>,
-        threads: usize,
+        resources: SolverResources,
     ) -> Result<Self, PressingError> {
         check_spacing(spacing_mm)?;
         let touch = touch(sensor)?;
         let points = SurfacePoints::new(touch).map_err(SoftError::Solid)?;
         if bodies.len() > 1 {
-            return Self::for_any_press(sensor, spacing_mm, false, threads);
+            return Self::for_any_press(sensor, spacing_mm, false, resources);
         }
         let place = deepest_place(touch, bodies)?;
         let new = |soft: SoftStack, spacing_mm: f64| {
             let reach_mm = FINE_RADII * NODES_PER_RADIUS * spacing_mm;
             let stack =
-                soft.build_stack(spacing_mm, reach_mm, SINGLE_CONTACT_HARMONICS, threads)?;
+                soft.build_stack(spacing_mm, reach_mm, SINGLE_CONTACT_HARMONICS, resources)?;
             Ok::<_, PressingError>(Self { soft, stack, spacing_mm })
         };
         let soft = build_stack(sensor, touch, &points, &place)?;
@@ -119,7 +120,7 @@ impl ElasticSolver {
         sensor: &Sensor,
         spacing_mm: Option<f64>,
         is_dragged: bool,
-        threads: usize,
+        resources: SolverResources,
     ) -> Result<Self, PressingError> {
         check_spacing(spacing_mm)?;
         let touch = touch(sensor)?;
@@ -127,7 +128,7 @@ impl ElasticSolver {
         let (place, reach_mm, area_mm2) = stack_extent(&points);
         let soft = build_stack(sensor, touch, &points, &place)?;
         let spacing_mm = spacing_mm.unwrap_or((area_mm2 / MOST_NODES).sqrt());
-        let stack = soft.build_stack(spacing_mm, reach_mm, usize::MAX, threads)?;
+        let stack = soft.build_stack(spacing_mm, reach_mm, usize::MAX, resources)?;
         let stack = stack.solve_everywhere(is_dragged).map_err(SoftError::from)?;
         Ok(Self { soft, stack, spacing_mm })
     }

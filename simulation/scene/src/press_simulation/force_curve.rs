@@ -94,7 +94,7 @@ impl PressResult {
     /// #     shear_mm: [0.0; 2],
     /// #     friction: None,
     ///     spacing_mm: Some(0.5),
-    /// #     threads: 1,
+    /// #     resources: 1.into(),
     /// };
     /// let pressed = request.run(&project)?;
     /// let [half, full] = [&pressed.steps[0], &pressed.steps[1]];

@@ -51,7 +51,7 @@ impl PressRequest<'_> {
         // a ball of 4 mm touches a circle of radius sqrt(8 depth).
         let coarse_mm = (8.0 * self.depth_mm).sqrt() / 8.0;
         let coarse =
-            fabkit_elastic::ElasticStack::new(&soft.body, &around(coarse_mm, 8.0), self.threads)?;
+            fabkit_elastic::ElasticStack::new(&soft.body, &around(coarse_mm, 8.0), self.resources)?;
         let down = Press::along(-fabkit_geometry::Vector3::z(), self.depth_mm)?;
         let contact_mm = coarse.press(&indenter, &down)?.contact_radius_mm;
         let spacing_mm = self.spacing_mm.unwrap_or(contact_mm.max(coarse_mm) / NODES_PER_RADIUS);

@@ -16,6 +16,7 @@ mod markers;
 mod skin;
 
 use fabkit_elastic::Press;
+use fabkit_elastic::SolverResources;
 use fabkit_fixtures::Project;
 
 pub use contact::{ContactModel, ContactSolution, LinearOptions};
@@ -55,7 +56,7 @@ pub(super) const SHEAR_STEPS: usize = 8;
 /// #     level: StrainTheory::Linear,
 /// #     shear_mm: [0.0; 2],
 /// #     friction: None,
-/// #     threads: 1,
+/// #     resources: 1.into(),
 /// };
 /// let pressed = request.run(&project)?;
 /// // The ball pushes the pad down, towards -z, and the force grows with depth.
@@ -81,8 +82,8 @@ pub struct PressRequest<'a> {
     pub friction: Option<f64>,
     /// Distance of the surface's nodes, mm; `None` for a value derived from the surface and the press.
     pub spacing_mm: Option<f64>,
-    /// Number of threads for the setup. The result does not depend on it.
-    pub threads: usize,
+    /// Threads and memory of the setup. The result does not depend on them.
+    pub resources: SolverResources,
 }
 
 impl PressRequest<'_> {
@@ -100,7 +101,8 @@ impl PressRequest<'_> {
         let sensor = &project.design.sensor;
         let touch = elastic_solver::touch(sensor)?;
         // The mesh is made for the full depth and serves all smaller depths as well.
-        let ready = ElasticSolver::for_press(sensor, &last.bodies, self.spacing_mm, self.threads)?;
+        let ready =
+            ElasticSolver::for_press(sensor, &last.bodies, self.spacing_mm, self.resources)?;
         let soft = &ready.soft;
         // Each depth is solved from scratch, so a step does not depend on earlier ones.
         let mut steps = Vec::new();
@@ -165,7 +167,10 @@ impl PressRequest<'_> {
     }
 }
 
-/// Returns the number of threads of the current rayon pool.
-pub fn threads() -> usize {
-    rayon::current_num_threads()
+/// Returns the threads of the current rayon pool, and the memory that the process may use.
+pub fn resources() -> SolverResources {
+    SolverResources {
+        threads: rayon::current_num_threads(),
+        memory_bytes: fabkit_files::memory::available_bytes(),
+    }
 }

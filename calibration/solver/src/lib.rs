@@ -48,5 +48,6 @@ pub mod pin_captures;
 pub mod pin_detection;
 pub mod planning;
 pub mod report;
+pub mod significance;
 pub mod synthetic;
 pub mod uncertainty;

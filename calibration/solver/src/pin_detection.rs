@@ -13,6 +13,7 @@ use nalgebra::Point2;
 pub use difference::{DetectionError, background_cell_px};
 
 use crate::image::GreyImage;
+use crate::significance::{Detected, Detections, Significance};
 use difference::ImageDifference;
 
 /// Sign of the change of intensity at a contact.
@@ -35,8 +36,11 @@ pub struct DetectionOptions {
     pub min_diameter: f64,
     /// Largest diameter of a mark at half its contrast.
     pub max_diameter: f64,
-    /// Smallest contrast: natural logarithm of the ratio of intensities.
+    /// Smallest contrast of any mark: natural logarithm of the ratio of intensities.
     pub min_contrast: f64,
+    /// Contrast from which a mark is one, however much stronger others are. Below, it must have a third of the strongest
+    /// change.
+    pub certain_contrast: f64,
     /// Shorter side, px, of the whole image if the two images are parts of it; `None` if they are whole.
     pub part_of_px: Option<u32>,
 }
@@ -47,7 +51,9 @@ impl Default for DetectionOptions {
             polarity: Polarity::Darker,
             min_diameter: 0.012,
             max_diameter: 0.12,
-            min_contrast: 0.12,
+            // Images of one untouched unit differ by up to 0.011 (9DTact as published): a third of this.
+            min_contrast: 0.03,
+            certain_contrast: 0.12,
             part_of_px: None,
         }
     }
@@ -63,11 +69,24 @@ pub struct PinMark {
     pub sigma_px: f64,
     /// Natural logarithm of the ratio of intensities at the strongest point.
     pub contrast: f64,
+    /// Contrast in standard deviations of the noise.
+    pub significance: Significance,
     /// Diameter of a disc with the area of the mark at half its contrast, px.
     pub diameter_px: f64,
     /// Fraction of the outline that borders on dark or saturated pixels or the image's border: the rest of the mark may
     /// be hidden there.
     pub hidden_outline: f64,
+}
+
+impl Detected for PinMark {
+    fn contrast(&self) -> f64 {
+        // As a fraction of the intensity, which people expect.
+        1.0 - (-self.contrast).exp()
+    }
+
+    fn significance(&self) -> Significance {
+        self.significance
+    }
 }
 
 /// Reason why a change is not a pin's mark.
@@ -88,10 +107,10 @@ pub struct PinMark {
 /// let options = DetectionOptions::default();
 /// let find = |reach_px| detect(&image(0.0, [1.0; 2]), &image(0.4, reach_px), &options).unwrap();
 /// let round = find([5.0, 5.0]);
-/// assert_eq!((round.marks.len(), round.rejected.len()), (1, 0));
+/// assert_eq!((round.marks.kept().len(), round.rejected.len()), (1, 0));
 /// // The rim of an edge that moved is no pin.
 /// let rim = find([30.0, 3.0]);
-/// assert_eq!((rim.marks.len(), rim.rejected[0].1), (0, RejectionReason::Elongated));
+/// assert_eq!((rim.marks.kept().len(), rim.rejected[0].1), (0, RejectionReason::Elongated));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RejectionReason {
@@ -108,8 +127,8 @@ pub enum RejectionReason {
 /// Result of the detection in a pair of images.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detection {
-    /// Pin marks, the strongest first.
-    pub marks: Vec<PinMark>,
+    /// Pin marks, the strongest first, and the fainter spots that were left out.
+    pub marks: Detections<PinMark>,
     /// Changes of sufficient contrast that are not pins, with their strongest pixel.
     pub rejected: Vec<(Point2<f64>, RejectionReason)>,
     /// Standard deviation of the smoothed logarithm of the ratio where nothing touches.
@@ -137,8 +156,8 @@ pub struct Detection {
 ///     GreyImage::new(200, 150, (0..200 * 150).map(value).collect()).unwrap()
 /// };
 /// let found = detect(&image(1.0, 0.0), &image(0.9, 0.4), &DetectionOptions::default()).unwrap();
-/// assert_eq!(found.marks.len(), 1);
-/// assert!((found.marks[0].pixel.x - 100.25).abs() < 0.02);
+/// assert_eq!(found.marks.kept().len(), 1);
+/// assert!((found.marks.kept()[0].pixel.x - 100.25).abs() < 0.02);
 /// ```
 pub fn detect(
     reference: &GreyImage,

@@ -18,9 +18,10 @@ use crate::assignment::Discrepancy;
 use crate::extrinsics::{PoseCalibration, Trial};
 use crate::landmarks::PinLandmarks;
 use crate::model::Observation;
+use crate::significance::LeftOut;
 
 /// Image of pins in a report.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CaptureRecord {
     /// Name of its file.
     pub file: String,
@@ -28,6 +29,8 @@ pub struct CaptureRecord {
     pub pins_expected: Option<usize>,
     /// Number of marks found in it.
     pub pins_found: usize,
+    /// Fainter spots that were left out; none where marks come from elsewhere.
+    pub left_out: LeftOut,
 }
 
 /// Part of a capture around a pin.
@@ -50,6 +53,7 @@ pub struct PinCrop {
 /// use fabkit_calibration::landmarks::PinLandmarks;
 /// use fabkit_calibration::model::Model;
 /// use fabkit_calibration::report::{CaptureRecord, ExtrinsicsReport};
+/// use fabkit_calibration::significance::LeftOut;
 /// use fabkit_calibration::synthetic::SyntheticSensor;
 /// use fabkit_camera::Camera;
 /// use fabkit_geometry::Pose;
@@ -63,7 +67,7 @@ pub struct PinCrop {
 /// let calibration = calibrate(&camera.into(), &seen, &pose, Some(&pose), &options)?;
 /// let record = |file: &str| {
 ///     let file = file.to_owned();
-///     CaptureRecord { file, pins_expected: Some(7), pins_found: 7 }
+///     CaptureRecord { file, pins_expected: Some(7), pins_found: 7, left_out: LeftOut::default() }
 /// };
 /// let report = ExtrinsicsReport {
 ///     sensor: "rtac0",

@@ -122,8 +122,8 @@ impl SyntheticSensor {
     /// let taken = sensor.capture(0, &[&landmarks.pins[1]], 0.9)?;
     /// let found = detect(&reference, &taken.image, &DetectionOptions::default())?;
     /// let (hole, truth) = taken.pins[0];
-    /// assert_eq!((hole, found.marks.len()), (2, 1));
-    /// assert!((found.marks[0].pixel - truth).norm() < 0.3);
+    /// assert_eq!((hole, found.marks.kept().len()), (2, 1));
+    /// assert!((found.marks.kept()[0].pixel - truth).norm() < 0.3);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn capture(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -176,11 +177,14 @@ def find_pins(reference: ArrayLike, picture: ArrayLike, *, brighter: bool = Fals
 
     Returns
     -------
-    The pins, the strongest first; their holes are not known.
+    The pins, the strongest first; their holes are not known. A ``UserWarning`` says how many fainter
+    spots were left out, and their contrast.
     """
-    pixels, sigmas = _fabkit.find_pins(
+    (pixels, sigmas), left_out = _fabkit.find_pins(
         _arrays.luminance(reference, "reference"), _arrays.luminance(picture, "picture"), brighter
     )
+    if left_out is not None:
+        warnings.warn(left_out, stacklevel=2)
     return Pins(pixels, None, sigmas)
 
 

@@ -72,14 +72,14 @@ pub fn find_corners<'py>(
     Ok((ids, into_arrays(py, pixels)?))
 }
 
-/// Detects pin marks: pixels and standard deviations, strongest first.
+/// Detects pin marks: pixels and standard deviations, strongest first. Also says which fainter spots were left out.
 #[pyfunction]
 pub fn find_pins<'py>(
     py: Python<'py>,
     reference: Picture<'py>,
     picture: Picture<'py>,
     brighter: bool,
-) -> PyResult<DetectedPoints<'py>> {
+) -> PyResult<(DetectedPoints<'py>, Option<String>)> {
     let reference = grey_image("the reference", &reference).or_raise(py)?;
     let picture = grey_image("the image", &picture).or_raise(py)?;
     let polarity = if brighter { Polarity::Brighter } else { Polarity::Darker };
@@ -88,8 +88,10 @@ pub fn find_pins<'py>(
         let read = |_| Ok(Cow::Borrowed(&picture));
         Ok(images::detect_in_images(&reference, &["the image".into()], &read, &options)?)
     })?;
-    let marks = detections.iter().flat_map(|detection| &detection.marks);
-    into_arrays(py, marks.map(|mark| (mark.pixel, mark.sigma_px)))
+    let left_out = detections.iter().map(|detection| detection.marks.summary());
+    let left_out = left_out.filter(|left_out| left_out.count > 0).map(|one| one.to_string()).next();
+    let marks = detections.iter().flat_map(|detection| detection.marks.kept());
+    Ok((into_arrays(py, marks.map(|mark| (mark.pixel, mark.sigma_px)))?, left_out))
 }
 
 fn into_arrays<'py>(

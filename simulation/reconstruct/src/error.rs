@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use fabkit_calibration::significance::LeftOut;
 use fabkit_capture::SizeMismatch;
 use fabkit_files::{ErrorKind, ErrorSubject, Explained};
 use fabkit_network::NetworkError;
@@ -26,7 +27,10 @@ pub enum ReconstructError {
         why: String,
     },
     /// An image at rest without enough of the expected markers.
-    #[error("{}: only {found} of {of} markers in view are found", .file.display())]
+    #[error(
+        "{}: only {found} of {of} markers in view are found, at least half are needed{}",
+        .file.display(), left_out_clause(.left_out)
+    )]
     TooFewMarkers {
         /// Path of the image.
         file: PathBuf,
@@ -34,6 +38,8 @@ pub enum ReconstructError {
         found: usize,
         /// Number of markers expected in view.
         of: usize,
+        /// Spots that were left out.
+        left_out: LeftOut,
     },
     /// An image whose size differs from the camera's.
     #[error(transparent)]
@@ -78,6 +84,15 @@ pub enum ReconstructError {
         /// Common name of the result.
         name: String,
     },
+}
+
+fn left_out_clause(left_out: &LeftOut) -> String {
+    match left_out.count {
+        0 => String::new(),
+        _ => format!(
+            "; {left_out}: they do not stand out of noise and uneven light as markers in their pattern do"
+        ),
+    }
 }
 
 impl Explained for ReconstructError {

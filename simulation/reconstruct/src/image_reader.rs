@@ -159,11 +159,11 @@ impl ImageReader {
         encode_npz(self.size_px, read.depth.as_ref(), arrays)
     }
 
-    /// Returns the largest displacement of a marker, px.
+    /// Returns the largest displacement of a marker, px; `None` if no marker is found.
     pub fn max_displacement_px(&self, read: &ImageReading) -> Option<f64> {
         let (marks, followed) = self.marks.as_ref().zip(read.markers.as_ref())?;
         let moved = marks.displacements_px(followed).into_iter().flatten();
-        Some(moved.map(|[x, y]| x.hypot(y)).fold(0.0, f64::max))
+        moved.map(|[x, y]| x.hypot(y)).max_by(f64::total_cmp)
     }
 
     /// Measures the rates at which images like this one are read.

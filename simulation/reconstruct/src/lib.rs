@@ -64,7 +64,7 @@ use thickness_depth::ThicknessModel;
 
 pub use error::ReconstructError;
 pub use image_reader::{ImageReader, ImageReading, ReadingRates};
-pub use marker_tracking::{MarkerTracker, TrackedMarkers, why_markers_hidden};
+pub use marker_tracking::{MarkerTracker, TrackedMarker, TrackedMarkers, why_markers_hidden};
 pub use network_depth::{DepthNetwork, InputNormalisation, MaskCircle, NetworkCard};
 
 /// Returns whether depth can be reconstructed in this lighting without a network.

@@ -11,8 +11,9 @@ use fabkit_image::{EXTENSIONS, has_image_extension};
 use crate::assignment::{Mark, MarkedCapture};
 use crate::captures::{self, ListedPin};
 use crate::landmarks::{PinLandmark, PinLandmarks};
-use crate::pin_detection::DetectionOptions;
+use crate::pin_detection::{DetectionOptions, PinMark};
 use crate::report::CaptureRecord;
+use crate::significance::LeftOut;
 
 pub use error::{OTHER_CAMERA, PinCaptureError};
 use fabkit_files::Error;
@@ -87,12 +88,17 @@ pub fn read<'a>(
     let mut captures =
         PinCaptures { is_detected, folder, size_px, saturated, ..PinCaptures::default() };
     for PlannedCapture { file, pins, labelled, marks } in planned {
-        let detected = || {
-            let marks = detections.next().map(|detection| detection.marks).unwrap_or_default();
-            marks.iter().map(|m| Mark { pixel: m.pixel, sigma_px: m.sigma_px }).collect()
+        let mut detected = || {
+            let Some(detection) = detections.next() else {
+                return (Vec::new(), LeftOut::default());
+            };
+            let (marks, left_out) = detection.marks.into_parts();
+            let mark = |m: &PinMark| Mark { pixel: m.pixel, sigma_px: m.sigma_px };
+            (marks.iter().map(mark).collect(), left_out)
         };
-        let marks: Vec<Mark> = marks.unwrap_or_else(detected);
-        captures.add(file, MarkedCapture { marks, pins, is_labelled: labelled });
+        let (marks, left_out) =
+            marks.map_or_else(&mut detected, |marks| (marks, LeftOut::default()));
+        captures.add(file, left_out, MarkedCapture { marks, pins, is_labelled: labelled });
     }
     Ok(captures)
 }
@@ -209,7 +215,8 @@ pub fn from_marks<'a>(
         match choose.pins(&name, holes.as_deref()) {
             Err(error) => wrong.push(error.into()),
             Ok(pins) => {
-                captures.add(name, MarkedCapture { marks, pins, is_labelled: holes.is_some() })
+                let marked = MarkedCapture { marks, pins, is_labelled: holes.is_some() };
+                captures.add(name, LeftOut::default(), marked);
             }
         }
     }
@@ -217,10 +224,10 @@ pub fn from_marks<'a>(
 }
 
 impl<'a> PinCaptures<'a> {
-    fn add(&mut self, file: String, marked: MarkedCapture<'a>) {
+    fn add(&mut self, file: String, left_out: LeftOut, marked: MarkedCapture<'a>) {
         let pins_expected = marked.is_labelled.then_some(marked.pins.len());
         let pins_found = marked.marks.len();
-        self.records.push(CaptureRecord { file, pins_expected, pins_found });
+        self.records.push(CaptureRecord { file, pins_expected, pins_found, left_out });
         self.marked.push(marked);
     }
 }

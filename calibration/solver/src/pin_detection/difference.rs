@@ -2,6 +2,7 @@
 
 use super::{DetectionOptions, Polarity};
 use crate::image::GreyImage;
+use crate::significance::ImageNoise;
 
 /// Smallest intensity of a saturated pixel, where white is 1: 8-bit cameras clip softly.
 const SATURATED: f32 = 0.98;
@@ -65,6 +66,9 @@ pub(super) struct ImageDifference {
     pub usable: Vec<bool>,
     /// Standard deviation of `change` where nothing touches.
     pub noise: f64,
+    /// Noise of a mark's contrast: `noise`, or that of the pixels and blocks of the two images if it is larger. Where most
+    /// of two images is equal, as in smooth JPEG, the scatter of their difference says nothing.
+    pub contrast_noise: f64,
     /// Standard deviation before smoothing, where neighbours are independent.
     pub raw_noise: f64,
     /// Shorter side of the whole image, px.
@@ -105,6 +109,7 @@ impl ImageDifference {
             pairs.map(|(r, p)| sign * ((r + DARK_FLOOR) / (p + DARK_FLOOR)).ln()).collect();
         subtract_background(&mut change, &usable, [width, height], background_cell_px(shorter_px));
         let noise = robust_sigma(change.iter().zip(&usable).filter(|(_, u)| **u).map(|(c, _)| *c));
+        let pixel_noise = contrast_noise(reference, pressed, &usable, blur_px);
         // White noise smoothed by a Gaussian of s px keeps 1 / (2 s sqrt(pi)) of its deviation.
         let raw_noise = noise * 2.0 * f64::from(blur_px) * std::f64::consts::PI.sqrt();
         Ok(Self {
@@ -113,11 +118,35 @@ impl ImageDifference {
             change,
             usable,
             noise,
+            contrast_noise: noise.max(pixel_noise),
             raw_noise,
             shorter_side_px: shorter_px,
             saturated,
         })
     }
+}
+
+/// Computes the noise of the smoothed logarithm of the ratio from the noise of the pixels and blocks of each image. Its
+/// surroundings are so wide that they add none.
+fn contrast_noise(
+    reference: &GreyImage,
+    pressed: &GreyImage,
+    usable: &[bool],
+    blur_px: f32,
+) -> f64 {
+    // A Gaussian keeps as much noise as the mean of this many pixels.
+    let area_px = 4.0 * std::f64::consts::PI * f64::from(blur_px).powi(2);
+    let variance = |image: &GreyImage| {
+        let values = image.values();
+        let lit = values.iter().zip(usable).filter(|(_, usable)| **usable);
+        let (sum, count) =
+            lit.fold((0.0, 0usize), |(sum, n), (value, _)| (sum + f64::from(*value), n + 1));
+        let mean = sum / count.max(1) as f64 + f64::from(DARK_FLOOR);
+        // Rendered images have no noise, and are not rounded to whole steps.
+        let noise = ImageNoise::measure(values.iter().copied(), image.width_px(), 0.0);
+        (noise.contrast_sigma([area_px, f64::INFINITY]) / mean).powi(2)
+    };
+    (variance(reference) + variance(pressed)).sqrt()
 }
 
 /// Finds the pixels that are lit in the reference and neither saturated in an image nor within the blur of a saturated

@@ -50,6 +50,18 @@ impl ExtrinsicsReport<'_> {
                 100.0 * self.saturated_fraction
             ));
         }
+        for record in self.captures {
+            let missing = record.pins_expected.unwrap_or(0).saturating_sub(record.pins_found);
+            if missing > 0 && record.left_out.count > 0 {
+                warnings.push(format!(
+                    "{}: {} of {} pins are found, and {}. Press the others as deep, or take the image with less noise.",
+                    record.file,
+                    record.pins_found,
+                    record.pins_found + missing,
+                    record.left_out
+                ));
+            }
+        }
         let calibration = self.calibration;
         let chosen = self.chosen();
         let differs: Vec<String> = chosen

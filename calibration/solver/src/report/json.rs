@@ -151,6 +151,8 @@ impl ExtrinsicsReport<'_> {
             "file": record.file,
             "pins_found": record.pins_found,
             "pins_expected": record.pins_expected,
+            "left_out": record.left_out.count,
+            "left_out_contrast": record.left_out.max_contrast,
             "pins_used": pins.len(),
             "rms_px": rms_px(self.observations_of_capture(capture).map(|(_, r, _)| r)),
             "held_out_rms_px": rms_px(self.observations_of_capture(capture).map(|(.., held)| held)),

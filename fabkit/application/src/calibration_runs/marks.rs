@@ -350,13 +350,15 @@ impl ImageWindow {
     fn detect_marks(&self, rest: &[f64], pressed: &[f64]) -> Option<Vec<Vector2<f64>>> {
         let options = DetectionOptions {
             polarity: Polarity::Darker,
+            // One pin alone was rendered, without noise: nothing else competes with it.
             min_contrast: MIN_CONTRAST,
+            certain_contrast: MIN_CONTRAST,
             part_of_px: Some(self.shorter_px),
             ..DetectionOptions::default()
         };
         let found = detect(&self.pad_window(rest)?, &self.pad_window(pressed)?, &options).ok()?;
         let before = Vector2::from(self.before.map(|px| px as f64));
-        Some(found.marks.iter().map(|mark| mark.pixel.coords - before).collect())
+        Some(found.marks.kept().iter().map(|mark| mark.pixel.coords - before).collect())
     }
 
     /// Pads the part with its margins. The values are neither rounded nor JPEG-compressed: compression moves each mark

@@ -70,6 +70,11 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
             "contact_px": read.contact_px(),
             "brighter": read.depth.as_ref().map(|shown| shown.relative_brightness),
             "marks_seen": read.markers.as_ref().map(TrackedMarkers::found),
+            "marks_left_out": read.markers.as_ref().map(|followed| followed.left_out.count),
+            "marks_significance": read
+                .markers
+                .as_ref()
+                .and_then(|followed| Some(followed.least_significance()?.sigmas())),
             "marks_moved_px": farthest_px,
             "bytes": bytes.len(),
         }));
@@ -98,6 +103,8 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
             "drawn": marks.names().len(),
             "in_view": count_known(marks.drawn_px()),
             "at_rest": count_known(marks.rest_px()),
+            "left_out": marks.rest().left_out.count,
+            "left_out_contrast": marks.rest().left_out.max_contrast,
             "pictures_per_s": rates.and_then(|rates| rates.marks_per_s),
         })),
         "left_out": reader.omissions,
@@ -127,6 +134,9 @@ fn heading(sensor: &Sensor, reader: &ImageReader, network: Option<&DepthNetwork>
         text += &format!(
             "{at_rest} markers found at rest; the design has {all}, {drawn} of them in view\n"
         );
+        if marks.rest().left_out.count > 0 {
+            text += &format!("at rest, {}\n", marks.rest().left_out);
+        }
     }
     text
 }
@@ -139,9 +149,18 @@ fn format_result(read: &ImageReading, farthest_px: Option<f64>) -> String {
             shown.deepest_mm().map_or("no contact".to_owned(), |mm| format!("{mm:.2} mm deep"));
         words.push(format!("{deepest}, {contact_px} px in contact"));
     }
-    if let Some((followed, farthest_px)) = read.markers.as_ref().zip(farthest_px) {
+    if let Some(followed) = &read.markers {
         let seen = followed.found();
-        words.push(format!("{seen} markers, moved by up to {farthest_px:.1} px"));
+        words.push(match followed.least_significance().zip(farthest_px) {
+            Some((least, px)) => format!(
+                "{seen} markers, each at least {:.0} times the noise, moved by up to {px:.1} px",
+                least.sigmas()
+            ),
+            None => "no markers".to_owned(),
+        });
+        if followed.left_out.count > 0 {
+            words.push(followed.left_out.to_string());
+        }
     }
     words.join("; ")
 }

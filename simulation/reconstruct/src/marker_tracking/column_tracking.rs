@@ -6,7 +6,10 @@
 
 use fabkit_geometry::{LiquidColumn, Point3, Vector3};
 
+use fabkit_calibration::significance::{LeftOut, Significance};
+
 use super::assignment::{Px, add, distance};
+use super::{TrackedMarker, TrackedMarkers};
 use crate::CapturedImage;
 
 /// Distance of a profile's points, px.
@@ -19,6 +22,8 @@ const PROFILE_WIDTH: f64 = 0.5;
 const MAX_SIDE_SHIFT: f64 = 0.4;
 /// Minimum excess of red over green within dyed liquid.
 const LEAST_DYE: f64 = 0.1;
+/// Minimum significance of that excess.
+const MIN_SIGMAS: f64 = 6.0;
 
 #[derive(Clone, Debug)]
 pub(super) struct ColumnTracker {
@@ -74,13 +79,25 @@ impl ColumnTracker {
         self.ends.iter().map(|end| end.as_ref().map(of)).collect()
     }
 
-    pub(super) fn ends_px(&self, image: &CapturedImage) -> Vec<Option<Px>> {
-        self.ends.iter().map(|end| end.as_ref()?.locate(image)).collect()
+    /// Finds the ends. A column whose dye does not stand out counts as left out.
+    pub(super) fn find_ends(&self, image: &CapturedImage) -> TrackedMarkers {
+        let mut left_out = LeftOut::default();
+        let mut locate = |end: &Option<ColumnEnd>| {
+            let (found, dye) = end.as_ref()?.locate(image);
+            if found.is_none() && dye > 0.0 {
+                left_out.count += 1;
+                left_out.max_contrast = left_out.max_contrast.max(dye);
+            }
+            found
+        };
+        let markers = self.ends.iter().map(&mut locate).collect();
+        TrackedMarkers { markers, left_out }
     }
 }
 
 impl ColumnEnd {
-    fn locate(&self, image: &CapturedImage) -> Option<Px> {
+    /// Locates the end. Also returns the excess of red within the liquid.
+    fn locate(&self, image: &CapturedImage) -> (Option<TrackedMarker>, f64) {
         let steps = (self.reach_px / STEP_PX).ceil() as isize;
         let across = [-self.way[1], self.way[0]];
         let beside = (MAX_SIDE_SHIFT * self.pitch_px).floor() as isize;
@@ -99,7 +116,10 @@ impl ColumnEnd {
             .fold((0.0, 0.0), |(sum, weights), (off, dye)| {
                 (sum + dye * *off as f64, weights + dye)
             });
-        let middle = if weights > 0.0 { sum / weights } else { return None };
+        if weights <= 0.0 {
+            return (None, 0.0);
+        }
+        let middle = sum / weights;
         let half_width = (0.5 * PROFILE_WIDTH * self.width_px).floor().max(0.0) as isize;
         let profile: Vec<f64> = (-steps..=steps)
             .map(|step| {
@@ -112,17 +132,19 @@ impl ColumnEnd {
             .collect();
         // The first quarter of the profile lies well within the liquid.
         let mut inside: Vec<f64> = profile[..profile.len() / 4].to_vec();
-        let level = super::median(&mut inside)?;
-        if level < LEAST_DYE {
-            return None;
+        let level = super::median(&mut inside).unwrap_or(0.0);
+        let significance = Significance::new(level, profile_sigma(&profile));
+        if level < LEAST_DYE || significance.sigmas() < MIN_SIGMAS {
+            return (None, level);
         }
         // The first fall below half, from within the liquid outwards, interpolated between two points.
         let half = 0.5 * level;
-        let last = profile.iter().position(|dye| *dye < half).filter(|last| *last > 0)?;
+        let last = profile.iter().position(|dye| *dye < half).filter(|last| *last > 0);
+        let Some(last) = last else { return (None, level) };
         let part = (profile[last - 1] - half) / (profile[last - 1] - profile[last]);
         let along_px = ((last - 1) as f64 + part - steps as f64) * STEP_PX;
         let off = [0, 1].map(|k| along_px * self.way[k] + middle * across[k]);
-        Some(add(&self.at, &off))
+        (Some(TrackedMarker { px: add(&self.at, &off), significance }), level)
     }
 
     /// Returns the excess of red over green, interpolated linearly; 0 outside the image.
@@ -143,4 +165,11 @@ impl ColumnEnd {
         (1.0 - y) * ((1.0 - x) * value(column, row) + x * value(column + 1, row))
             + y * ((1.0 - x) * value(column, row + 1) + x * value(column + 1, row + 1))
     }
+}
+
+/// Estimates the noise of a profile's points from second differences, of which most lie where it is even.
+fn profile_sigma(profile: &[f64]) -> f64 {
+    let bends = profile.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs());
+    // 1.4826 / sqrt(6): median of absolute values to standard deviation, for a variance of 1 + 4 + 1.
+    0.605 * super::median(&mut bends.collect::<Vec<_>>()).unwrap_or(0.0)
 }

@@ -10,13 +10,14 @@ mod assignment;
 mod column_tracking;
 mod scaling;
 mod spot_detection;
+mod spot_tracking;
 
 use std::path::Path;
 use std::time::Instant;
 
-use appearance::{Appearance, NormalisedImage};
-use assignment::{Pattern, Px, REACH, add, subtract};
+use assignment::{Px, subtract};
 use column_tracking::ColumnTracker;
+use fabkit_calibration::significance::{LeftOut, Significance};
 use fabkit_camera::DMatrix;
 use fabkit_capture::{column_ends, placed_solid};
 use fabkit_export::{NpyArray, NpyValues};
@@ -25,24 +26,13 @@ use fabkit_geometry::{Lighting, Marker, Rgb, Sensor, Vector3, VisibleEffect};
 use fabkit_optics::ViewStacks;
 use fabkit_scene::SceneError;
 use fabkit_scene::ground_truth::{Viewpoint, project_points};
-use scaling::Scaling;
-use spot_detection::{Blob, MarkerSignal, MarkerSize, SignalImage, darkness_weights};
+use spot_detection::MarkerSignal;
+use spot_tracking::SpotTracker;
 
 use super::{CapturedImage, ReconstructError, check_has_colours, check_size};
 
-/// Minimum strength of a spot at rest, relative to the median of nearby markers.
-const LEAST_OF_MEDIAN: f64 = 0.25;
-/// Minimum strength of a spot in further images, relative to that of the marker at rest.
-const LEAST_OF_REST: f64 = 0.35;
-/// Minimum strength of a spot in standard deviations of the noise: noise alone exceeds it once in a thousand million
-/// pixels.
-const NOISES: f64 = 6.0;
-/// Distance below which two spots are the same, relative to the distance between markers.
-const SAME_SPOT: f64 = 0.35;
 /// Minimum share of the expected markers in an image at rest.
 const LEAST_FOUND: f64 = 0.5;
-/// Half width of the surroundings over which brightness is averaged, in distances between markers.
-const EVEN_PITCHES: f64 = 1.0;
 /// Minimum determinant of a marker's projection, relative to its larger column squared. Below, pixel displacements do
 /// not determine the movement.
 const LEAST_SLOPE: f64 = 0.05;
@@ -91,6 +81,7 @@ pub struct MarkerTracker {
     is_colored: bool,
     names: Vec<String>,
     drawn_px: Vec<Option<Px>>,
+    rest: TrackedMarkers,
     rest_px: Vec<Option<Px>>,
     /// Displacement along the surface, sensor frame, mm, per pixel along columns and along rows.
     mm_per_px: Vec<Option<[Vector3<f64>; 2]>>,
@@ -103,17 +94,39 @@ enum Detector {
     Columns(ColumnTracker),
 }
 
-/// Positions of markers in an image, in the order of the description.
+/// A marker that is found in an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackedMarker {
+    /// Column and row, px.
+    pub px: [f64; 2],
+    /// Contrast in standard deviations of the image's noise.
+    pub significance: Significance,
+}
+
+/// Markers in an image, in the order of the description, and what was left out of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackedMarkers {
-    /// Column and row of each marker, px; `None` if it is not found.
-    pub px: Vec<Option<[f64; 2]>>,
+    /// Each marker; `None` if it is not found.
+    pub markers: Vec<Option<TrackedMarker>>,
+    /// Spots near markers that are not found, which are too faint to be told from noise or from uneven light.
+    pub left_out: LeftOut,
 }
 
 impl TrackedMarkers {
     /// Returns the number of markers found.
     pub fn found(&self) -> usize {
-        self.px.iter().flatten().count()
+        self.markers.iter().flatten().count()
+    }
+
+    /// Returns the column and row of each marker, px.
+    pub fn px(&self) -> Vec<Option<[f64; 2]>> {
+        self.markers.iter().map(|marker| Some(marker.as_ref()?.px)).collect()
+    }
+
+    /// Returns the significance of the least significant marker.
+    pub fn least_significance(&self) -> Option<Significance> {
+        let all = self.markers.iter().flatten().map(|marker| marker.significance);
+        all.min_by(|a, b| a.sigmas().total_cmp(&b.sigmas()))
     }
 }
 
@@ -187,7 +200,7 @@ impl MarkerTracker {
         seen.camera = lighting.camera.clone().unwrap_or(seen.camera);
         let sights = ViewStacks::new(viewpoint.stack(&seen).map_err(SceneError::Light)?);
         let look = |places: &[_]| project_points(viewpoint, &sights, places);
-        let (by, names, drawn_px, rest_px, mm_per_px);
+        let (by, names, drawn_px, rest, mm_per_px);
         match &lighting.effect {
             VisibleEffect::LiquidColumns { columns, .. } => {
                 let ends = column_ends(columns, &[]);
@@ -195,7 +208,7 @@ impl MarkerTracker {
                 let places = ColumnTracker::reference_points(columns);
                 let known = ColumnTracker::new(columns, &look(&places));
                 drawn_px = known.drawn_px();
-                rest_px = known.ends_px(reference);
+                rest = known.find_ends(reference);
                 mm_per_px = known.mm_per_px();
                 by = Detector::Columns(known);
             }
@@ -209,16 +222,19 @@ impl MarkerTracker {
                 let radii_px: Vec<f64> =
                     drawn.iter().map(|drawn| drawn.as_ref().map_or(0.0, |d| d.radius_px)).collect();
                 let light = (sensor, shows);
-                let spots = SpotTracker::at_rest(light, (&drawn_px, &radii_px), size_px, reference);
-                rest_px = spots.rest.at().to_vec();
+                let spots;
+                (spots, rest) =
+                    SpotTracker::at_rest(light, (&drawn_px, &radii_px), size_px, reference);
                 by = Detector::Spots(Box::new(spots));
             }
         }
-        let own = Self { size_px, is_colored, names, drawn_px, rest_px, mm_per_px, by };
+        let rest_px = rest.px();
+        let own = Self { size_px, is_colored, names, drawn_px, rest, rest_px, mm_per_px, by };
         let [found, of] = [&own.rest_px, &own.drawn_px].map(|px| px.iter().flatten().count());
         // Without expected markers the share is undefined; finding none is an error in any case.
         if found == 0 || (found as f64) < LEAST_FOUND * of as f64 {
-            return Err(ReconstructError::TooFewMarkers { file: file.to_owned(), found, of }.into());
+            let (file, left_out) = (file.to_owned(), own.rest.left_out);
+            return Err(ReconstructError::TooFewMarkers { file, found, of, left_out }.into());
         }
         Ok(own)
     }
@@ -243,6 +259,11 @@ impl MarkerTracker {
         &self.rest_px
     }
 
+    /// Returns the markers at rest, and what was left out there.
+    pub fn rest(&self) -> &TrackedMarkers {
+        &self.rest
+    }
+
     /// Tracks the markers in an image, which was read from `file`.
     ///
     /// # Errors
@@ -252,24 +273,22 @@ impl MarkerTracker {
         if self.is_colored {
             check_has_colours(file, image)?;
         }
-        let px = match &self.by {
+        Ok(match &self.by {
             Detector::Spots(spots) => spots.follow(image),
             Detector::Columns(columns) => {
-                let ends = columns.ends_px(image);
+                let TrackedMarkers { markers, left_out } = columns.find_ends(image);
+                let both = markers.into_iter().zip(&self.rest_px);
                 // Without a position at rest there is no displacement.
-                ends.into_iter()
-                    .zip(&self.rest_px)
-                    .map(|(end, rest)| end.filter(|_| rest.is_some()))
-                    .collect()
+                let markers = both.map(|(end, rest)| end.filter(|_| rest.is_some())).collect();
+                TrackedMarkers { markers, left_out }
             }
-        };
-        Ok(TrackedMarkers { px })
+        })
     }
 
     /// Returns the displacement of each marker from rest along columns and rows, px.
     pub fn displacements_px(&self, followed: &TrackedMarkers) -> Vec<Option<[f64; 2]>> {
-        let both = followed.px.iter().zip(&self.rest_px);
-        both.map(|(now, rest)| Some(subtract(now.as_ref()?, rest.as_ref()?))).collect()
+        let both = followed.markers.iter().zip(&self.rest_px);
+        both.map(|(now, rest)| Some(subtract(&now.as_ref()?.px, rest.as_ref()?))).collect()
     }
 
     /// Returns the displacement of each marker along the surface on which it lies at rest, or along its column, sensor
@@ -286,7 +305,8 @@ impl MarkerTracker {
 
     /// Returns arrays for `numpy.load`, for N markers in the order of the description: `mark_id`, from 1; `mark_name`;
     /// `mark_drawn_px`, `mark_rest_px`, `mark_px`, `mark_moved_px`, N x 2; `mark_moved_mm`, N x 3, sensor frame;
-    /// `mark_seen`. Unknown values are NaN.
+    /// `mark_seen`; `mark_significance`, in standard deviations of the noise, 0 for markers not found. Other unknown values
+    /// are NaN.
     pub fn arrays(&self, followed: &TrackedMarkers) -> Vec<NpyArray> {
         let count = self.names.len();
         let array = |name: &str, width: Option<usize>, values| NpyArray {
@@ -301,20 +321,25 @@ impl MarkerTracker {
         let unknown = Vector3::repeat(f64::NAN);
         let mm = self.displacements_mm(followed);
         let mm = mm.into_iter().flat_map(|mm| <[f64; 3]>::from(mm.unwrap_or(unknown))).collect();
+        let sigmas = |marker: &Option<TrackedMarker>| {
+            marker.as_ref().map_or(0.0, |marker| marker.significance.sigmas())
+        };
+        let sigmas = followed.markers.iter().map(sigmas).collect();
         let number = |i: usize| u16::try_from(i + 1).unwrap_or(u16::MAX);
         vec![
             array("mark_id", None, NpyValues::U16((0..count).map(number).collect())),
             array("mark_name", None, NpyValues::Text(self.names.clone())),
             px("mark_drawn_px", &self.drawn_px),
             px("mark_rest_px", &self.rest_px),
-            px("mark_px", &followed.px),
+            px("mark_px", &followed.px()),
             px("mark_moved_px", &self.displacements_px(followed)),
             array("mark_moved_mm", Some(3), NpyValues::F64(mm)),
             array(
                 "mark_seen",
                 None,
-                NpyValues::Bool(followed.px.iter().map(Option::is_some).collect()),
+                NpyValues::Bool(followed.markers.iter().map(Option::is_some).collect()),
             ),
+            array("mark_significance", None, NpyValues::F64(sigmas)),
         ]
     }
 
@@ -400,149 +425,6 @@ fn marker_layer(sensor: &Sensor, layers: &[(String, Rgb)]) -> Option<usize> {
         solids.iter().position(|solid| solid.contains(&place))
     };
     sensor.marks.iter().find_map(within)
-}
-
-/// Tracker of markers that appear as spots.
-#[derive(Clone, Debug)]
-struct SpotTracker {
-    scaling: Scaling,
-    tells: MarkerSignal,
-    sizes: Vec<MarkerSize>,
-    rest: Pattern,
-    /// Strength of each spot at rest.
-    strengths: Vec<f64>,
-    /// Appearance at rest of markers that throw shadows; empty where markers are even spots.
-    looks: Vec<Option<Appearance>>,
-}
-
-impl SpotTracker {
-    fn at_rest(
-        (sensor, shows): (&Sensor, &VisibleEffect),
-        (drawn_px, radii_px): (&[Option<Px>], &[f64]),
-        size_px: [usize; 2],
-        reference: &CapturedImage,
-    ) -> Self {
-        // A marker without neighbours may move by a quarter of the image.
-        let alone_px = 0.25 * size_px[0].min(size_px[1]) as f64;
-        let drawn = Pattern::new(drawn_px.to_vec(), alone_px);
-        let known = || drawn_px.iter().enumerate().filter_map(|(i, px)| Some((i, (*px)?)));
-        // The narrowest marker decides the resolution of the whole image.
-        let narrowest_px = known().map(|(i, _)| radii_px[i]).fold(f64::INFINITY, f64::min);
-        let scaling = Scaling::new(size_px, narrowest_px, sensor.intensity_bits);
-        let values = scaling.values(reference);
-        let tells = match shows {
-            VisibleEffect::Fluorescence { layers } => {
-                colour_share(layers, marker_layer(sensor, layers).unwrap_or(0))
-            }
-            VisibleEffect::Slopes { .. } => {
-                let mut pitches: Vec<f64> = known().map(|(i, _)| drawn.pitch_px()[i]).collect();
-                let pitch_px = median(&mut pitches).unwrap_or(alone_px);
-                let half = (EVEN_PITCHES * pitch_px / scaling.binned as f64).ceil() as usize;
-                MarkerSignal::Dark(darkness_weights(&scaling, &values, reference.channels, half))
-            }
-            _ => MarkerSignal::Bright,
-        };
-        let sizes: Vec<MarkerSize> = radii_px
-            .iter()
-            .zip(drawn.pitch_px())
-            .map(|(radius_px, pitch_px)| MarkerSize { radius_px: *radius_px, pitch_px: *pitch_px })
-            .collect();
-        let said = SignalImage::new(&scaling, &tells, &values, reference.channels);
-        let strongest = |(i, at): (usize, Px)| {
-            let size = sizes[i];
-            let near = said.find_maxima(&at, 0.5 * size.pitch_px, size, 0.0);
-            near.iter().map(|blob| blob.strength).fold(0.0, f64::max)
-        };
-        let mut strongest_of = vec![0.0; sizes.len()];
-        known().for_each(|(i, at)| strongest_of[i] = strongest((i, at)));
-        // Light falls off over the surface, so thresholds follow from the markers nearby.
-        let least = |(i, size): (usize, &MarkerSize)| {
-            let near = drawn.neighbours(i).iter().chain([&i]).map(|j| strongest_of[*j]);
-            let usual = LEAST_OF_MEDIAN * median(&mut near.collect::<Vec<_>>()).unwrap_or(0.0);
-            usual.max(NOISES * said.noise(*size))
-        };
-        let leasts: Vec<f64> = sizes.iter().enumerate().map(least).collect();
-        let found = candidates(&said, &drawn, &sizes, &leasts);
-        let chosen = drawn.assign(&found);
-        let middles = chosen.iter().zip(&sizes);
-        let middles =
-            middles.map(|(chosen, size)| Some(said.spot_centre(&found[(*chosen)?], *size)));
-        let rest_px: Vec<Option<Px>> = middles.collect();
-        let strength = |(px, size): (&Option<Px>, &MarkerSize)| {
-            px.as_ref().map_or(0.0, |px| said.strength_at(px, *size))
-        };
-        let strengths = rest_px.iter().zip(&sizes).map(strength).collect();
-        let looks = match (&tells, shows) {
-            (MarkerSignal::Dark(counts), VisibleEffect::Slopes { printed: None, .. })
-                if reference.channels == 3 =>
-            {
-                let evened = NormalisedImage::new(&scaling, &values, counts);
-                let look = |(px, size): (&Option<Px>, &MarkerSize)| {
-                    Appearance::new(&scaling, &evened, px.as_ref()?, size.radius_px)
-                };
-                rest_px.iter().zip(&sizes).map(look).collect()
-            }
-            _ => Vec::new(),
-        };
-        // From now on the measured places replace the expected ones.
-        let rest = Pattern::new(rest_px, alone_px);
-        Self { looks, scaling, tells, sizes, rest, strengths }
-    }
-
-    fn follow(&self, image: &CapturedImage) -> Vec<Option<Px>> {
-        let values = self.scaling.values(image);
-        let said = SignalImage::new(&self.scaling, &self.tells, &values, image.channels);
-        let least = |(size, strength): (&MarkerSize, &f64)| {
-            (LEAST_OF_REST * strength).max(NOISES * said.noise(*size))
-        };
-        let leasts: Vec<f64> = self.sizes.iter().zip(&self.strengths).map(least).collect();
-        let found = candidates(&said, &self.rest, &self.sizes, &leasts);
-        let chosen = self.rest.assign(&found);
-        let evened = match &self.tells {
-            MarkerSignal::Dark(counts) if !self.looks.is_empty() => {
-                Some(NormalisedImage::new(&self.scaling, &values, counts))
-            }
-            _ => None,
-        };
-        let place = |(i, (chosen, size)): (usize, (&Option<usize>, &MarkerSize))| {
-            let (place, rest) = (found[(*chosen)?], self.rest.at()[i]?);
-            let looks = self.looks.get(i).and_then(Option::as_ref);
-            let Some((looks, evened)) = looks.zip(evened.as_ref()) else {
-                return Some(said.spot_centre(&place, *size));
-                // With shadows, the place of the best correlation is more reliable than the centre of the dark spot.
-            };
-            let by = subtract(&place, &rest);
-            Some(add(&rest, &looks.find_displacement(&self.scaling, evened, &by, size.pitch_px)?))
-        };
-        chosen.iter().zip(&self.sizes).enumerate().map(place).collect()
-    }
-}
-
-/// Returns the spots that may be markers, each once and the strongest first.
-fn candidates(
-    said: &SignalImage<'_>,
-    pattern: &Pattern,
-    sizes: &[MarkerSize],
-    leasts: &[f64],
-) -> Vec<Px> {
-    let mut all: Vec<(Blob, f64)> = Vec::new();
-    for (i, at) in pattern.at().iter().enumerate() {
-        let Some(at) = at else { continue };
-        let pitch_px = pattern.pitch_px()[i];
-        let near = said.find_maxima(at, REACH * pitch_px, sizes[i], leasts[i]);
-        all.extend(near.into_iter().map(|blob| (blob, SAME_SPOT * pitch_px)));
-    }
-    all.sort_by(|a, b| b.0.strength.total_cmp(&a.0.strength));
-    let mut kept: Vec<(Px, f64)> = Vec::new();
-    for (blob, one_px) in all {
-        let is_new =
-            // Of spots that are too close to each other, only the strongest is kept.
-            |(other, reach): &(Px, f64)| assignment::distance(other, &blob.at) > reach.min(one_px);
-        if kept.iter().all(is_new) {
-            kept.push((blob.at, one_px));
-        }
-    }
-    kept.into_iter().map(|(at, _)| at).collect()
 }
 
 /// Returns weights that separate colours by least squares: for the sum of all, and for one.

@@ -1,9 +1,11 @@
 //! Detection of spots that stand out from their surroundings as markers do.
 
+use fabkit_calibration::significance::{Detected, ImageNoise, Significance};
 use fabkit_geometry::Rgb;
 
 use super::assignment::{Px, distance};
 use super::scaling::Scaling;
+use crate::CapturedImage;
 
 /// Half side of the square inside a marker, in its radii.
 const WITHIN: f64 = 0.6;
@@ -54,6 +56,63 @@ pub(super) struct Blob {
     pub at: Px,
     /// Excess of the mean signal inside over that around.
     pub strength: f64,
+    pub significance: Significance,
+}
+
+impl Detected for Blob {
+    fn contrast(&self) -> f64 {
+        self.strength
+    }
+
+    fn significance(&self) -> Significance {
+        self.significance
+    }
+}
+
+/// Weights of the colours' noise in the signal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NoiseWeights {
+    weights: Rgb,
+    /// True if the largest of the colours is the signal; otherwise their sum is.
+    is_largest: bool,
+}
+
+impl NoiseWeights {
+    /// Computes the weights from the image at rest, reduced.
+    pub(super) fn new(tells: &MarkerSignal, values: &[f32], channels: usize) -> Self {
+        let mean = |of: &dyn Fn(usize) -> f64, count: usize| {
+            (0..count).map(of).sum::<f64>() / count.max(1) as f64
+        };
+        match tells {
+            MarkerSignal::Bright => Self { weights: [1.0; 3], is_largest: false },
+            MarkerSignal::Dark(counts) => {
+                let weights = [0, 1, 2].map(|k| mean(&|i| counts[i][k], counts.len()));
+                Self { weights, is_largest: true }
+            }
+            MarkerSignal::Share([all, one]) => {
+                let pixels = values.len() / channels;
+                let light = |i: usize| f64::from(dot(&values[channels * i..], all));
+                let light = mean(&light, pixels).max(f64::from(LEAST_LIGHT));
+                Self { weights: one.map(|weight| weight / light), is_largest: false }
+            }
+        }
+    }
+
+    /// Measures the noise of blocks in an image, in units of the signal.
+    pub(super) fn block_noise(&self, image: &CapturedImage, grey_step: f64) -> ImageNoise {
+        let channel = |k: usize| {
+            let values = image.values.iter().skip(k).step_by(image.channels).copied();
+            (ImageNoise::measure(values, image.size_px[0], grey_step), self.weights[k].abs())
+        };
+        let channels: Vec<(ImageNoise, f64)> = (0..image.channels).map(channel).collect();
+        let sigma = |(noise, weight): &(ImageNoise, f64)| noise.block_sigma * weight;
+        let noise = match channels.iter().max_by(|a, b| sigma(a).total_cmp(&sigma(b))) {
+            Some(largest) if self.is_largest => ImageNoise::of_sum(&[*largest]),
+            _ => ImageNoise::of_sum(&channels),
+        };
+        // The noise of pixels is measured in the signal itself.
+        ImageNoise { pixel_sigma: 0.0, ..noise }
+    }
 }
 
 /// Signal of an image, with its integral image.
@@ -65,6 +124,10 @@ pub(super) struct SignalImage<'a> {
     sums: Vec<f64>,
     /// Standard deviation of a pixel's noise.
     noise: f64,
+    /// Noise of blocks of pixels, in pixels of the whole image.
+    blocks: ImageNoise,
+    /// True if the signal is the sum of the colours.
+    is_sum: bool,
 }
 
 impl<'a> SignalImage<'a> {
@@ -73,6 +136,7 @@ impl<'a> SignalImage<'a> {
         tells: &MarkerSignal,
         values: &[f32],
         channels: usize,
+        blocks: ImageNoise,
     ) -> Self {
         let values = match (tells, channels) {
             (MarkerSignal::Bright, 1) => values.to_vec(),
@@ -106,7 +170,13 @@ impl<'a> SignalImage<'a> {
                 own[column + 1] = above[column + 1] + sum;
             }
         }
-        Self { scaling, values, sums, noise }
+        let is_sum = matches!(tells, MarkerSignal::Bright);
+        Self { scaling, values, sums, noise, blocks, is_sum }
+    }
+
+    /// Returns the contrast of a strength of 1, as a fraction: of white where brightness is summed over colours.
+    pub(super) fn contrast_unit(&self, channels: usize) -> f64 {
+        if self.is_sum { (channels as f64).recip() } else { 1.0 }
     }
 
     /// Returns the standard deviation of a marker's strength by noise.
@@ -116,7 +186,11 @@ impl<'a> SignalImage<'a> {
         let [inside, all] =
             self.halves(size).map(|half| ((2 * half + 1) as f64 / own).powi(2).max(1.0));
         let all = all.max(inside + 1.0);
-        self.noise * (inside.recip() + (all - inside).recip()).sqrt()
+        let areas = [inside, all - inside];
+        let pixels = self.noise * areas.map(f64::recip).iter().sum::<f64>().sqrt();
+        // Reduced pixels are means of several of the image.
+        let areas_px = areas.map(|area| area * (self.scaling.binned * self.scaling.binned) as f64);
+        pixels.hypot(self.blocks.contrast_sigma(areas_px))
     }
 
     /// Returns sum and number of pixels of a square with a given half side, clipped to the image.
@@ -150,13 +224,14 @@ impl<'a> SignalImage<'a> {
         (inner / inside - ground, ground)
     }
 
-    /// Finds local maxima of the strength within `reach_px` of a place, with at least the strength `least`.
+    /// Finds local maxima of the strength within `reach_px` of a place, with at least the strength `least`. `noise` is
+    /// that of a marker of this size.
     pub(super) fn find_maxima(
         &self,
         at: &Px,
         reach_px: f64,
         size: MarkerSize,
-        least: f64,
+        [least, noise]: [f64; 2],
     ) -> Vec<Blob> {
         let halves = self.halves(size);
         let middle = self.scaling.to_scaled(at);
@@ -199,7 +274,8 @@ impl<'a> SignalImage<'a> {
                     );
                 let at = self.scaling.to_image(&most.1.map(|at| at as f64));
                 if distance(&at, &self.scaling.to_image(&middle)) <= reach_px {
-                    found.push(Blob { at, strength: most.0 });
+                    let significance = Significance::new(most.0, noise);
+                    found.push(Blob { at, strength: most.0, significance });
                 }
             }
         }
@@ -324,7 +400,7 @@ pub(super) fn darkness_weights(
     let mut counts = vec![[0.0; 3]; columns * coarse.rows];
     for channel in 0..channels {
         let own: Vec<f32> = values.iter().skip(channel).step_by(channels).copied().collect();
-        let said = SignalImage::new(&coarse, &MarkerSignal::Bright, &own, 1);
+        let said = SignalImage::new(&coarse, &MarkerSignal::Bright, &own, 1, ImageNoise::default());
         // In darker places, noise would look like markers.
         let all = own.iter().copied().map(f64::from).sum::<f64>() / own.len().max(1) as f64;
         let least = (MIN_LOCAL_LIGHT * all).max(f64::from(LEAST_LIGHT));

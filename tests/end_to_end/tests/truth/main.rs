@@ -7,6 +7,7 @@ mod depth_mesh;
 mod followed_marks;
 mod giving_way;
 mod lens_effects;
+mod markers_against_themselves;
 mod optics;
 mod presses;
 mod pressing;

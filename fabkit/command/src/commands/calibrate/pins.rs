@@ -21,13 +21,21 @@ pub(super) fn run(args: &CalibratePins) -> Result<Outcome, Failure> {
     let mut text = String::new();
     let mut images = Vec::new();
     for (file, detection) in files.zip(&detections) {
-        let _ = writeln!(text, "{file}: {}", format_count(detection.marks.len(), "pin"));
-        for mark in &detection.marks {
+        let _ = writeln!(text, "{file}: {}", format_count(detection.marks.kept().len(), "pin"));
+        for mark in detection.marks.kept() {
             let _ = writeln!(
                 text,
-                "  ({:8.2}, {:8.2}) px, sigma {:.2} px, contrast {:.2}",
-                mark.pixel.x, mark.pixel.y, mark.sigma_px, mark.contrast
+                "  ({:8.2}, {:8.2}) px, sigma {:.2} px, contrast {:.2}, {:.0} times the noise",
+                mark.pixel.x,
+                mark.pixel.y,
+                mark.sigma_px,
+                mark.contrast,
+                mark.significance.sigmas()
             );
+        }
+        let left_out = detection.marks.summary();
+        if left_out.count > 0 {
+            let _ = writeln!(text, "  {left_out}");
         }
         images.push(image_json(&file, detection));
     }
@@ -41,11 +49,12 @@ pub(super) fn run(args: &CalibratePins) -> Result<Outcome, Failure> {
 }
 
 fn image_json(file: &str, detection: &Detection) -> Value {
-    let marks = detection.marks.iter().map(|mark| {
+    let marks = detection.marks.kept().iter().map(|mark| {
         json!({
             "pixel": [mark.pixel.x, mark.pixel.y],
             "sigma_px": mark.sigma_px,
             "contrast": mark.contrast,
+            "significance": mark.significance.sigmas(),
             "diameter_px": mark.diameter_px,
             "hidden_outline": mark.hidden_outline,
         })
@@ -59,10 +68,18 @@ fn image_json(file: &str, detection: &Detection) -> Value {
         };
         json!({ "pixel": [pixel.x, pixel.y], "reason": reason })
     });
+    let left_out = detection.marks.left_out().iter().map(|spot| {
+        json!({
+            "pixel": [spot.pixel.x, spot.pixel.y],
+            "contrast": spot.contrast,
+            "significance": spot.significance.sigmas(),
+        })
+    });
     json!({
         "file": file,
         "pins": marks.collect::<Vec<_>>(),
         "rejected": rejected.collect::<Vec<_>>(),
+        "left_out": left_out.collect::<Vec<_>>(),
         "noise": detection.noise,
     })
 }

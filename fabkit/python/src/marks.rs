@@ -56,8 +56,7 @@ impl MarkFollower {
                 }
             };
             let viewpoint = viewpoint.resized(size_px).map_err(wrong)?;
-            let why = "markers are tracked alone, whose places are compared instead";
-            let expected = ExpectedLight::unknown([width, height], why);
+            let expected = ExpectedLight::from_markers([width, height]);
             let gate = decide(ImageGate::new(expected, Path::new("reference"), reference)?, force)?;
             let rest = gate.reference();
             let known = reconstructing::MarkerTracker::new(drawn, &viewpoint, lighting, rest)?;

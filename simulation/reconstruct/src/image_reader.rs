@@ -15,9 +15,6 @@ use super::{
     encode_npz, explain_darkness, shows_depth, why_markers_hidden,
 };
 
-/// Reason why images that show markers alone are not compared with drawn light.
-const MARKERS_COMPARED: &str = "this light shows markers, whose places are compared instead";
-
 /// Reader that is calibrated with the image at rest.
 ///
 /// ```
@@ -113,7 +110,7 @@ impl ImageReader {
         let scene = if needs_view { Some(view()?) } else { None };
         let expected = match &scene {
             Some(scene) => ExpectedLight::render(scene, lighting, constants),
-            None => ExpectedLight::unknown(size_px, MARKERS_COMPARED),
+            None => ExpectedLight::from_markers(size_px),
         };
         let (gate, judgement) = ImageGate::new(expected, file, reference.clone())?.accept_anyway();
         let gate = Arc::new(gate);

@@ -42,6 +42,8 @@ const JOINT_MM: f64 = 1e-3;
 pub struct ExpectedLight {
     pub(super) size_px: [usize; 2],
     pub(super) drawn: Result<DrawnLight, String>,
+    /// Whether images consist of markers that move.
+    pub(super) has_moving_markers: bool,
 }
 
 /// Light and layers in each cell.
@@ -64,12 +66,25 @@ impl ExpectedLight {
             size_px: size_px.map(|px| px as usize),
             drawn: DrawnLight::render(view, lighting, constants, grid_size(size_px))
                 .map_err(|error| error.to_string()),
+            has_moving_markers: false,
         }
     }
 
     /// Expects images of a size, whose light is not known for this reason.
     pub fn unknown(size_px: [usize; 2], why: &str) -> Self {
-        Self { size_px, drawn: Err(why.to_owned()) }
+        Self { size_px, drawn: Err(why.to_owned()), has_moving_markers: false }
+    }
+
+    /// Expects images of a size that show markers alone. Their places are compared where they are tracked.
+    ///
+    /// ```
+    /// use fabkit_capture::plausibility::ExpectedLight;
+    /// let expected = ExpectedLight::from_markers([30, 30]);
+    /// assert!(expected.why_unknown().is_some_and(|why| why.contains("markers")));
+    /// ```
+    pub fn from_markers(size_px: [usize; 2]) -> Self {
+        let why = "this light shows markers, whose places are compared instead";
+        Self { has_moving_markers: true, ..Self::unknown(size_px, why) }
     }
 
     /// Returns the number of columns and rows of images, px.

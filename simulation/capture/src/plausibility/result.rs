@@ -199,7 +199,8 @@ mod tests {
             limit_mm: vec![3.0; count],
             is_colored: false,
         };
-        let expected = ExpectedLight { size_px: [SIDE; 2], drawn: Ok(drawn) };
+        let expected =
+            ExpectedLight { size_px: [SIDE; 2], drawn: Ok(drawn), has_moving_markers: false };
         ImageGate::new(expected, Path::new("rest.png"), image()).unwrap().accept().unwrap()
     }
 

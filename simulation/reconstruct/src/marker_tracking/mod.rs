@@ -77,7 +77,7 @@ const LEAST_SLOPE: f64 = 0.05;
 /// // `image` draws dark dots where the camera sees them, so many pixels further right.
 /// let lighting = find_lighting(sensor, None)?;
 /// // Images pass a gate first.
-/// let expected = ExpectedLight::unknown([320, 240], "markers are compared instead");
+/// let expected = ExpectedLight::from_markers([320, 240]);
 /// let gate = ImageGate::new(expected, Path::new("rest.png"), image(0.0))?.accept()?;
 /// let tracker = MarkerTracker::new(sensor, &viewpoint, lighting, gate.reference())?;
 /// let moved = gate.check(Path::new("moved.png"), image(2.0))?.accept()?;

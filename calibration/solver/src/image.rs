@@ -6,6 +6,8 @@ use fabkit_image::{DecodedImage, ImageFileError, PixelValues};
 pub const MAX_PIXELS: u64 = 64 << 20;
 /// Longest side of an image, px.
 pub const MAX_SIDE_PX: u32 = 16_384;
+/// Smallest largest value of an image of 16 bits, as a share of the range: 12 bits that were not shifted stay below.
+const LEAST_RANGE: f32 = 1.0 / 16.0;
 /// Shortest side of an image, px: below, a pin or a board's corner has too few pixels to be detected.
 pub const MIN_SIDE_PX: u32 = 64;
 
@@ -40,6 +42,16 @@ pub enum ImageError {
     /// The values are not one finite intensity for each pixel.
     #[error("needs one finite brightness per pixel")]
     Values,
+    /// All values lie in the lowest sixteenth of the range of a file of 16 bits.
+    #[error(
+        "no value exceeds {largest} of {range}: too dark, or fewer bits than the file has room for; multiply 12 bits in 16 by 16"
+    )]
+    NarrowRange {
+        /// Largest value in the file, weighted over its colours.
+        largest: u32,
+        /// Largest value that the file can hold.
+        range: u32,
+    },
     /// The image is too large or too small.
     #[error(
         "{width_px} x {height_px} px; sides are {MIN_SIDE_PX} px to {MAX_SIDE_PX} px, {MAX_PIXELS} pixels in all"
@@ -88,7 +100,11 @@ impl GreyImage {
             fabkit_image::read(bytes, MAX_PIXELS)?;
         let values = match values {
             PixelValues::U8(values) => grey(&values, channels, f32::from(u8::MAX)),
-            PixelValues::U16(values) => grey(&values, channels, f32::from(u16::MAX)),
+            PixelValues::U16(values) => {
+                let values = grey(&values, channels, f32::from(u16::MAX));
+                check_range(&values)?;
+                values
+            }
         };
         Self::new(width_px, height_px, values)
     }
@@ -187,6 +203,17 @@ fn grey<T: Copy + Into<f32>>(values: &[T], channels: u32, white: f32) -> Vec<f32
             0.2126 * sample(*red) + 0.7152 * sample(*green) + 0.0722 * sample(*blue)
         })
         .collect()
+}
+
+/// Checks that values of a file of 16 bits use its range. An image that is all black is not one of fewer bits; detectors
+/// say what they miss in it.
+fn check_range(values: &[f32]) -> Result<(), ImageError> {
+    let largest = values.iter().copied().fold(0.0, f32::max);
+    if largest == 0.0 || largest >= LEAST_RANGE {
+        return Ok(());
+    }
+    let range = u32::from(u16::MAX);
+    Err(ImageError::NarrowRange { largest: (largest * range as f32).round() as u32, range })
 }
 
 /// Checks the limits of an image's size.

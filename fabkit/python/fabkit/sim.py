@@ -279,7 +279,9 @@ class Sensor:
             scene = scene.resized(*size_px)
         self.scene = scene
         """The sensor's surface and its camera."""
-        self._known: tuple[NDArray[np.float32], str | None, _fabkit.Reconstructor] | None = None
+        self._known: (
+            tuple[NDArray[np.float32], tuple[str | None, bool], _fabkit.Reconstructor] | None
+        ) = None
         self._light = (light, None if constants is None else os.fspath(constants))
         self._live = _fabkit.Live(
             scene._native,  # pyright: ignore[reportPrivateUsage]
@@ -336,8 +338,12 @@ class Sensor:
         reference: ArrayLike,
         *,
         network: str | PathLike[str] | None = None,
+        force: bool = False,
     ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
         """Reconstruct indentation from captures, as ``fabkit reconstruct`` does.
+
+        Images are compared with the drawn light and with the reference, and depth with the soft
+        layers: images of another sensor, in BGR, turned, or with 12 bits in 16 are refused.
 
         Parameters
         ----------
@@ -349,6 +355,8 @@ class Sensor:
             An ONNX file: a chain of convolutions from one channel to one. A ``.json`` file of the
             same name describes input and output; without that it counts as R-Tac0's published
             network. Default: a model of the sensor's light, which shows thickness or slopes.
+        force
+            Return results even if images or results are implausible.
 
         Returns
         -------
@@ -358,16 +366,17 @@ class Sensor:
         Raises
         ------
         FabkitError
-            The sensor's light shows neither thickness nor slopes, images have another size, or the
-            network has other layers.
+            The sensor's light shows neither thickness nor slopes, images have another size, the
+            network has other layers or gives no finite numbers, or images or results are
+            implausible.
         """
         rest = _image(reference, "reference")
         # Preparation takes seconds; keep the result while reference image and network are the same.
-        by = None if network is None else os.fspath(network)
+        by = (None if network is None else os.fspath(network), force)
         same = self._known is not None and self._known[1] == by
         if self._known is None or not same or not np.array_equal(self._known[0], rest):
             native = self.scene._native  # pyright: ignore[reportPrivateUsage]
-            self._known = (rest, by, _fabkit.Reconstructor(native, *self._light, rest, by))
+            self._known = (rest, by, _fabkit.Reconstructor(native, *self._light, rest, *by))
         known = self._known[2]
         given = np.asarray(images)
         is_one = given.ndim == np.asarray(reference).ndim
@@ -415,6 +424,8 @@ class MarkFollower:
         The reference image, of the camera's size: rows x columns, or rows x columns x 3 in colour.
     light
         Name of the light that is on. Default: the sensor's usual one.
+    force
+        Track markers even in images that cannot belong to the reference image.
 
     Raises
     ------
@@ -423,7 +434,12 @@ class MarkFollower:
     """
 
     def __init__(
-        self, design: Design | str | Scene, reference: ArrayLike, *, light: str | None = None
+        self,
+        design: Design | str | Scene,
+        reference: ArrayLike,
+        *,
+        light: str | None = None,
+        force: bool = False,
     ) -> None:
         scene = design if isinstance(design, Scene) else None
         sensor = design.sensor if isinstance(design, Scene) else design
@@ -435,6 +451,7 @@ class MarkFollower:
             None if scene is None else scene._native,  # pyright: ignore[reportPrivateUsage]
             light,
             rest,
+            force,
         )
         self.names = self._known.names()
         """Names of the m markers, in the order of the design."""

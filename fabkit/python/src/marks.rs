@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use fabkit_application::capturing::plausibility::{ExpectedLight, ImageGate};
 use fabkit_application::ground_truth::Viewpoint;
 use fabkit_application::scene::SceneError;
 use fabkit_application::{capturing, reconstructing};
@@ -14,11 +15,13 @@ use crate::arrays;
 use crate::design::Project;
 use crate::errors::{Failure, OrRaise};
 use crate::running::run_short;
-use crate::scene::{Scene, array_image};
+use crate::scene::{Scene, array_image, decide};
 
 /// Follower of markers, see [`reconstructing::MarkFollower`].
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct MarkFollower {
+    gate: Arc<ImageGate>,
+    force: bool,
     known: Arc<reconstructing::MarkerTracker>,
 }
 
@@ -33,6 +36,7 @@ impl MarkFollower {
         scene: Option<&Scene>,
         light: Option<String>,
         reference: PyReadonlyArray3<'_, f32>,
+        force: bool,
     ) -> PyResult<Self> {
         let project = Arc::clone(&project.project);
         let given = scene.map(|scene| scene.scene.viewpoint.clone());
@@ -52,11 +56,14 @@ impl MarkFollower {
                 }
             };
             let viewpoint = viewpoint.resized(size_px).map_err(wrong)?;
-            let rest = (Path::new("reference"), &reference);
+            let expected = ExpectedLight::from_markers([width, height]);
+            let gate = decide(ImageGate::new(expected, Path::new("reference"), reference)?, force)?;
+            let rest = gate.reference();
             let known = reconstructing::MarkerTracker::new(drawn, &viewpoint, lighting, rest)?;
-            Ok::<_, Failure>(known)
+            Ok::<_, Failure>((gate, known))
         })?;
-        Ok(Self { known: Arc::new(known.or_raise(py)?) })
+        let (gate, known) = known.or_raise(py)?;
+        Ok(Self { gate: Arc::new(gate), force, known: Arc::new(known) })
     }
 
     fn names(&self) -> Vec<String> {
@@ -70,9 +77,11 @@ impl MarkFollower {
         picture: PyReadonlyArray3<'py, f32>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let picture = array_image(&picture);
-        let known = Arc::clone(&self.known);
+        let (known, gate) = (Arc::clone(&self.known), Arc::clone(&self.gate));
+        let force = self.force;
         let found = run_short(py, move || {
-            let followed = known.follow(Path::new("picture"), &picture)?;
+            let picture = decide(gate.check(Path::new("picture"), picture)?, force)?;
+            let followed = known.follow(&picture)?;
             Ok::<_, Failure>(known.arrays(&followed))
         })?;
         arrays::dictionary(py, found.or_raise(py)?)

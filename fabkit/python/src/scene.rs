@@ -6,6 +6,7 @@ use std::sync::Arc;
 use fabkit::{CaptureOptions, CastOptions, ContactOptions};
 use fabkit_application::Error;
 use fabkit_application::camera::files::{PoseFile, read_pose};
+use fabkit_application::capturing::plausibility::Judged;
 use fabkit_application::capturing::{self, Unit, select_lighting};
 use fabkit_application::export::{NpyArray, NpyValues, png};
 use fabkit_application::fixtures::Press;
@@ -240,12 +241,13 @@ fn find_presses(
 #[pyclass(frozen, module = "fabkit._fabkit")]
 pub struct Reconstructor {
     known: Arc<reconstructing::Reconstructor>,
+    force: bool,
 }
 
 #[pymethods]
 impl Reconstructor {
     /// Makes a reconstructor from the image at rest, values from 0 to 1, rows x columns x channels; with the network of
-    /// a file, if one is given.
+    /// a file, if one is given. Unless forced, images and depth that are implausible are errors.
     #[new]
     fn new(
         py: Python<'_>,
@@ -254,22 +256,24 @@ impl Reconstructor {
         constants: Option<PathBuf>,
         reference: PyReadonlyArray3<'_, f32>,
         network: Option<PathBuf>,
+        force: bool,
     ) -> PyResult<Self> {
         let view = Arc::clone(&scene.scene);
         let reference = array_image(&reference);
         let known = run_on_thread(py, InterruptPolicy::Abandon, None, move |_| {
             let given = (Path::new("reference"), &reference);
-            if let Some(file) = network {
-                let network = DepthNetwork::read(&file)?;
-                let known = reconstructing::Reconstructor::with_network(&view, &network, given);
-                return Ok::<_, Failure>(known?);
-            }
             let (lighting, constants) =
                 select_lighting(&view.project, light.as_deref(), constants.as_deref())?;
-            let known = reconstructing::Reconstructor::new(&view, lighting, &constants, given);
-            Ok::<_, Failure>(known?)
+            let known = match network {
+                Some(file) => {
+                    let network = DepthNetwork::read(&file)?;
+                    reconstructing::Reconstructor::with_network(&view, &network, lighting, given)?
+                }
+                None => reconstructing::Reconstructor::new(&view, lighting, &constants, given)?,
+            };
+            Ok::<_, Failure>(decide(known, force)?)
         })?;
-        Ok(Self { known: Arc::new(known) })
+        Ok(Self { known: Arc::new(known), force })
     }
 
     /// Reconstructs an image: depth, mm, contact, and its overall brightness relative to the image at rest.
@@ -280,13 +284,21 @@ impl Reconstructor {
     ) -> PyResult<(Map<'py, f32>, Map<'py, bool>, f32)> {
         let picture = array_image(&picture);
         let known = Arc::clone(&self.known);
-        let shown = run_short(py, move || known.reconstruct(Path::new("picture"), picture))?;
+        let force = self.force;
+        let shown = run_short(py, move || {
+            known.reconstruct(Path::new("picture"), picture).and_then(|shown| decide(shown, force))
+        })?;
         let shown = shown.or_raise(py)?;
         let [width, height] = self.known.size_px();
         let shape = [height, width];
         let depth_mm = arrays::into_array(py, shown.depth_mm, &shape)?;
         Ok((depth_mm, arrays::into_array(py, shown.contact, &shape)?, shown.relative_brightness))
     }
+}
+
+/// Takes a value out with its findings, which are errors unless forced.
+pub fn decide<T>(judged: Judged<T>, force: bool) -> Result<T, Error> {
+    if force { Ok(judged.accept_anyway().0) } else { judged.accept() }
 }
 
 type Map<'py, T> = Bound<'py, PyArrayDyn<T>>;

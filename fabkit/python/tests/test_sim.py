@@ -163,6 +163,10 @@ def test_depth_is_reconstructed_from_captures(rtac0):
     assert abs(np.nanmax(depth_mm) - 1.0) < 0.3
     with pytest.raises(fabkit.FabkitError, match="px"):
         rtac0.reconstruct(felt.image[:-1], rest.image)
+    # A 12-bit camera's values in 16 bits.
+    narrow = [np.asarray(one, np.uint16) * 16 for one in (felt.image, rest.image)]
+    with pytest.raises(fabkit.FabkitError, match="fewer bits than the file has room for"):
+        rtac0.reconstruct(*narrow)
 
 
 def test_markers_are_tracked_by_name():

@@ -49,6 +49,7 @@ mod unit;
 
 pub mod light_fit;
 pub mod live;
+pub mod plausibility;
 
 use fabkit_depth::ground_truth::DepthMap;
 use fabkit_geometry::{Body, Lighting, Marker, Rgb, Sensor, Vector3, VisibleEffect};

@@ -66,6 +66,25 @@ pub enum ReconstructError {
         /// The fault itself.
         source: Box<NetworkError>,
     },
+    /// A network whose output contains infinite values or no numbers.
+    #[error(
+        "{}: {count} of {of} depths that this network gives for {} are no finite numbers; the first is {value}, at pixel {}, {}",
+        .file.display(), .picture.display(), .at_px[0], .at_px[1]
+    )]
+    NetworkNotFinite {
+        /// Path of the network.
+        file: PathBuf,
+        /// Path of the image.
+        picture: PathBuf,
+        /// Number of such depths.
+        count: usize,
+        /// Number of all depths.
+        of: usize,
+        /// Column and row of the first.
+        at_px: [usize; 2],
+        /// The first such value.
+        value: f32,
+    },
     /// A card that does not describe a network's input and output.
     #[error("{} {what}", .file.display())]
     Card {
@@ -118,6 +137,9 @@ impl Explained for ReconstructError {
                 "export it as one chain of convolutions that keep the image's size, without batch normalisation: exporters \
                  fold it into the weights"
             }
+            Self::NetworkNotFinite { .. } => {
+                "look for divisions by zero and for weights that are no numbers; train or export it again"
+            }
             Self::Card { .. } => {
                 "`fabkit bench rtac0` writes one beside its network; without a card a network is taken for R-Tac0's published one"
             }
@@ -135,9 +157,9 @@ impl Explained for ReconstructError {
             Self::TooDark { file, .. }
             | Self::NoColors { file }
             | Self::TooFewMarkers { file, .. } => ErrorSubject::from_path("bad_picture", file),
-            Self::Network { file, .. } | Self::Card { file, .. } => {
-                ErrorSubject::from_path("bad_network", file)
-            }
+            Self::Network { file, .. }
+            | Self::NetworkNotFinite { file, .. }
+            | Self::Card { file, .. } => ErrorSubject::from_path("bad_network", file),
             Self::SameName { first, .. } => ErrorSubject::from_path("same_name", first),
         }
     }

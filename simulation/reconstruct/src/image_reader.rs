@@ -1,7 +1,9 @@
 //! Reader of images of one sensor: depth, where its lighting or a network allows it, and markers, where there are any.
 
 use std::path::Path;
+use std::sync::Arc;
 
+use fabkit_capture::plausibility::{ExpectedLight, ImageGate, Judged};
 use fabkit_capture::{CapturedImage, LightConstants};
 use fabkit_files::Error;
 use fabkit_geometry::{Lighting, Sensor};
@@ -10,7 +12,7 @@ use fabkit_scene::ground_truth::Viewpoint;
 
 use super::{
     DepthNetwork, DepthResult, MarkerTracker, ReconstructError, Reconstructor, TrackedMarkers,
-    encode_npz, shows_depth, why_markers_hidden,
+    encode_npz, explain_darkness, shows_depth, why_markers_hidden,
 };
 
 /// Reader that is calibrated with the image at rest.
@@ -46,8 +48,9 @@ use super::{
 /// // Light that shows dots and no depth needs no view of the surface.
 /// let no_view = || unreachable!();
 /// let camera = (sensor, &viewpoint);
-/// let reader = ImageReader::new(camera, no_view, light, None, (Path::new("rest.png"), &rest))?;
-/// let read = reader.read(Path::new("moved.png"), moved)?;
+/// let rest = (Path::new("rest.png"), &rest);
+/// let reader = ImageReader::new(camera, no_view, light, None, rest)?.accept()?;
+/// let read = reader.read(Path::new("moved.png"), moved)?.accept()?;
 /// assert!(read.depth.is_none() && read.contact_px().is_none());
 /// assert!(reader.max_displacement_px(&read).is_some_and(|px| (px - 1.5).abs() < 0.2));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -55,6 +58,7 @@ use super::{
 #[derive(Debug)]
 pub struct ImageReader {
     size_px: [usize; 2],
+    gate: Arc<ImageGate>,
     depth: Option<Reconstructor>,
     /// View of the sensor, where depth is reconstructed.
     pub scene: Option<SensorView>,
@@ -83,8 +87,8 @@ pub struct ReadingRates {
 }
 
 impl ImageReader {
-    /// Creates a reader from the image at rest. `view` is called where depth is reconstructed, by the network if there
-    /// is one.
+    /// Creates a reader from the image at rest, which is compared with the drawn light. `view` is called where depth is
+    /// reconstructed, by the network if there is one.
     ///
     /// # Errors
     /// Returns an error for a lighting that shows neither depth nor markers, and the errors of [`Reconstructor::new`]
@@ -94,28 +98,34 @@ impl ImageReader {
         view: impl FnOnce() -> Result<SensorView, Error>,
         (lighting, constants): (&Lighting, &LightConstants),
         network: Option<&DepthNetwork>,
-        reference: (&Path, &CapturedImage),
-    ) -> Result<Self, Error> {
+        (file, reference): (&Path, &CapturedImage),
+    ) -> Result<Judged<Self>, Error> {
         let camera = viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
         let mut left_out = Vec::new();
-        let (mut depth, mut scene) = (None, None);
-        // Without depth and without markers, `Reconstructor::new` returns the error to report.
-        if network.is_some()
+        // Without depth and without markers, the reconstructor returns the error to report.
+        let needs_view = network.is_some()
             || shows_depth(lighting)
-            || why_markers_hidden(sensor, lighting).is_some()
-        {
-            let view = view()?;
-            depth = Some(match network {
-                Some(network) => Reconstructor::with_network(&view, network, reference)?,
-                None => Reconstructor::new(&view, lighting, constants, reference)?,
-            });
-            scene = Some(view);
+            || why_markers_hidden(sensor, lighting).is_some();
+        let scene = if needs_view { Some(view()?) } else { None };
+        let expected = match &scene {
+            Some(scene) => ExpectedLight::render(scene, lighting, constants),
+            None => ExpectedLight::from_markers(size_px),
+        };
+        let (gate, judgement) = ImageGate::new(expected, file, reference.clone())?.accept_anyway();
+        let gate = Arc::new(gate);
+        let mut depth = None;
+        if let Some(scene) = &scene {
+            let known = match network {
+                Some(network) => Reconstructor::from_gate_with_network(scene, network, &gate),
+                None => Reconstructor::from_gate(scene, lighting, constants, &gate),
+            };
+            depth = Some(known.map_err(|error| explain_darkness(error, &judgement))?);
         } else {
             let (sensor, light) = (sensor.name.clone(), lighting.name);
             left_out.push(ReconstructError::DepthNotShown { sensor, light }.to_string());
         }
-        let marks = match MarkerTracker::new(sensor, viewpoint, lighting, reference) {
+        let marks = match MarkerTracker::new(sensor, viewpoint, lighting, gate.reference()) {
             Ok(marks) => Some(marks),
             // Depth does not need markers, so an image without them is still read.
             Err(error) if depth.is_some() => match error.downcast_ref() {
@@ -131,7 +141,8 @@ impl ImageReader {
             },
             Err(error) => return Err(error),
         };
-        Ok(Self { size_px, depth, scene, marks, omissions: left_out })
+        let reader = Self { size_px, gate, depth, scene, marks, omissions: left_out };
+        Ok(Judged::new(reader, judgement))
     }
 
     /// Returns the width and height of images, px.
@@ -139,14 +150,21 @@ impl ImageReader {
         self.size_px
     }
 
-    /// Reads an image, which was read from `file`.
+    /// Reads an image, which was read from `file`. It is compared with the image at rest, and its depth with the layers.
     ///
     /// # Errors
-    /// Returns an error for an image that has another size or lacks required colours.
-    pub fn read(&self, file: &Path, image: CapturedImage) -> Result<ImageReading, Error> {
-        let followed = self.marks.as_ref().map(|marks| marks.follow(file, &image)).transpose()?;
-        let shown = self.depth.as_ref().map(|depth| depth.reconstruct(file, image)).transpose()?;
-        Ok(ImageReading { depth: shown, markers: followed })
+    /// Returns an error for an image that has another size or lacks required colours, and for a network whose output is
+    /// not finite.
+    pub fn read(&self, file: &Path, image: CapturedImage) -> Result<Judged<ImageReading>, Error> {
+        let (image, mut judgement) = self.gate.check(file, image)?.accept_anyway();
+        let markers = self.marks.as_ref().map(|marks| marks.follow(&image)).transpose()?;
+        let mut depth = None;
+        if let Some(reconstructor) = &self.depth {
+            let (found, of_depth) = reconstructor.reconstruct_checked(&image)?.accept_anyway();
+            judgement.merge(&of_depth);
+            depth = Some(found);
+        }
+        Ok(Judged::new(ImageReading { depth, markers }, judgement))
     }
 
     /// Encodes the result as NPZ file, as [`encode_npz`] does.
@@ -172,7 +190,9 @@ impl ImageReader {
     /// Returns the errors of [`Self::read`].
     pub fn measure_rates(&self, file: &Path, image: &CapturedImage) -> Result<ReadingRates, Error> {
         let of_depth = self.depth.as_ref().map(|depth| depth.measure_images_per_s(file, image));
-        let of_marks = self.marks.as_ref().map(|marks| marks.measure_images_per_s(file, image));
+        // Findings about the image do not change how long it takes.
+        let (checked, _) = self.gate.check(file, image.clone())?.accept_anyway();
+        let of_marks = self.marks.as_ref().map(|marks| marks.measure_images_per_s(&checked));
         let (of_depth, marks_per_s) = (of_depth.transpose()?, of_marks.transpose()?);
         let rates = [of_depth, marks_per_s].into_iter().flatten();
         // Times add up, so the inverse rates are summed.

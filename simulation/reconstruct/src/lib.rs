@@ -33,8 +33,10 @@
 //! ) -> Result<Option<f32>, fabkit_files::Error> {
 //!     let sensor = &view.project.design.sensor;
 //!     let (lighting, constants) = (find_lighting(sensor, None)?, LightConstants::for_sensor(sensor));
-//!     let reconstructor = Reconstructor::new(view, lighting, &constants, ("rest.png".as_ref(), rest))?;
-//!     Ok(reconstructor.reconstruct("pressed.png".as_ref(), pressed)?.deepest_mm())
+//!     let rest = ("rest.png".as_ref(), rest);
+//!     // Images that cannot be right, and depth that cannot be, are errors.
+//!     let reconstructor = Reconstructor::new(view, lighting, &constants, rest)?.accept()?;
+//!     Ok(reconstructor.reconstruct("pressed.png".as_ref(), pressed)?.accept()?.deepest_mm())
 //! }
 //! ```
 
@@ -49,9 +51,13 @@ mod surface_integration;
 mod thickness_depth;
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
-use fabkit_capture::{LightConstants, check_size};
+use fabkit_capture::LightConstants;
+use fabkit_capture::plausibility::{
+    CheckedImage, DepthFigures, ExpectedLight, ImageGate, Judged, Judgement,
+};
 use fabkit_export::{NpyArray, NpyValues, npz};
 use fabkit_files::Error;
 use fabkit_geometry::{Lighting, VisibleEffect};
@@ -88,6 +94,7 @@ pub fn shows_depth(lighting: &Lighting) -> bool {
 /// ```
 /// use fabkit_reconstruct::DepthResult;
 /// let result = DepthResult {
+///     size_px: [2, 2],
 ///     depth_mm: vec![-0.1, f32::NAN, 0.4, 0.9],
 ///     contact: vec![false, false, true, true],
 ///     relative_brightness: 1.0,
@@ -99,6 +106,8 @@ pub fn shows_depth(lighting: &Lighting) -> bool {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthResult {
+    /// Number of columns and rows.
+    pub size_px: [usize; 2],
     /// Indentation along each pixel's ray, mm, as `indentation_mm` of ground truth: negative where the gel bulges, NaN
     /// where no surface is seen. A network returns the quantity it was trained on, and 0 without contact.
     pub depth_mm: Vec<f32>,
@@ -110,15 +119,14 @@ pub struct DepthResult {
 }
 
 impl DepthResult {
-    /// Returns the largest depth in contact, mm, after dropping the largest thousandth of its pixels: at a pad's edge,
-    /// rays pass the displaced gel. `None` without contact.
+    /// Returns the largest depth in contact, mm, as [`DepthFigures::deepest_mm`] does: without the largest thousandth
+    /// of each contact's pixels, and without small contacts at the rim. `None` without contact.
     pub fn deepest_mm(&self) -> Option<f32> {
-        let pressed = self.depth_mm.iter().zip(&self.contact).filter(|(_, contact)| **contact);
-        let mut pressed: Vec<f32> = pressed.map(|(mm, _)| *mm).collect();
-        pressed.sort_by(f32::total_cmp);
-        // The subtraction fails for an empty list alone.
-        let last = pressed.len().checked_sub(1 + pressed.len() / 1000)?;
-        Some(pressed[last])
+        self.figures().deepest_mm()
+    }
+
+    fn figures(&self) -> DepthFigures<'_> {
+        DepthFigures { size_px: self.size_px, depth_mm: &self.depth_mm, contact: &self.contact }
     }
 }
 
@@ -126,6 +134,7 @@ impl DepthResult {
 #[derive(Clone, Debug)]
 pub struct Reconstructor {
     size_px: [usize; 2],
+    gate: Arc<ImageGate>,
     shown: DepthModel,
 }
 
@@ -137,7 +146,8 @@ enum DepthModel {
 }
 
 impl Reconstructor {
-    /// Creates a reconstructor from the view of a sensor and its image at rest, which was read from `file`.
+    /// Creates a reconstructor from the view of a sensor and its image at rest, which was read from `file`. The image
+    /// is compared with the drawn light.
     ///
     /// # Errors
     /// Returns an error for a lighting that shows neither thickness nor slopes, layers that cannot be pressed, and an
@@ -147,52 +157,77 @@ impl Reconstructor {
         lighting: &Lighting,
         constants: &LightConstants,
         (file, reference): (&Path, &CapturedImage),
+    ) -> Result<Judged<Self>, Error> {
+        let expected = ExpectedLight::render(scene, lighting, constants);
+        let (gate, judgement) = ImageGate::new(expected, file, reference.clone())?.accept_anyway();
+        let gate = Arc::new(gate);
+        let known = Self::from_gate(scene, lighting, constants, &gate);
+        let known = known.map_err(|error| explain_darkness(error, &judgement))?;
+        Ok(Judged::new(known, judgement))
+    }
+
+    /// Creates a reconstructor from the image at rest of a gate.
+    ///
+    /// # Errors
+    /// Returns an error for a lighting that shows neither thickness nor slopes, layers that cannot be pressed, and an
+    /// image that shows something else or lacks required colours.
+    pub(crate) fn from_gate(
+        scene: &SensorView,
+        lighting: &Lighting,
+        constants: &LightConstants,
+        gate: &Arc<ImageGate>,
     ) -> Result<Self, Error> {
-        let camera = scene.viewpoint.camera();
-        let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
-        check_size(file, reference, size_px)?;
+        let reference = gate.reference();
         let shown = match &lighting.effect {
             VisibleEffect::Thickness { .. } => {
-                let grey = reference.clone().grey();
-                DepthModel::Thickness(Box::new(ThicknessModel::new(
-                    scene,
-                    lighting,
-                    constants,
-                    (file, &grey),
-                )?))
+                let model = ThicknessModel::new(scene, lighting, constants, reference)?;
+                DepthModel::Thickness(Box::new(model))
             }
             VisibleEffect::Slopes { .. } => {
-                check_has_colours(file, reference)?;
-                DepthModel::Slopes(Box::new(PhotometricStereo::new(
-                    scene,
-                    lighting,
-                    constants,
-                    (file, &reference.values),
-                )?))
+                check_has_colours(reference)?;
+                let model = PhotometricStereo::new(scene, lighting, constants, reference)?;
+                DepthModel::Slopes(Box::new(model))
             }
             _ => {
                 let (sensor, light) = (scene.project.design.sensor.name.clone(), lighting.name);
                 return Err(ReconstructError::DepthNotShown { sensor, light }.into());
             }
         };
-        Ok(Self { size_px, shown })
+        let size_px = reference.image().size_px;
+        Ok(Self { size_px, gate: Arc::clone(gate), shown })
     }
 
     /// Creates a reconstructor with a network from the view of a sensor and its image at rest, which was read from
-    /// `file`.
+    /// `file`. The image is compared with the light that is drawn for the sensor as `lighting`.
     ///
     /// # Errors
     /// Returns an error for an image of another size, and a network that needs more memory than allowed.
     pub fn with_network(
         scene: &SensorView,
         network: &DepthNetwork,
+        lighting: &Lighting,
         (file, reference): (&Path, &CapturedImage),
+    ) -> Result<Judged<Self>, Error> {
+        let constants = LightConstants::for_sensor(&scene.project.design.sensor);
+        let expected = ExpectedLight::render(scene, lighting, &constants);
+        let (gate, judgement) = ImageGate::new(expected, file, reference.clone())?.accept_anyway();
+        let known = Self::from_gate_with_network(scene, network, &Arc::new(gate))?;
+        Ok(Judged::new(known, judgement))
+    }
+
+    /// Creates a reconstructor with a network from the image at rest of a gate.
+    ///
+    /// # Errors
+    /// Returns an error for a network that needs more memory than allowed.
+    pub(crate) fn from_gate_with_network(
+        scene: &SensorView,
+        network: &DepthNetwork,
+        gate: &Arc<ImageGate>,
     ) -> Result<Self, Error> {
-        let camera = scene.viewpoint.camera();
-        let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
-        check_size(file, reference, size_px)?;
-        let learned = NetworkReconstructor::new(network, scene, &reference.clone().grey())?;
-        Ok(Self { size_px, shown: DepthModel::Learned(Box::new(learned)) })
+        let learned = NetworkReconstructor::new(network, scene, gate.reference())?;
+        let size_px = gate.reference().image().size_px;
+        let shown = DepthModel::Learned(Box::new(learned));
+        Ok(Self { size_px, gate: Arc::clone(gate), shown })
     }
 
     /// Returns the width and height of images, px.
@@ -200,18 +235,43 @@ impl Reconstructor {
         self.size_px
     }
 
-    /// Reconstructs the depth of an image, which was read from `file`.
+    /// Reconstructs the depth of an image, which was read from `file`. The image is compared with the one at rest, and
+    /// its depth with the layers.
     ///
     /// # Errors
-    /// Returns an error for an image that has another size or lacks required colours.
-    pub fn reconstruct(&self, file: &Path, image: CapturedImage) -> Result<DepthResult, Error> {
-        check_size(file, &image, self.size_px)?;
+    /// Returns an error for an image that has another size or lacks required colours, and for a network whose output is
+    /// not finite.
+    pub fn reconstruct(
+        &self,
+        file: &Path,
+        image: CapturedImage,
+    ) -> Result<Judged<DepthResult>, Error> {
+        let (image, mut judgement) = self.gate.check(file, image)?.accept_anyway();
+        let (result, of_depth) = self.reconstruct_checked(&image)?.accept_anyway();
+        judgement.merge(&of_depth);
+        Ok(Judged::new(result, judgement))
+    }
+
+    /// Reconstructs the depth of an image that passed the gate, and judges the depth.
+    ///
+    /// # Errors
+    /// Returns an error for an image that lacks required colours, and for a network whose output is not finite.
+    pub(crate) fn reconstruct_checked(
+        &self,
+        image: &CheckedImage,
+    ) -> Result<Judged<DepthResult>, Error> {
+        let result = self.compute(image)?;
+        let judgement = self.gate.judge_depth(image.file(), &result.figures());
+        Ok(Judged::new(result, judgement))
+    }
+
+    fn compute(&self, image: &CheckedImage) -> Result<DepthResult, Error> {
         Ok(match &self.shown {
-            DepthModel::Thickness(known) => known.reconstruct(&image.grey()),
-            DepthModel::Learned(known) => known.reconstruct(&image.grey())?,
+            DepthModel::Thickness(known) => known.reconstruct(image),
+            DepthModel::Learned(known) => known.reconstruct(image)?,
             DepthModel::Slopes(known) => {
-                check_has_colours(file, &image)?;
-                known.reconstruct(&image.values)
+                check_has_colours(image)?;
+                known.reconstruct(image)
             }
         })
     }
@@ -226,22 +286,32 @@ impl Reconstructor {
         // Reconstruction is parallel otherwise.
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(Error::bug)?;
         let mut fastest_s = f64::INFINITY;
+        // Findings about the image do not change how long it takes.
+        let (image, _) = self.gate.check(file, image.clone())?.accept_anyway();
         for _ in 0..RUNS {
-            let image = image.clone();
             let start = Instant::now();
             // The result must not be optimised away.
-            std::hint::black_box(one.install(|| self.reconstruct(file, image))?);
+            std::hint::black_box(one.install(|| self.compute(&image))?);
             fastest_s = fastest_s.min(start.elapsed().as_secs_f64());
         }
         Ok(fastest_s.recip())
     }
 }
 
-fn check_has_colours(file: &Path, image: &CapturedImage) -> Result<(), ReconstructError> {
-    if image.channels == 3 {
+fn check_has_colours(image: &CheckedImage) -> Result<(), ReconstructError> {
+    if image.image().channels == 3 {
         return Ok(());
     }
-    Err(ReconstructError::NoColors { file: file.to_owned() })
+    Err(ReconstructError::NoColors { file: image.file().to_owned() })
+}
+
+/// Adds the findings to an error about a dark image: they say why it is dark.
+fn explain_darkness(error: Error, judgement: &Judgement) -> Error {
+    let is_dark = matches!(error.downcast_ref(), Some(ReconstructError::TooDark { .. }));
+    match judgement.error().filter(|_| is_dark) {
+        Some(findings) => Error::join(vec![error, findings]).unwrap_or_else(|| Error::bug("two")),
+        None => error,
+    }
 }
 
 /// Encodes results as NPZ file for `numpy.load`: `depth_mm` and `contact`, rows x columns, where depth is
@@ -253,7 +323,7 @@ fn check_has_colours(file: &Path, image: &CapturedImage) -> Result<(), Reconstru
 /// ```
 /// use fabkit_reconstruct::{DepthResult, encode_npz};
 /// let (depth_mm, contact) = (vec![0.0, 0.1], vec![false, true]);
-/// let shown = DepthResult { depth_mm, contact, relative_brightness: 1.0 };
+/// let shown = DepthResult { size_px: [2, 1], depth_mm, contact, relative_brightness: 1.0 };
 /// let npz = encode_npz([2, 1], Some(&shown), Vec::new())?;
 /// // An NPZ file is a ZIP archive.
 /// assert_eq!(npz[..2], *b"PK");

@@ -6,6 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
+use fabkit_capture::plausibility::CheckedImage;
 use fabkit_designs::design_hash;
 use fabkit_files::Error;
 use fabkit_files::memory::{self, MemoryHint};
@@ -233,6 +234,7 @@ fn read_card(path: &Path) -> Result<NetworkCard, Error> {
 /// A network with the image at rest of one sensor.
 #[derive(Clone, Debug)]
 pub(super) struct NetworkReconstructor {
+    file: PathBuf,
     network: Network,
     input: InputNormalisation,
     output_mm: f32,
@@ -250,8 +252,13 @@ impl NetworkReconstructor {
     ///
     /// # Errors
     /// Returns an error for a network that needs more memory than allowed.
-    pub fn new(known: &DepthNetwork, scene: &SensorView, reference: &[f32]) -> Result<Self, Error> {
-        let DepthNetwork { network, card, .. } = known;
+    pub fn new(
+        known: &DepthNetwork,
+        scene: &SensorView,
+        reference: &CheckedImage,
+    ) -> Result<Self, Error> {
+        let DepthNetwork { network, card, file } = known;
+        let reference = reference.grey();
         let threads = rayon::current_num_threads() as u64;
         // Each thread has buffers of its own.
         memory::check_memory(
@@ -265,7 +272,7 @@ impl NetworkReconstructor {
         // A card without a mask means the whole image; only without a card the published mask applies.
         let mask = card.as_ref().map_or(published, |card| card.mask);
         let weights = gaussian_weights(input.blur_px, input.blur_sigma_px);
-        let mut at_rest = blur(reference, columns, &weights);
+        let mut at_rest = blur(&reference, columns, &weights);
         if let Some((middle, radius_px)) =
             mask.and_then(|mask| Some((mask.middle(scene)?, mask.radius_px)))
         {
@@ -286,6 +293,7 @@ impl NetworkReconstructor {
         });
         let output_mm = card.as_ref().map_or(2.0, |card| card.output_mm);
         Ok(Self {
+            file: file.clone(),
             network: network.clone(),
             input,
             output_mm,
@@ -296,8 +304,12 @@ impl NetworkReconstructor {
         })
     }
 
-    /// Reconstructs the depth of an image of luminance 0 to 1.
-    pub fn reconstruct(&self, image: &[f32]) -> Result<DepthResult, Error> {
+    /// Reconstructs depth from the luminance of an image.
+    ///
+    /// # Errors
+    /// Returns an error for output that is not finite.
+    pub fn reconstruct(&self, image: &CheckedImage) -> Result<DepthResult, Error> {
+        let (picture, image) = (image.file(), &image.grey());
         let InputNormalisation { offset_grey, maximum_grey, .. } = self.input;
         let compared = self.compared.as_ref();
         let brighter =
@@ -313,7 +325,25 @@ impl NetworkReconstructor {
         let contact = input.iter().map(|input| *input > 0.0).collect();
         let mut depth_mm = self.network.run_nonzero(&input, self.columns).map_err(Error::bug)?;
         depth_mm.iter_mut().for_each(|depth| *depth *= self.output_mm);
-        Ok(DepthResult { depth_mm, contact, relative_brightness: brighter })
+        self.check_finite(picture, &depth_mm)?;
+        let size_px = [self.columns, depth_mm.len() / self.columns];
+        Ok(DepthResult { size_px, depth_mm, contact, relative_brightness: brighter })
+    }
+}
+
+impl NetworkReconstructor {
+    /// Checks that the depth of an image, which was read from `picture`, consists of numbers.
+    fn check_finite(&self, picture: &Path, depth_mm: &[f32]) -> Result<(), ReconstructError> {
+        let mut wrong = depth_mm.iter().enumerate().filter(|(_, mm)| !mm.is_finite());
+        let Some((first, value)) = wrong.next() else { return Ok(()) };
+        Err(ReconstructError::NetworkNotFinite {
+            file: self.file.clone(),
+            picture: picture.to_owned(),
+            count: 1 + wrong.count(),
+            of: depth_mm.len(),
+            at_px: [first % self.columns, first / self.columns],
+            value: *value,
+        })
     }
 }
 

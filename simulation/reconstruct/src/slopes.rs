@@ -1,7 +1,6 @@
 //! Reconstruction of depth from a coat's slopes under coloured light sources.
 
-use std::path::Path;
-
+use fabkit_capture::plausibility::CheckedImage;
 use fabkit_capture::{CoatScene, LightConstants};
 use fabkit_depth::ground_truth::NO_LABEL;
 use fabkit_files::Error;
@@ -87,7 +86,7 @@ pub(super) struct PhotometricStereo {
 const STEREO_BYTES: u64 = 80 + 80 + 24 + 1 + 4 * 3 * 4;
 
 impl PhotometricStereo {
-    /// Creates the model from the view of a sensor and its colours at rest, which were read from `file`.
+    /// Creates the model from the view of a sensor and its colours at rest.
     ///
     /// # Errors
     /// Returns an error for light sources that light nothing, and for an image that shows something else.
@@ -95,7 +94,7 @@ impl PhotometricStereo {
         scene: &SensorView,
         lighting: &Lighting,
         constants: &LightConstants,
-        (file, reference): (&Path, &[f32]),
+        reference: &CheckedImage,
     ) -> Result<Self, Error> {
         let sensor = &scene.project.design.sensor;
         let coat = CoatScene::new(sensor, lighting, constants)?;
@@ -139,7 +138,7 @@ impl PhotometricStereo {
             grid,
         };
         // `own` must exist before its light, since predictions use its coat and grid.
-        let grey = own.grey(reference);
+        let grey = own.grey(&reference.image().values);
         let nodes = own.grid.nodes.clone();
         let first = nodes.iter().flatten().next();
         let by_color = first.map(|node| coat.irradiance_by_color(&node.place)).unwrap_or_default();
@@ -160,9 +159,11 @@ impl PhotometricStereo {
         own.lit = nodes.iter().zip(&grey).map(lit).collect();
         let [seen, lit] = [nodes.iter().flatten().count(), own.lit.iter().flatten().count()];
         if (lit as f64) < LEAST_LIT * seen as f64 {
-            return Err(
-                ReconstructError::TooDark { file: file.into(), least_grey: LEAST_GREY }.into()
-            );
+            return Err(ReconstructError::TooDark {
+                file: reference.file().to_owned(),
+                least_grey: LEAST_GREY,
+            }
+            .into());
         }
         let marks: &[Marker] = if stands_out { &[] } else { &sensor.marks };
         let is_coat = |(node, lit): (&Option<Node>, &Option<NodeLight>)| {
@@ -176,10 +177,9 @@ impl PhotometricStereo {
         Ok(own)
     }
 
-    /// Reconstructs depth from an image, given as red, green and blue from 0 to 1, row by row, with three values per
-    /// pixel.
-    pub fn reconstruct(&self, values: &[f32]) -> DepthResult {
-        let mut grey = self.grey(values);
+    /// Reconstructs depth from the colours of an image.
+    pub fn reconstruct(&self, image: &CheckedImage) -> DepthResult {
+        let mut grey = self.grey(&image.image().values);
         let [times, plus] = self.drift(&grey);
         // Undoes the drift, so that undisturbed nodes have their intensities at rest.
         grey.iter_mut().flatten().for_each(|part| *part = (*part - plus) / times);
@@ -218,7 +218,7 @@ impl PhotometricStereo {
         let middle = median(self.lit.iter().flatten().map(|lit| lit.grey[1]).collect());
         // The offset counts relative to the median green intensity.
         let brighter = (times + plus / middle) as f32;
-        DepthResult { depth_mm, contact, relative_brightness: brighter }
+        DepthResult { size_px: self.size_px, depth_mm, contact, relative_brightness: brighter }
     }
 
     /// Returns the predicted light of a node with the normal `facing`, at `nearer_mm` towards the camera.

@@ -1,7 +1,6 @@
 //! Reconstruction of depth from the loss of a layer's light.
 
-use std::path::Path;
-
+use fabkit_capture::plausibility::CheckedImage;
 use fabkit_capture::{LayerScene, LightConstants, ThicknessChange, ray_spacing_mm};
 use fabkit_files::Error;
 use fabkit_geometry::Lighting;
@@ -53,7 +52,7 @@ pub(super) struct ThicknessModel {
 const LAYER_BYTES: u64 = 48 + 20 + 32 + 4 * 3 * 4;
 
 impl ThicknessModel {
-    /// Creates the model from the view of a sensor and its luminance at rest, which was read from `file`.
+    /// Creates the model from the view of a sensor and its luminance at rest.
     ///
     /// # Errors
     /// Returns an error for layers that cannot be pressed, and for an image that shows something else.
@@ -61,11 +60,12 @@ impl ThicknessModel {
         scene: &SensorView,
         lighting: &Lighting,
         constants: &LightConstants,
-        (file, reference): (&Path, &[f32]),
+        reference: &CheckedImage,
     ) -> Result<Self, Error> {
         let sensor = &scene.project.design.sensor;
         let camera = scene.viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
+        let (file, reference) = (reference.file(), reference.grey());
         let layers = LayerScene::new(sensor, lighting, constants)?;
         let thins = ThicknessChange::compute(&layers, sensor)?;
         let (law, ground) =
@@ -76,7 +76,7 @@ impl ThicknessModel {
             let cosines = seen.map.incidence_rad().map(|rad| rad.cos().max(LEAST_COSINE));
             let sigma_px = constants.spread_mm.value / ray_spacing_mm(seen.map);
             let mut laws = PixelCalibration::default();
-            for ((seen, cosine), value) in at_rest.iter().zip(cosines).zip(reference) {
+            for ((seen, cosine), value) in at_rest.iter().zip(cosines).zip(&reference) {
                 let grey = f64::from(WHITE * value);
                 // Too dark pixels and those without a layer get the neutral entry.
                 laws.push(seen.filter(|_| grey >= LEAST_GREY).map(|seen| {
@@ -97,13 +97,19 @@ impl ThicknessModel {
         Ok(Self { size_px, laws, sharpener })
     }
 
-    /// Reconstructs depth from an image of luminance 0 to 1, row by row.
-    pub fn reconstruct(&self, values: &[f32]) -> DepthResult {
-        let brighter = estimate_relative_brightness(&self.laws.at_rest, values);
-        let (mut darker, contact) = self.intensity_loss(values, WHITE / brighter);
+    /// Reconstructs depth from the luminance of an image.
+    pub fn reconstruct(&self, image: &CheckedImage) -> DepthResult {
+        let values = image.grey();
+        let brighter = estimate_relative_brightness(&self.laws.at_rest, &values);
+        let (mut darker, contact) = self.intensity_loss(&values, WHITE / brighter);
         self.sharpener.apply(&mut darker, &contact);
         self.laws.to_depth_mm(&mut darker);
-        DepthResult { depth_mm: darker, contact, relative_brightness: brighter }
+        DepthResult {
+            size_px: self.size_px,
+            depth_mm: darker,
+            contact,
+            relative_brightness: brighter,
+        }
     }
 
     /// Returns the loss of intensity of each pixel, and whether its mean over a square around the pixel shows contact.

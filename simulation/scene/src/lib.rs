@@ -212,6 +212,27 @@ impl SensorView {
         Ok(Self { project, viewpoint, coverage, sights, layers: Arc::default() })
     }
 
+    /// Returns the same view with another number of pixels. Uncertainties are dropped.
+    ///
+    /// # Errors
+    /// Returns an error for an image without pixels, or with more than cameras may have.
+    ///
+    /// ```
+    /// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+    /// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
+    /// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+    /// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+    /// let small = scene.resized([48, 36])?;
+    /// assert_eq!(small.viewpoint.camera().width_px(), 48);
+    /// assert_eq!(small.coverage.area, scene.coverage.area);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn resized(&self, size_px: [u32; 2]) -> Result<Self, Error> {
+        let viewpoint = self.viewpoint.resized(size_px);
+        let viewpoint = viewpoint.map_err(|error| SceneError::viewpoint(None, error))?;
+        Ok(Self { viewpoint, layers: Arc::default(), ..self.clone() })
+    }
+
     /// Returns whether calibration states uncertainties of camera or pose, and bodies refract the camera's rays.
     pub fn has_refracted_uncertainty(&self) -> bool {
         self.viewpoint.has_uncertainty() && self.sights.bends()

@@ -143,6 +143,20 @@ fn png_of(
 }
 
 #[test]
+fn twelve_bits_in_sixteen_are_refused() {
+    use png::{BitDepth, ColorType};
+    // The largest value of 12 bits, and then one more.
+    let file = |value: u16| {
+        let data: Vec<u8> = std::iter::repeat_n(value.to_be_bytes(), 64 * 64).flatten().collect();
+        GreyImage::read(&png_of(64, 64, ColorType::Grayscale, BitDepth::Sixteen, &data))
+    };
+    let refused = file(4095).unwrap_err();
+    assert_eq!(refused, ImageError::NarrowRange { largest: 4095, range: 65535 });
+    assert!(refused.to_string().contains("multiply 12 bits in 16 by 16"), "{refused}");
+    assert!(file(4096).is_ok() && file(0).is_ok());
+}
+
+#[test]
 fn grey_and_colour_of_8_and_16_bits_are_read() {
     use png::{BitDepth, ColorType};
     let n = 64 * 64;

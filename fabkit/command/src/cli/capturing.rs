@@ -201,6 +201,9 @@ pub struct FitLight {
     /// File of constants to write, for `capture --constants`
     #[arg(short, long, value_name = "FILE.json")]
     pub output: Option<PathBuf>,
+    /// Write the file even if images or results are implausible
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// `fabkit reconstruct`.
@@ -228,6 +231,9 @@ pub struct Reconstruct {
     /// Output folder for one NPZ file per image
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
+    /// Write files even if images or results are implausible
+    #[arg(long)]
+    pub force: bool,
 }
 
 const PIN_RADIUS_LIMITS_MM: [f64; 2] = [0.1, 5.0];

@@ -4,13 +4,14 @@
 mod domes;
 mod pads;
 
+use fabkit_application::capturing::plausibility::Judgement;
 use fabkit_application::image::has_image_extension as is_image;
 use fabkit_application::light_fit::is_pad;
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 use serde_json::Value;
 
-use super::Outcome;
+use super::{Outcome, findings};
 use crate::cli::FitLight;
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
@@ -48,15 +49,23 @@ fn refuse_options(options: &[(&str, bool, &str)], why: &str) -> Result<(), Failu
 }
 
 /// Appends the unexplained effects and writes the file.
-fn finish_outcome(args: &FitLight, mut text: String, json: Value) -> Result<Outcome, Failure> {
+fn finish_outcome(
+    args: &FitLight,
+    mut text: String,
+    mut json: Value,
+    judgement: &Judgement,
+) -> Result<Outcome, Failure> {
+    json["plausibility"] = judgement.document();
     for sentence in json["unexplained"].as_array().into_iter().flatten() {
         text += &format!("not explained: {}\n", sentence.as_str().unwrap_or_default());
     }
-    if let Some(path) = &args.output {
+    text += &findings::format_findings(judgement, args.force);
+    let is_written = judgement.is_plausible() || args.force;
+    if let Some(path) = args.output.as_ref().filter(|_| is_written) {
         let bytes = format!("{json:#}\n").into_bytes();
         interrupt::begin_writing()?;
         write_each([(path.clone(), &bytes[..])], &interrupt::is_requested)?;
         text += &format!("{}\n", path.display());
     }
-    Ok(Outcome { text, json, failed: false })
+    Ok(Outcome { text, json, failed: !judgement.is_plausible() })
 }

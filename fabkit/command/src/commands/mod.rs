@@ -13,6 +13,7 @@ mod depth;
 mod diff;
 mod export;
 mod files;
+mod findings;
 mod fit_light;
 mod fix_option;
 mod gel_profile;

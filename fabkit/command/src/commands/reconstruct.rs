@@ -15,7 +15,7 @@ use fabkit_application::scene::SensorView;
 use fabkit_application::staging::{OutputFile, write_all};
 use serde_json::json;
 
-use super::{Outcome, view};
+use super::{Outcome, findings, view};
 use crate::cli::Reconstruct;
 use crate::failure::Failure;
 use crate::interrupt;
@@ -41,16 +41,18 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
     let viewpoint = view::lighting_viewpoint(lighting, &args.camera, viewpoint)?;
     let reference = CapturedImage::read(&args.reference)?;
     let network = args.network.as_deref().map(DepthNetwork::read).transpose()?;
-    let reader = ImageReader::new(
+    let (reader, mut judgement) = ImageReader::new(
         (sensor, &viewpoint),
         || SensorView::new(Arc::clone(&project), viewpoint.clone()),
         (lighting, &constants),
         network.as_ref(),
         (&args.reference, &reference),
-    )?;
+    )?
+    .accept_anyway();
     let [width, height] = reader.size_px();
     let bytes = (RESULT_BYTES_PER_PIXEL * width * height * outputs.len()) as u64;
     memory::check_memory("reconstruction of these images", bytes, MemoryHint::Files)?;
+    let mut results = String::new();
     let mut text = heading(sensor, &reader, network.as_ref());
     let (mut files, mut listed, mut rates) = (Vec::new(), Vec::new(), None);
     for (path, image) in &outputs {
@@ -58,11 +60,13 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
         if rates.is_none() {
             rates = Some(reader.measure_rates(image, &taken)?);
         }
-        let read = reader.read(image, taken)?;
+        let (read, found) = reader.read(image, taken)?.accept_anyway();
+        judgement.merge(&found);
         let bytes = reader.npz(&read)?;
         let farthest_px = reader.max_displacement_px(&read);
         let written = format_size(bytes.len() as u64);
-        text += &format!("{}: {}; {written}\n", path.display(), format_result(&read, farthest_px));
+        results +=
+            &format!("{}: {}; {written}\n", path.display(), format_result(&read, farthest_px));
         listed.push(json!({
             "file": path.display().to_string(),
             "picture": image.display().to_string(),
@@ -81,8 +85,14 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         files.push(OutputFile { name, bytes });
     }
-    interrupt::begin_writing()?;
-    write_all(&args.output, &files, &interrupt::is_requested)?;
+    let is_written = judgement.is_plausible() || args.force;
+    if is_written {
+        interrupt::begin_writing()?;
+        write_all(&args.output, &files, &interrupt::is_requested)?;
+    }
+    // What is not written is no result.
+    text += if is_written { &results } else { "" };
+    text += &findings::format_findings(&judgement, args.force);
     let rate = rates.map_or(f64::NAN, |rates| rates.images_per_s);
     text +=
         &format!("{rate:.0} images per second on one core, without reading and writing files\n");
@@ -108,12 +118,14 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
             "pictures_per_s": rates.and_then(|rates| rates.marks_per_s),
         })),
         "left_out": reader.omissions,
+        "plausibility": judgement.document(),
+        "written": is_written,
         "width_px": width,
         "height_px": height,
         "pictures_per_s": rate,
         "files": listed,
     });
-    Ok(Outcome { text, json, failed: false })
+    Ok(Outcome { text, json, failed: !judgement.is_plausible() })
 }
 
 /// Formats what is reconstructed, and with which model.

@@ -1,7 +1,5 @@
 //! Radial intensity profiles of a ball on a pad, from real captures.
 
-use std::path::Path;
-
 use fabkit_files::Error;
 use fabkit_geometry::{Point3, SurfacePoints};
 use fabkit_scene::press_simulation::ContactModel;
@@ -9,6 +7,7 @@ use fabkit_scene::{Cast, SensorView};
 
 use super::FitLightError;
 use super::simulated_profile::Raster;
+use crate::plausibility::CheckedImage;
 use crate::{LayerScene, RestRay};
 
 /// Number of profile bins per ball radius, and extent of a profile in radii. The gel is displaced out to there.
@@ -182,16 +181,17 @@ pub(super) struct BallProfile {
 }
 
 impl BallProfile {
-    /// Finds the ball in a capture read from `file`, and computes its profile.
+    /// Finds the ball in a capture, and computes its profile against the image at rest.
     ///
     /// # Errors
     /// Returns an error if the image shows no ball, several balls, or too little around one.
     pub(super) fn measure(
         view: &PadImageMap,
-        file: &Path,
-        [reference, image]: [&[f32]; 2],
+        [reference, image]: [&CheckedImage; 2],
         ball_radius_mm: f64,
     ) -> Result<Self, Error> {
+        let file = image.file();
+        let [reference, image] = [reference.grey(), image.grey()];
         let darker = |i: usize| WHITE * f64::from(reference[i] - image[i]);
         // A first estimate of the offset; most of the pad is undisturbed.
         let brighter_grey = -median(view.visible_pixels().map(|(i, _)| darker(i)));

@@ -7,12 +7,13 @@
 mod balls;
 mod corrected_camera;
 mod document;
+mod error;
 mod pads;
 mod pads_document;
 mod profiles;
 mod simulated_profile;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use fabkit_calibration::assignment::assign;
 use fabkit_calibration::landmarks::PinLandmarks;
@@ -23,19 +24,22 @@ use fabkit_light::{TwoStream, fit_positive};
 use rayon::prelude::*;
 
 pub use document::fit_document;
+pub use error::FitLightError;
+use error::check_shows_thickness;
 pub use pads::{BallResult, PadFit, PadFitInput, PadMapping, ProfileShape, is_pad};
 pub use pads_document::pads_document;
 
+use fabkit_calibration::image::GreyImage;
 use fabkit_calibration::pin_captures::PinCaptureError;
 use fabkit_calibration::pin_captures::PinCaptures;
-use fabkit_calibration::pin_captures::images::read_grey;
-use fabkit_files::{Error, ErrorKind, ErrorSubject, Explained};
+use fabkit_files::Error;
 use fabkit_scene::press_simulation::{ElasticSolver, resources};
 
 use self::corrected_camera::CorrectedCamera;
 use self::profiles::{BINS, FIRST_BIN_BESIDE, PinProfile, mean_intensity};
 use self::simulated_profile::{Raster, SimulatedPatch};
-use crate::{LayerGeometry, LightConstants};
+use crate::plausibility::{CheckedImage, ExpectedLight, ImageGate, Judged, Judgement};
+use crate::{CapturedImage, LayerGeometry, LightConstants};
 
 /// Largest differences in polar angle, rad, and stated depth, mm, between pins of one ring.
 const SAME_RING_RAD: f64 = 0.03;
@@ -62,86 +66,6 @@ const BIN_GREY: f64 = 2.0;
 const SLOPE_STEPS: [f64; 4] = [1.0, 0.1, 0.001, 0.01];
 /// Distance of nodes on the surface, mm.
 const SPACING_MM: f64 = 0.25;
-
-/// Reason why constants cannot be fitted.
-#[derive(Debug, thiserror::Error)]
-pub enum FitLightError {
-    /// Too few pins or captures.
-    #[error(
-        "{found} pins are seen whole in {captures} captures; a fit needs {least} in 3 at least"
-    )]
-    TooFew {
-        /// Number of pins that are seen completely.
-        found: usize,
-        /// Number of their captures.
-        captures: usize,
-        /// Minimum number of pins.
-        least: usize,
-    },
-    /// A fit to pins of a sensor that is not a dome.
-    #[error("pins are fitted on domes, and `{sensor}` has no dome")]
-    NoDome {
-        /// Name of the sensor.
-        sensor: String,
-    },
-    /// A capture without a dark place.
-    #[error("{} shows no ball: no intensity is {least} below that at rest", .file.display())]
-    NoBall {
-        /// Path of the image.
-        file: PathBuf,
-        /// Minimum loss of intensity.
-        least: f64,
-    },
-    /// A ball at the edge of the image or the pad.
-    #[error(
-        "the ball of {} is too near to the side: around {:.1}, {:.1} mm less than {least_mm:.1} mm are seen whole",
-        .file.display(), .at_mm[0], .at_mm[1]
-    )]
-    BallAtEdge {
-        /// Path of the image.
-        file: PathBuf,
-        /// Centre of the ball, sensor frame, mm.
-        at_mm: [f64; 2],
-        /// Radius around it that must be visible, mm.
-        least_mm: f64,
-    },
-    /// Several contacts in one image.
-    #[error("{} shows more than one ball", .file.display())]
-    SeveralBalls {
-        /// Path of the image.
-        file: PathBuf,
-    },
-    /// The fit does not converge.
-    #[error("no constants explain these captures: the fit does not end")]
-    NoFit,
-}
-
-impl Explained for FitLightError {
-    fn kind(&self) -> ErrorKind {
-        match self {
-            Self::NoFit => ErrorKind::Limit,
-            _ => ErrorKind::BadInput,
-        }
-    }
-
-    fn hint(&self) -> Option<String> {
-        let hint = match self {
-            Self::TooFew { .. } => "take more captures, with pins in full view",
-            Self::NoDome { .. } => "press one ball in each capture, and leave out landmarks",
-            Self::NoBall { .. } => "press deeper; keep the image at rest apart from the others",
-            Self::BallAtEdge { .. } => {
-                "press nearer to the middle of the pad, or give the size of a pixel if images are straight"
-            }
-            Self::SeveralBalls { .. } => "press one ball in each capture",
-            Self::NoFit => "look at the captures: is the reference of the same exposure?",
-        };
-        Some(hint.to_owned())
-    }
-
-    fn subject(&self) -> ErrorSubject {
-        ErrorSubject::new("no_light")
-    }
-}
 
 /// Input of a fit to pins.
 #[derive(Clone, Copy, Debug)]
@@ -223,12 +147,11 @@ impl LightFitInput<'_> {
     /// # Errors
     /// Returns an error for marks that cannot be assigned to holes, images that cannot be read, a sensor whose lighting
     /// cannot be simulated, and too few pins.
-    pub fn run(&self) -> Result<LightFit, Error> {
-        let scene = LayerGeometry::new(
-            self.sensor,
-            crate::find_lighting(self.sensor, None)?,
-            &LightConstants::for_sensor(self.sensor),
-        )?;
+    pub fn run(&self) -> Result<Judged<LightFit>, Error> {
+        let lighting = crate::find_lighting(self.sensor, None)?;
+        check_shows_thickness(self.sensor, lighting)?;
+        let scene =
+            LayerGeometry::new(self.sensor, lighting, &LightConstants::for_sensor(self.sensor))?;
         let points = SurfacePoints::new(scene.touch).map_err(Error::bug)?;
         let SurfacePoints::Dome(dome) = &points else {
             return Err(FitLightError::NoDome { sensor: self.sensor.name.clone() }.into());
@@ -241,7 +164,9 @@ impl LightFitInput<'_> {
         let (tip, _) = dome.point_in_direction(0.0, 0.0).ok_or(FitLightError::NoFit)?;
         let seen = CorrectedCamera::fit(&assignment.model, scene.touch, &tip, observations);
         let seen = seen.ok_or(FitLightError::NoFit)?;
-        let profiles = self.profiles(&scene, &seen, observations)?;
+        let (gate, mut judgement) = self.gate()?.accept_anyway();
+        let (profiles, found) = self.profiles(&scene, &seen, observations, &gate)?.accept_anyway();
+        judgement.merge(&found);
         let captures =
             profiles.iter().map(|p| p.capture).collect::<std::collections::BTreeSet<_>>();
         let least = 8;
@@ -249,7 +174,7 @@ impl LightFitInput<'_> {
             let (found, captures) = (profiles.len(), captures.len());
             return Err(FitLightError::TooFew { found, captures, least }.into());
         }
-        let reference = read_grey(self.reference)?;
+        let reference = to_grey_image(gate.reference())?;
         let (rings, ring_of) = rings(&profiles);
         // Beyond the outermost pins the image may show something other than the surface.
         let last_rad = rings.iter().map(|place| place.polar_rad).fold(0.0, f64::max) - MARGIN_RAD;
@@ -307,7 +232,7 @@ impl LightFitInput<'_> {
         let held_out: Vec<DepthFit<'_>> =
             captures.par_iter().map(without).collect::<Option<_>>().ok_or(FitLightError::NoFit)?;
         let values_of: Vec<Vec<f64>> = held_out.iter().map(|of| of.values.clone()).collect();
-        Ok(LightFit {
+        let fitted = LightFit {
             sigmas: {
                 let (out, least) = (
                     jackknife(&values_of),
@@ -325,7 +250,15 @@ impl LightFitInput<'_> {
             captures: captures.len(),
             values: std::array::from_fn(|k| values[k]),
         }
-        .with_totals())
+        .with_totals();
+        Ok(Judged::new(fitted, judgement))
+    }
+
+    /// Makes the gate for the captures. The camera's pose follows from them, so that nothing drawn is compared.
+    fn gate(&self) -> Result<Judged<ImageGate>, Error> {
+        let image = CapturedImage::read(self.reference)?;
+        let why = "the pins in the images determine the camera's pose";
+        ImageGate::new(ExpectedLight::unknown(image.size_px, why), self.reference, image)
     }
 
     fn profiles(
@@ -333,11 +266,15 @@ impl LightFitInput<'_> {
         scene: &LayerGeometry<'_>,
         seen: &CorrectedCamera<'_>,
         observations: &[Observation],
-    ) -> Result<Vec<PinProfile>, Error> {
-        let reference = read_grey(self.reference)?;
-        let mut profiles = Vec::new();
+        gate: &ImageGate,
+    ) -> Result<Judged<Vec<PinProfile>>, Error> {
+        let reference = to_grey_image(gate.reference())?;
+        let (mut profiles, mut judgement) = (Vec::new(), Judgement::default());
         for (i, record) in self.captures.records.iter().enumerate() {
-            let image = read_grey(&self.folder.join(&record.file))?;
+            let file = self.folder.join(&record.file);
+            let (image, found) = gate.check(&file, CapturedImage::read(&file)?)?.accept_anyway();
+            judgement.merge(&found);
+            let image = to_grey_image(&image)?;
             let here = observations.iter().filter(|o| o.contact.capture == i);
             profiles.extend(
                 here.filter_map(|o| {
@@ -345,8 +282,16 @@ impl LightFitInput<'_> {
                 }),
             );
         }
-        Ok(profiles)
+        Ok(Judged::new(profiles, judgement))
     }
+}
+
+fn to_grey_image(checked: &CheckedImage) -> Result<GreyImage, Error> {
+    let [width_px, height_px] = checked.image().size_px.map(|px| px as u32);
+    GreyImage::new(width_px, height_px, checked.grey()).map_err(|source| {
+        let file = checked.file().display().to_string();
+        PinCaptureError::Image { file, source }.into()
+    })
 }
 
 /// Best constants for one depth of the pins.

@@ -12,14 +12,14 @@ mod scaling;
 mod spot_detection;
 mod spot_tracking;
 
-use std::path::Path;
 use std::time::Instant;
 
 use assignment::{Px, subtract};
 use column_tracking::ColumnTracker;
 use fabkit_calibration::significance::{LeftOut, Significance};
 use fabkit_camera::DMatrix;
-use fabkit_capture::{column_ends, placed_solid};
+use fabkit_capture::plausibility::CheckedImage;
+use fabkit_capture::{check_size, column_ends, placed_solid};
 use fabkit_export::{NpyArray, NpyValues};
 use fabkit_files::Error;
 use fabkit_geometry::{Lighting, Marker, Rgb, Sensor, Vector3, VisibleEffect};
@@ -29,7 +29,7 @@ use fabkit_scene::ground_truth::{Viewpoint, project_points};
 use spot_detection::MarkerSignal;
 use spot_tracking::SpotTracker;
 
-use super::{CapturedImage, ReconstructError, check_has_colours, check_size};
+use super::{ReconstructError, check_has_colours};
 
 /// Minimum share of the expected markers in an image at rest.
 const LEAST_FOUND: f64 = 0.5;
@@ -42,6 +42,7 @@ const LEAST_SLOPE: f64 = 0.05;
 /// ```
 /// use std::path::Path;
 ///
+/// use fabkit_capture::plausibility::{ExpectedLight, ImageGate};
 /// use fabkit_reconstruct::{CapturedImage, MarkerTracker};
 /// # use fabkit_capture::find_lighting;
 /// # use fabkit_optics::ViewStacks;
@@ -64,9 +65,13 @@ const LEAST_SLOPE: f64 = 0.05;
 /// #     CapturedImage { size_px: [320, 240], channels: 3, values }
 /// # };
 /// // `image` draws dark dots where the camera sees them, so many pixels further right.
-/// let (rest, lighting) = (image(0.0), find_lighting(sensor, None)?);
-/// let tracker = MarkerTracker::new(sensor, &viewpoint, lighting, (Path::new("rest.png"), &rest))?;
-/// let followed = tracker.follow(Path::new("moved.png"), &image(2.0))?;
+/// let lighting = find_lighting(sensor, None)?;
+/// // Images pass a gate first.
+/// let expected = ExpectedLight::from_markers([320, 240]);
+/// let gate = ImageGate::new(expected, Path::new("rest.png"), image(0.0))?.accept()?;
+/// let tracker = MarkerTracker::new(sensor, &viewpoint, lighting, gate.reference())?;
+/// let moved = gate.check(Path::new("moved.png"), image(2.0))?.accept()?;
+/// let followed = tracker.follow(&moved)?;
 /// assert_eq!((tracker.names().len(), followed.found()), (63, 63));
 /// let moved_px = tracker.displacements_px(&followed);
 /// assert!(moved_px.iter().flatten().all(|[x, y]| (x - 2.0).abs() < 0.1 && y.abs() < 0.1));
@@ -174,7 +179,7 @@ pub fn why_markers_hidden(sensor: &Sensor, lighting: &Lighting) -> Option<String
 }
 
 impl MarkerTracker {
-    /// Creates a tracker from a sensor, the camera of this lighting, and the image at rest, which was read from `file`.
+    /// Creates a tracker from a sensor, the camera of this lighting, and the image at rest.
     ///
     /// # Errors
     /// Returns an error for a lighting that shows no markers, and for an image that has another size, lacks required
@@ -183,17 +188,18 @@ impl MarkerTracker {
         sensor: &Sensor,
         viewpoint: &Viewpoint,
         lighting: &Lighting,
-        (file, reference): (&Path, &CapturedImage),
+        checked: &CheckedImage,
     ) -> Result<Self, Error> {
         if let Some(why) = why_markers_hidden(sensor, lighting) {
             return Err(ReconstructError::NoMarkersShown { why }.into());
         }
         let camera = viewpoint.camera();
         let size_px = [camera.width_px(), camera.height_px()].map(|px| px as usize);
+        let (file, reference) = (checked.file(), checked.image());
         check_size(file, reference, size_px)?;
         let is_colored = lighting.is_colored();
         if is_colored {
-            check_has_colours(file, reference)?;
+            check_has_colours(checked)?;
         }
         let mut seen = sensor.clone();
         // Refraction must be that of the camera of this lighting.
@@ -264,14 +270,15 @@ impl MarkerTracker {
         &self.rest
     }
 
-    /// Tracks the markers in an image, which was read from `file`.
+    /// Tracks the markers in an image.
     ///
     /// # Errors
     /// Returns an error for an image that has another size or lacks required colours.
-    pub fn follow(&self, file: &Path, image: &CapturedImage) -> Result<TrackedMarkers, Error> {
-        check_size(file, image, self.size_px)?;
+    pub fn follow(&self, checked: &CheckedImage) -> Result<TrackedMarkers, Error> {
+        let image = checked.image();
+        check_size(checked.file(), image, self.size_px)?;
         if self.is_colored {
-            check_has_colours(file, image)?;
+            check_has_colours(checked)?;
         }
         Ok(match &self.by {
             Detector::Spots(spots) => spots.follow(image),
@@ -347,12 +354,12 @@ impl MarkerTracker {
     ///
     /// # Errors
     /// Returns the errors of [`Self::follow`].
-    pub fn measure_images_per_s(&self, file: &Path, image: &CapturedImage) -> Result<f64, Error> {
+    pub fn measure_images_per_s(&self, image: &CheckedImage) -> Result<f64, Error> {
         const RUNS: usize = 5;
         let mut fastest_s = f64::INFINITY;
         for _ in 0..RUNS {
             let start = Instant::now();
-            std::hint::black_box(self.follow(file, image)?);
+            std::hint::black_box(self.follow(image)?);
             fastest_s = fastest_s.min(start.elapsed().as_secs_f64());
         }
         Ok(fastest_s.recip())

@@ -177,8 +177,9 @@ fn casting_in_bands_changes_no_byte() {
         allow_no_contact: false,
     };
     let whole = scene
-        .cast(&cast, |seen| {
-            Ok::<_, Error>(fabkit_application::export::npz(&arrays(seen.map, seen.sigmas)).unwrap())
+        .cast(&cast, 0, |seen| {
+            let arrays = arrays(seen.map, seen.sigmas);
+            Ok::<_, Error>(fabkit_application::export::npz(&arrays).unwrap())
         })
         .unwrap();
     assert!(fs::read(root.path().join("d.npz")).unwrap() == whole);

@@ -1,6 +1,7 @@
 //! What holds for all of the repository and the command: its crates, lists, documents and messages.
 
 mod bad_input;
+mod captures;
 mod circles;
 mod contracts;
 mod crate_graph;

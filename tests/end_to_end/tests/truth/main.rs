@@ -6,6 +6,7 @@ mod depth;
 mod depth_mesh;
 mod followed_marks;
 mod giving_way;
+mod implausible;
 mod lens_effects;
 mod markers_against_themselves;
 mod optics;

@@ -76,8 +76,8 @@ impl Bench {
     fn knows(&self) -> Reconstructor {
         let rest = self.picture(&self.take(None).values);
         let light = find_lighting(&self.project.design.sensor, None).unwrap();
-        Reconstructor::new(&self.scene, light, &self.constants, (Path::new("ref.png"), &rest))
-            .unwrap()
+        let rest = (Path::new("ref.png"), &rest);
+        Reconstructor::new(&self.scene, light, &self.constants, rest).unwrap().accept().unwrap()
     }
 }
 
@@ -104,6 +104,7 @@ fn depth_is_what_the_images_were_made_of() {
         let shown = bench.take(Some(press));
         let found =
             known.reconstruct(Path::new("pressed.png"), bench.picture(&shown.values)).unwrap();
+        let found = found.accept().unwrap();
         let of = |wanted: bool, value: &dyn Fn(usize) -> f64| {
             mean((0..shown.depth_mm.len()).filter(|i| shown.contact[*i] == wanted).map(value))
         };
@@ -122,6 +123,7 @@ fn depth_is_what_the_images_were_made_of() {
         // An image that is brighter as a whole is the same press.
         let brighter: Vec<f32> = shown.values.iter().map(|value| (1.05 * value).min(1.0)).collect();
         let again = known.reconstruct(Path::new("brighter.png"), bench.picture(&brighter)).unwrap();
+        let again = again.accept().unwrap();
         assert!(
             (again.relative_brightness / found.relative_brightness - 1.05).abs() < 0.005,
             "{}",
@@ -187,7 +189,11 @@ fn a_network_says_what_it_was_trained_to_say() {
     let text = run(&["pressed.png"]).ok().stdout;
     assert!(text.contains("warning: net.onnx was trained for another design"), "{text}");
     assert!(text.contains("net.onnx was trained for rtac0 on nothing"), "{text}");
-    let json = run(&["pressed.png", "darker.png", "--json"]).ok().json();
+    // All of the darker image counts as contact without a comparison: that is said.
+    let found = run(&["pressed.png", "darker.png", "--force", "--json"]);
+    assert_eq!(found.code, Some(1), "{}", found.stderr);
+    let json = found.json();
+    assert_eq!(json["plausibility"]["findings"][0]["code"], "contact_everywhere");
     is_near(&json["files"][0]["deepest_mm"], 2.0 * 25.0 / 50.0);
     assert_eq!(json["files"][0]["contact_px"], 1600);
     assert_eq!(json["files"][1]["contact_px"], 640 * 480);

@@ -67,11 +67,11 @@ pub(super) fn run(args: &FitLight, design: &Design, reference: &Path) -> Result<
         reference,
         pin_radius_mm,
     };
-    let fitted = fitting.run()?;
+    let (fitted, judgement) = fitting.run()?.accept_anyway();
     let mut json = fit_document(&design.sensor, &fitted);
     json["pin_radius_mm"] = json!(pin_radius_mm);
     let text = summary(&fitted);
-    finish_outcome(args, text, json)
+    finish_outcome(args, text, json, &judgement)
 }
 
 fn summary(fitted: &LightFit) -> String {

@@ -36,10 +36,10 @@ pub(super) fn run(args: &FitLight, reference: &Path) -> Result<Outcome, Failure>
         captures: &captures,
         ball_radius_mm: diameter_mm / 2.0,
     };
-    let fitted = fitting.run()?;
+    let (fitted, judgement) = fitting.run()?.accept_anyway();
     let mut json = pads_document(&project.design.sensor, &fitted);
     json["ball_diameter_mm"] = json!(diameter_mm);
-    finish_outcome(args, summary(&fitted), json)
+    finish_outcome(args, summary(&fitted), json, &judgement)
 }
 
 fn summary(fitted: &PadFit) -> String {

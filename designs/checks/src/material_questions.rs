@@ -41,10 +41,13 @@ impl UnknownProperty {
 /// Property, material and whether it is cast: what an unanswered question is about.
 type Subject = (MaterialProperty, String, bool);
 
+/// Names of the bodies that it was asked for, and the rules that asked.
+type Asked = (BTreeSet<String>, BTreeSet<Rule>);
+
 /// Record of the questions that nobody answered.
 #[derive(Debug, Default)]
 pub(crate) struct MaterialQuestions {
-    open: RefCell<BTreeMap<Subject, (BTreeSet<String>, BTreeSet<Rule>)>>,
+    open: RefCell<BTreeMap<Subject, Asked>>,
 }
 
 impl MaterialQuestions {
@@ -123,7 +126,7 @@ impl MaterialQuestions {
 
     /// Returns the questions that nobody answered, by property and material.
     pub(crate) fn unanswered(self) -> Vec<UnknownProperty> {
-        let unknown = |((property, material, is_cast), (bodies, rules)): (Subject, _)| {
+        let unknown = |((property, material, is_cast), (bodies, rules)): (Subject, Asked)| {
             let key = match property {
                 MaterialProperty::Elasticity => "youngs_modulus`, `modulus` or `hardness",
                 _ => property.key(is_cast),
@@ -136,7 +139,6 @@ impl MaterialQuestions {
                      `{material}` below `materials:`"
                 ),
             };
-            let (bodies, rules): (BTreeSet<String>, BTreeSet<Rule>) = (bodies, rules);
             UnknownProperty {
                 property,
                 material,

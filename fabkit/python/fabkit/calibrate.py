@@ -177,8 +177,8 @@ def find_pins(reference: ArrayLike, picture: ArrayLike, *, brighter: bool = Fals
 
     Returns
     -------
-    The pins, the strongest first; their holes are not known. A ``UserWarning`` says how many fainter
-    spots were left out, and their contrast.
+    The pins, the strongest first; their holes are not known. A ``UserWarning`` says how many
+    fainter spots were left out, and their contrast.
     """
     (pixels, sigmas), left_out = _fabkit.find_pins(
         _arrays.luminance(reference, "reference"), _arrays.luminance(picture, "picture"), brighter

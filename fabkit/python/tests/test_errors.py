@@ -135,5 +135,5 @@ def test_what_is_no_sensor_is_a_type_error_that_says_so(wrong, tmp_path):
         lambda: fabkit.sim.MarkFollower(wrong, np.zeros((4, 4))),
     ]
     for call in calls:
-        with pytest.raises(TypeError, match="it must be what `fabkit.load` returns, or a name"):
+        with pytest.raises(TypeError, match=r"it must be what `fabkit\.load` returns, or a name"):
             call()

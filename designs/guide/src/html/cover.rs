@@ -74,7 +74,7 @@ impl Guide {
         }
         *body += "</ul>\n";
         if let Some(more @ 1..) = self.check_errors.len().checked_sub(MOST) {
-            let _ = write!(body, "<p>and {more} more</p>\n");
+            let _ = writeln!(body, "<p>and {more} more</p>");
         }
         *body += "</section>\n";
     }

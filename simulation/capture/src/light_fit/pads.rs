@@ -233,7 +233,7 @@ impl PadFitInput<'_> {
         let mean = balls::WHITE * sum / f64::max(count, 1.0);
         let worst = fitted.reference_rms_grey.max(fitted.profile_rms_grey);
         // Written so that values that are no numbers are found, too.
-        if !(worst <= MOST_UNEXPLAINED * mean) {
+        if worst.is_nan() || worst > MOST_UNEXPLAINED * mean {
             let fault = ImageFault::Unexplained { rms: worst, mean, most: MOST_UNEXPLAINED };
             judgement.find(self.reference, fault);
         }

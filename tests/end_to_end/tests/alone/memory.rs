@@ -66,7 +66,7 @@ fn every_command_keeps_to_the_limit_or_refuses() {
         let is_told = run.stderr.contains("of memory; the limit is 1GB")
             && run.stderr.contains("or allow it with --memory ");
         // `press` has a largest number of nodes that fits into any limit.
-        let is_within = run.code == Some(0) || command == "press" && run.code != None;
+        let is_within = run.code == Some(0) || command == "press" && run.code.is_some();
         assert!(is_within || run.code == Some(3) && is_told, "{command}: {run:?}");
     }
     // A new command is put into one of the lists.

@@ -7,6 +7,7 @@ import json
 import os
 import warnings
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -544,7 +545,7 @@ class Sensor(Design):
         return CheckReport(json.loads(self._project.check(None)))
 
 
-def as_sensor(sensor: Sensor | str, name: str = "sensor") -> Sensor:
+def as_sensor(sensor: object, name: str = "sensor") -> Sensor:
     """Return a sensor, loaded if it is given by its name; ``name`` is that of the argument."""
     found = _as_design(sensor, name)
     if not isinstance(found, Sensor):
@@ -552,8 +553,8 @@ def as_sensor(sensor: Sensor | str, name: str = "sensor") -> Sensor:
     return found
 
 
-def _as_design(design: Design | str, name: str) -> Design:
-    if isinstance(design, str | os.PathLike):
+def _as_design(design: object, name: str) -> Design:
+    if isinstance(design, str | Path):
         return load(design)
     if not isinstance(design, Design):
         raise _wrong_type(design, name)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import fabkit
+import fabkit.sim
 
 BAD_FILE = "format: 1\nextends: rtac0\nname: mine\ncoat:\n  thicknes: 0.1 mm\nsurface:\n  wall: 3\n"
 

@@ -3,13 +3,14 @@
 use fabkit_depth::ground_truth::NO_LABEL;
 use fabkit_files::Error;
 use fabkit_geometry::{
-    Assembly, BodyKind, CompiledSolid, Lighting, Point3, Ray, Scratch, Sensor, Vector3,
+    Assembly, BodyKind, CompiledSolid, Lighting, Point3, Ray, Scratch, Sensor, TouchSurface,
+    Vector3,
 };
 use fabkit_scene::press_simulation::ContactModel;
 use fabkit_scene::{Cast, SensorView};
 
 use super::cells::{Cells, grid_size};
-use crate::{CaptureRequest, CapturedImage, LightConstants};
+use crate::{CaptureRequest, CapturedImage, LightConstants, surface_middle};
 
 /// Number of rays along each side of a cell, so that printed marks weigh as in the mean of a real image.
 const SAMPLES: u32 = 4;
@@ -107,6 +108,14 @@ impl DrawnLight {
     ) -> Result<Self, Error> {
         let small = view.resized(cells_px)?;
         let soft = SoftBodies::new(&view.project.design.sensor).map_err(Error::bug)?;
+        // A pad is as thick as in its middle; through its sides, the whole pad lies behind each other.
+        let touch = view.touch()?;
+        let of_pad_mm = match touch {
+            TouchSurface::Plane(_) => {
+                surface_middle(touch).map(|(middle, outward)| soft.thickness_mm(&middle, &outward))
+            }
+            TouchSurface::Dome(_) => None,
+        };
         let cast = Cast { samples: SAMPLES, ..Cast::at_rest(ContactModel::Rigid) };
         let request = CaptureRequest { cast, lighting, constants, seed: None };
         let size = cells_px.map(|count| count as usize);
@@ -124,7 +133,8 @@ impl DrawnLight {
                 let cosine = incidence_rad.cos().abs();
                 // One ray tells how thick the layers of a cell are.
                 if *label != NO_LABEL && limit_mm[cell] == 0.0 && cosine.is_finite() {
-                    let soft_mm = soft.thickness_mm(&places[ray], &normals[ray]);
+                    let soft_mm =
+                        of_pad_mm.unwrap_or_else(|| soft.thickness_mm(&places[ray], &normals[ray]));
                     limit_mm[cell] = soft_mm / cosine.max(LEAST_COSINE);
                 }
             }

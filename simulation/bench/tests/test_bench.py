@@ -99,7 +99,7 @@ def test_impossible_presses_are_reported(report: bench.Report) -> None:
 def test_files_are_written_whole(report: bench.Report, tmp_path) -> None:
     folder = tmp_path / "deep" / "bench"
     report.save(folder)
-    names = [".fabkit-files.json", "bench.html", "bench.json", "networks"]
+    names = [".written-by-fabkit.json", "bench.html", "bench.json", "networks"]
     assert sorted(path.name for path in folder.iterdir()) == names
     assert sorted(report.networks) == ["depth", "depth-wider-view"]
     assert json.loads((folder / "bench.json").read_text()) == report.document()

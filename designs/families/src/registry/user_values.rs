@@ -1,9 +1,14 @@
 //! Values of a design that its user set.
 
-use fabkit_text::{FieldDeclaration, InvalidDesign, Section, TextLayer, ValueKind};
+use std::collections::BTreeMap;
 
-use super::layers::OtherSections;
-use super::{Extension, LayeredDocument, Registry, SensorText};
+use fabkit_text::{
+    FieldDeclaration, InvalidDesign, ParameterTable, Section, TextLayer, TextPlace, ValueKind,
+    WrittenValue,
+};
+
+use super::layers::{LayeredDocument, OtherSections, lay_defaults};
+use super::{Extension, Registry, SENSOR, SensorText};
 
 /// Value that the user set, in a file or by an override.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,8 +22,9 @@ pub struct UserValue {
 }
 
 impl Registry {
-    /// Lists the values that the user set, overrides first, then those of files in the order of their paths. Name, title and
-    /// reference are no parameters.
+    /// Lists the values that the user set, overrides first, then those of files in the order of their paths. Values of files
+    /// are left out that have no other value without the files: they are the same, or there is none. Name, title and reference
+    /// are no parameters.
     ///
     /// # Errors
     /// Texts that cannot be read at all.
@@ -54,6 +60,7 @@ impl Registry {
             summary: extension.summary.into(),
             shape: P::shape(&()),
         };
+        let base = self.base_values(text, extension, field.clone());
         let extra = OtherSections { others: &[], section: Some((extension, field)) };
         let LayeredDocument { document, family, .. } = self.layer_texts(text, overrides, extra)?;
         let header: Vec<&str> = family
@@ -77,9 +84,16 @@ impl Registry {
                 kind: kind(path),
             })
             .collect();
+        // Built-in sensors have a name. A file that extends none has values that the design cannot be without.
+        let extends_builtin = base.contains_key("name");
+        let is_other = |(path, written): &(&String, &WrittenValue)| match base.get(*path) {
+            Some(base) => base.text.to_printable() != written.text.to_printable(),
+            None => extends_builtin,
+        };
         let of_files = written.iter().filter(|(_, written)| {
             written.place.layer != TextLayer::Override && self.is_users(&written.place, text.yaml)
         });
+        let of_files = of_files.filter(is_other);
         values.extend(of_files.map(|(path, written)| UserValue {
             path: path.clone(),
             text: written.text.to_printable(),
@@ -87,5 +101,28 @@ impl Registry {
         }));
         values.retain(|value| !header.contains(&&*value.path));
         Ok(values)
+    }
+
+    /// Returns the values that a design would have without the user's files: those of the built-in sensor that they extend,
+    /// and the defaults.
+    fn base_values(
+        &self,
+        text: SensorText,
+        extension: &Extension,
+        field: FieldDeclaration,
+    ) -> BTreeMap<String, WrittenValue> {
+        let place = TextPlace::new(TextLayer::File, text.file, &SENSOR);
+        let layers = self.layers(text.yaml, place.clone(), text.bases, &mut Vec::new());
+        // What is wrong with the texts is reported where they are read.
+        let Some(layers) = layers else { return BTreeMap::new() };
+        let mut document = ParameterTable::new(layers.family.all_fields(), place);
+        layers.family.lay_defaults(&mut document);
+        document.add_field(field);
+        lay_defaults(&mut document, extension.defaults, TextLayer::Base);
+        let builtin = layers.entries.into_iter().rev();
+        for (place, entries) in builtin.filter(|(place, _)| !self.is_users(place, text.yaml)) {
+            document.merge(entries, &place);
+        }
+        document.into_values()
     }
 }

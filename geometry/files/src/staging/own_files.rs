@@ -10,7 +10,7 @@ use crate::directory_listing::hash_file;
 use crate::reading::{self, ExpectedFile};
 
 /// Hidden file of a folder that lists the files that fabkit wrote there, each with its BLAKE3 hash.
-pub const OWN_FILES_NAME: &str = ".fabkit-files.json";
+pub const OWN_FILES_NAME: &str = ".written-by-fabkit.json";
 
 const FORMAT: &str = "fabkit-files";
 

@@ -22,7 +22,7 @@ cam1:
 ";
 
 fn depth(folder: &Path, camera: &str) -> Run {
-    let args = ["depth", "rtac0", "--camera", camera, "--png", "d.png", "--json"];
+    let args = ["depth", "rtac0", "--reference", "--camera", camera, "--png", "d.png", "--json"];
     fabkit(folder, &args)
 }
 
@@ -57,7 +57,8 @@ fn one_camera_of_several_is_named_behind_the_file() {
         assert!(run.stdout.contains(expected), "{run:?}");
     }
     // An output that would replace the file is still recognised.
-    let args = ["depth", "rtac0", "--camera", "chain.yaml#cam0", "--png", "chain.yaml"];
+    let args =
+        ["depth", "rtac0", "--reference", "--camera", "chain.yaml#cam0", "--png", "chain.yaml"];
     assert!(fabkit(path, &args).stderr.contains("would replace what --camera reads"));
 }
 
@@ -70,8 +71,8 @@ fn impossible_cameras_are_refused_by_every_command() {
     fs::write(path.join("camera.yaml"), metres).unwrap();
     fs::create_dir(path.join("captures")).unwrap();
     for args in [
-        &["depth", "rtac0", "--camera", "camera.yaml", "--png", "o.png"][..],
-        &["capture", "rtac0", "--camera", "camera.yaml", "-o", "o.png"],
+        &["depth", "rtac0", "--reference", "--camera", "camera.yaml", "--png", "o.png"][..],
+        &["capture", "rtac0", "--reference", "--camera", "camera.yaml", "-o", "o.png"],
         &["render", "rtac0", "--camera=camera.yaml", "-o", "o.png"],
         &["calibrate", "plan", "rtac0", "--camera", "camera.yaml"],
         &[

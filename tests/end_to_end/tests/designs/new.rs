@@ -151,7 +151,10 @@ fn examples_of_the_library_do_what_they_say() {
     let root = tempfile::tempdir().unwrap();
     own_part::run(root.path()).unwrap();
     let files = read_folder(root.path());
-    assert_eq!(files.keys().collect::<Vec<_>>(), ["foot.3mf", "foot.stl"]);
+    assert_eq!(
+        files.keys().collect::<Vec<_>>(),
+        [".written-by-fabkit.json", "foot.3mf", "foot.stl"]
+    );
     // Binary STL: a header of 84 bytes, 50 for each triangle.
     let stl = &files["foot.stl"];
     assert!(stl.len() > 84 + 50 * 100 && (stl.len() - 84).is_multiple_of(50));

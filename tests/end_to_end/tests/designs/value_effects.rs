@@ -10,7 +10,7 @@ fn values_that_change_nothing_are_named_with_their_condition() {
     for (sensor, set, condition) in [
         ("rtac0", "base.cable_angle=90deg", "base.cable_exit is `floor`"),
         ("rtac0", "mount.width=31mm", "mount.pattern is `rectangle`"),
-        ("rtac0", "adapter.thickness=5mm", "adapter.pattern is not `none`"),
+        ("rtac0", "adapter.thickness=6mm", "adapter.pattern is not `none`"),
         ("digit-like", "markers.x=[1mm,2mm]", "markers.pattern is `list`"),
         ("tactip", "pins.diameter=1.5mm", "pins.layout is `free`"),
     ] {
@@ -66,6 +66,6 @@ fn a_camera_that_makes_the_sensor_higher_says_so() {
     let height: f64 = rest.unwrap().split([' ', '\n']).nth(4).unwrap().parse().unwrap();
     assert!(height > 1.5 * 22.1, "{}", run.stderr);
     // A length is there to change lengths.
-    let run = fabkit(root.path(), &["show", "digit-like", "--set", "bed.thickness=6mm"]).ok();
+    let run = fabkit(root.path(), &["show", "digit-like", "--set", "bed.thickness=5mm"]).ok();
     assert_eq!(run.stderr, "");
 }

@@ -214,7 +214,7 @@ fn what_cures_longer_than_what_it_waits_for_is_found() {
     step(&mut sensor, "glue-leds").action = Action::Bond(Cure { hours: 3.0, celsius: 23.0 });
     let found = check_manual_steps(&sensor);
     let limit = found[0].measured.map(|measured| measured.limit);
-    assert!(found[0].message.contains("takes 3 h") && limit == Some(1.0), "{found:#?}");
+    assert!(found[0].message.contains("take 3 h") && limit == Some(1.0), "{found:#?}");
 }
 
 #[test]

@@ -232,7 +232,7 @@ fn a_press_that_tears_a_bond_is_found() {
     let found = torn(&own("3 MPa"));
     assert_eq!(found.len(), 1);
     assert!(
-        found[0].contains("drives gel along plate") && found[0].contains("bears 200.0 kPa"),
+        found[0].contains("shears gel on plate") && found[0].contains("withstands 200.0 kPa"),
         "{found:?}"
     );
 }

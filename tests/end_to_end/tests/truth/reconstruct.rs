@@ -240,7 +240,7 @@ fn what_cannot_be_reconstructed_is_refused_by_name() {
             &["rtac0", "dark.png", "--reference", "small.png"][..],
             "100 x 80 px; the camera takes 640 x 480 px",
         ),
-        (&["rtac0", "small.png", "--reference", "dark.png"], "no image of it at rest"),
+        (&["rtac0", "small.png", "--reference", "dark.png"], "no image of the lit surface at rest"),
         (&["uvdtact", "dark.png", "--reference", "small.png"], "the camera takes 400 x 400 px"),
         (
             &["uvdtact", "square.png", "--reference", "square.png", "--light", "uv"],

@@ -63,7 +63,8 @@ fn rays_end_where_depth_says() {
             // The middle row of an image of even height is the edge between two.
             let near = [-0.6, 0.6].iter().flat_map(|dx| [-0.6, 0.6].map(|dy| [*dx, dy]));
             let near = near.map(|[dx, dy]| {
-                let at = |value: f64, size: usize| (value.max(0.0) as usize).min(size - 1);
+                // Pixels are centred on whole numbers.
+                let at = |value: f64, size: usize| (value.round().max(0.0) as usize).min(size - 1);
                 let (x, y) = (at(pixel[0] + dx, mask.size[0]), at(pixel[1] + dy, mask.size[1]));
                 mask.at(x, y)[0] == 255
             });

@@ -83,7 +83,7 @@ pub struct PinCrop {
 /// };
 /// assert_eq!(report.to_json()["pins"], 21);
 /// let warning = &report.warnings()[0];
-/// assert!(warning.starts_with("It is not known how far from their tips marks are found"));
+/// assert!(warning.starts_with("The distance of marks from the pins' tips is not known"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug)]

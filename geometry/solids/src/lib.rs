@@ -53,6 +53,7 @@ pub mod sequences;
 mod shape_key;
 mod sheet;
 mod slicing;
+mod softness;
 mod solid;
 mod surface_points;
 mod touch;

@@ -2,8 +2,6 @@
 
 use std::fmt;
 
-use crate::{Body, BodyKind};
-
 /// Curing mechanism of a liquid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum CureMechanism {
@@ -238,14 +236,4 @@ pub struct Adhesion {
     pub shear_mpa: f64,
     /// Minimum tensile strength across the face, MPa.
     pub pull_mpa: f64,
-}
-
-impl Body {
-    /// Returns whether the body has to give way when the sensor is touched: it is cast or marked as deformable, and
-    /// neither a liquid nor known to be as hard as plastic.
-    pub fn gives_way(&self) -> bool {
-        let is_stiff = self.substance.class == Some(MaterialClass::Liquid)
-            || matches!(self.substance.shore, Some(Shore::D(_)));
-        (self.kind == BodyKind::Cast || self.is_deformable) && !is_stiff
-    }
 }

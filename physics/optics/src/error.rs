@@ -12,12 +12,12 @@ use fabkit_geometry::{InvalidSolid, Point3};
 /// # };
 /// use fabkit_optics::OpticalStack;
 ///
-/// // Nobody says what the pane is made from.
+/// // No source says what the pane is made from.
 /// let pane = Body::bought("pane", "clear", Solid::cylinder(20.0, 2.0).at(0.0, 0.0, 5.0))
 ///     .with_clarity(OpticalClarity::Clear)
 ///     .placed([Placement::in_place(Assembly::sensor())]);
 /// let error = OpticalStack::from_sensor(&Sensor::new("window", "A window", "", camera, [pane])).unwrap_err();
-/// assert!(error.to_string().starts_with("pane: light passes it, but nobody says"));
+/// assert!(error.to_string().starts_with("pane: light passes it, but the refractive index"));
 /// assert!(error.hint().contains("refractive_index"));
 /// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

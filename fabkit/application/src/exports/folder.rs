@@ -9,9 +9,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use fabkit_export::{FileEntry, Manifest, PartEntry, ProfileEntry, UnlistedFile, UnlistedReason};
-use fabkit_files::directory_listing::{hash_file, list_visible_files};
+use fabkit_files::directory_listing::list_visible_files;
 use fabkit_files::reading::{self, ExpectedFile, ReadError};
 use fabkit_files::resumable::{MAX_DOCUMENT_BYTES, SealError, unseal};
+use fabkit_files::staging::hash_file;
 use fabkit_files::staging::{OutputFile, StagingError, Transaction};
 use fabkit_files::{ErrorKind, ErrorSubject, Explained, join_messages};
 

@@ -299,6 +299,5 @@ fn the_python_package_has_the_options_as_they_are_declared() {
         }
         assert!(!in_ci, "fabkit/python/fabkit/{} is not up to date", wanted.file);
         fs::write(&path, text).unwrap();
-        eprintln!("wrote fabkit/python/fabkit/{}", wanted.file);
     }
 }

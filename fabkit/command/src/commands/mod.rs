@@ -4,6 +4,7 @@
 mod archive;
 mod bench;
 mod calibrate;
+mod camera_files;
 mod capture;
 mod check;
 mod completions;
@@ -41,16 +42,11 @@ mod view;
 
 use std::ffi::OsString;
 use std::io;
-use std::path::Path;
 
 use clap::{CommandFactory, Parser};
 use clap_complete::CompleteEnv;
-use fabkit_application::calibration_runs::extrinsics;
-use fabkit_application::camera::CameraEstimate;
-use fabkit_application::fixtures::{Project, ValueEffects};
-use fabkit_application::ground_truth::Viewpoint;
+use fabkit_application::fixtures::ValueEffects;
 use fabkit_application::memory;
-use fabkit_application::scene::viewpoint_from_files;
 
 use crate::cli::{Calibrate, Cli, Command, Global};
 use crate::failure::{self, ErrorKind, Failure, FailureCode};
@@ -124,31 +120,6 @@ fn exit_after(printed: io::Result<()>, code: u8) -> u8 {
         }
         Ok(()) => code,
     }
-}
-
-/// Prints warnings about input files at once: they concern all that follows, and a long command is better stopped early.
-fn print_warnings(warnings: &[String]) {
-    for warning in warnings {
-        terminal::tell(&format!("warning: {warning}\n"));
-    }
-}
-
-/// Reads a camera file, and prints what is unusual about it.
-fn read_camera(path: &Path) -> Result<CameraEstimate, Failure> {
-    let file = extrinsics::read_camera(path)?;
-    print_warnings(&file.warnings());
-    Ok(file.estimate)
-}
-
-/// Returns the viewpoint of camera and pose files, and prints what is unusual about them.
-fn load_viewpoint(
-    project: &Project,
-    camera: Option<&Path>,
-    pose: Option<&Path>,
-) -> Result<Viewpoint, Failure> {
-    let viewpoint = viewpoint_from_files(project, camera, pose)?;
-    print_warnings(viewpoint.warnings());
-    Ok(viewpoint)
 }
 
 fn exit_code(report: &Outcome) -> u8 {

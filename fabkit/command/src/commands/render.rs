@@ -88,7 +88,7 @@ fn draw_camera_view(
         return Err(Failure::new(ErrorKind::BadInput, message, hint));
     }
     let project = target.project(&args.set)?;
-    let viewpoint = super::load_viewpoint(&project, camera, args.pose.as_deref())?;
+    let viewpoint = super::camera_files::load_viewpoint(&project, camera, args.pose.as_deref())?;
     let sensor = &project.design.sensor;
     let lens = viewpoint.camera();
     // The camera's own image has the camera's resolution.

@@ -52,8 +52,11 @@ pub(super) fn load_viewpoint(
         None => source.load(&design.set)?,
         Some(unit) => source.load_unit(unit, &design.set)?,
     };
-    let viewpoint =
-        super::load_viewpoint(&project, camera.camera.as_deref(), camera.pose.as_deref())?;
+    let viewpoint = super::camera_files::load_viewpoint(
+        &project,
+        camera.camera.as_deref(),
+        camera.pose.as_deref(),
+    )?;
     Ok((Arc::new(project), viewpoint))
 }
 

@@ -5,6 +5,7 @@
 //! the temporary files are removed and the old files are unchanged. A process that is killed leaves a journal with
 //! which the next writer puts the old files back.
 
+mod file_hash;
 mod journal;
 mod lock;
 mod own_files;
@@ -16,6 +17,7 @@ use std::path::{Path, PathBuf};
 
 use crate::{ErrorKind, ErrorSubject, Explained};
 
+pub use file_hash::hash_file;
 pub use lock::FolderLock;
 use own_files::join_places;
 pub use own_files::{OWN_FILES_NAME, write_all};

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::{OutputFile, StagingError, Transaction};
-use crate::directory_listing::hash_file;
+use super::{OutputFile, StagingError, Transaction, hash_file};
 use crate::reading::{self, ExpectedFile};
 
 /// Hidden file of a folder that lists the files that fabkit wrote there, each with its BLAKE3 hash.

@@ -249,7 +249,7 @@ fn warnings_follow_from_what_touches_what() {
     let [rtac0, fluidic, tactip] = ["rtac0", "fluidic", "tactip"].map(shipped);
     // Silicone in silicone molds: step 7 sprays them; without the word nobody does.
     assert!(of(rtac0, "release").iter().all(|w| w.dealt_with_in == Some(7)));
-    assert_eq!(of(rtac0, "release").len(), 3);
+    assert_eq!(of(rtac0, "release").len(), 4);
     let bare = facts(&without(build_design("rtac0", &[]), "release"), 1);
     assert!(of(&bare, "release").iter().any(|w| w.dealt_with_in.is_none()));
     assert!(of(tactip, "release").is_empty());

@@ -45,10 +45,11 @@ pub fn components(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Vec<Body> 
     };
     let c = &p.camera;
     let camera_text = format!(
-        "{}, {}, {} lens, {} x {} mm",
+        "{}, {}, {} deg lens, {} x {} mm",
         c.module.model,
         *c.images,
-        c.field_of_view,
+        // A tenth of a degree: no maker states a view more closely.
+        (10.0 * c.field_of_view.deg()).round() / 10.0,
         c.diameter.mm(),
         c.length.mm()
     );

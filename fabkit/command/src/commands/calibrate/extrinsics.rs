@@ -13,7 +13,7 @@ use fabkit_application::image::has_image_extension as is_image;
 use fabkit_application::source::Target;
 use fabkit_application::staging::write_each;
 
-use super::super::read_camera;
+use super::super::camera_files::read_camera;
 use super::Outcome;
 use crate::cli::CalibrateExtrinsics;
 use crate::failure::Failure;

@@ -10,7 +10,7 @@ use fabkit_application::calibration_runs::planning::{
 use fabkit_application::image::has_image_extension as is_image;
 use fabkit_application::source::{Source, Target};
 
-use super::super::read_camera;
+use super::super::camera_files::read_camera;
 use super::Outcome;
 use crate::cli::CalibratePlan;
 use crate::failure::Failure;

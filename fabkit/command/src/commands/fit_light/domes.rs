@@ -11,7 +11,8 @@ use fabkit_application::light_fit::{LightFit, LightFitInput, fit_document};
 use fabkit_application::source::Target;
 use serde_json::json;
 
-use super::super::{Outcome, read_camera};
+use super::super::Outcome;
+use super::super::camera_files::read_camera;
 use super::{finish_outcome, refuse_options};
 use crate::cli::FitLight;
 use crate::failure::{ErrorKind, Failure};

@@ -73,8 +73,17 @@ fn nothing_moves_and_no_markers_are_found_where_there_are_none() {
             rgb.chunks(3).flat_map(|rgb| rgb[..image.channels].to_vec()).collect()
         };
         write(&folder.join("rest.jpg"), image.size_px, &values, noise, quality, i as u64);
-        let words =
-            ["reconstruct", sensor, "--reference", "rest.jpg", "rest.jpg", "-o", "out", "--json"];
+        let words = [
+            "reconstruct",
+            sensor,
+            "--reference",
+            "rest.jpg",
+            "rest.jpg",
+            "-o",
+            "out",
+            "--json",
+            "--force",
+        ];
         let run = fabkit(folder, &[&words[..], &light(lit)].concat());
         let what = format!("{i}: {sensor}, noise {noise}, quality {quality}");
         followed[usize::from(has_markers)] += 1;

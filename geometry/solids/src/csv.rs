@@ -15,7 +15,7 @@ const FORMULA_SIGNS: [char; 8] = ['=', '+', '-', '@', '＝', '＋', '－', '＠'
 ///
 /// assert_eq!(CsvCell::text("=1+1").as_str(), "\"'=1+1\"");
 /// assert_eq!(CsvCell::text("gel, clear").as_str(), "\"gel, clear\"");
-/// assert_eq!(CsvCell::fixed(-0.25, 1).as_str(), "-0.2");
+/// assert_eq!(CsvCell::fixed(-0.26, 1).as_str(), "-0.3");
 /// // A number that is written as text is no formula.
 /// assert_eq!(CsvCell::text("-0.25").as_str(), "-0.25");
 /// ```

@@ -29,7 +29,9 @@ fn commands(root: &Path) -> Vec<Vec<String>> {
 }
 
 fn assert_harmless(root: &Path, words: &[&str]) {
-    let output = command(root).args(words).output().unwrap();
+    let mut command = command(root);
+    // Whatever Python is installed here, no bench is run.
+    let output = command.args(words).env("FABKIT_PYTHON", "/nowhere/python").output().unwrap();
     for bytes in [&output.stdout, &output.stderr] {
         let text = String::from_utf8_lossy(bytes);
         let found: Vec<char> = text.chars().filter(|c| is_steering(*c)).collect();
@@ -50,7 +52,9 @@ fn no_command_prints_characters_that_steer_the_terminal() {
         "\u{202e}x"
     );
     fs::write(root.path().join(&there), yaml).unwrap();
+    // Not empty, so that nobody begins a data set there.
     fs::create_dir(root.path().join(HOSTILE)).unwrap();
+    fs::write(root.path().join(HOSTILE).join("kept"), "").unwrap();
     let png = format!("{HOSTILE}.png");
     fs::write(root.path().join(&png), "no image").unwrap();
     let missing = format!("{HOSTILE}/missing.yaml");
@@ -58,12 +62,13 @@ fn no_command_prints_characters_that_steer_the_terminal() {
     let set = format!("{HOSTILE}=1");
     for name in &commands {
         let name: Vec<&str> = name.iter().map(String::as_str).collect();
-        let more: [&[&str]; 7] = [
+        let more: [&[&str]; 8] = [
             &[&there],
             &[&missing],
             &[&option],
             &["rtac0", "--set", &set],
-            &["rtac0", "-o", HOSTILE],
+            &["9dtact/coupon", "-o", HOSTILE],
+            &["-o", HOSTILE],
             &["rtac0", "--reference", &png, &png, "-o", HOSTILE],
             &["rtac0", "--json", "--set", &set],
         ];

@@ -123,7 +123,7 @@ impl<'a> Contact<'a> {
     /// Returns the layer's cure if the wall inhibits it.
     fn inhibited(&self, questions: &MaterialQuestions) -> Option<CureMechanism> {
         let Self { layer, wall, .. } = self;
-        if questions.class(Rule::Chemistry, layer)? == MaterialClass::Liquid {
+        if questions.class(Rule::Chemistry, layer) == Some(MaterialClass::Liquid) {
             return None;
         }
         // The cure matters only where the wall inhibits some cure, which a platinum silicone is the first to feel.

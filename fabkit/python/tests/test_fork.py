@@ -7,7 +7,7 @@ import textwrap
 
 import pytest
 
-# Work that runs on several threads: done in the parent, then in children, with the same result.
+# Work that runs on several threads: each is done in the parent, then in children, with the same result.
 WORK = {
     "press": """
         sensor = sim.Sensor("digit-like", size_px=(32, 24), spacing_mm=1.5)

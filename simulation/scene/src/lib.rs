@@ -47,7 +47,7 @@ use crate::ground_truth::{
     draw_coverage_map, find_deepest_contact,
 };
 use crate::press_simulation::{
-    ContactGap, ContactModel, ContactSolution, ElasticSolver, PressingError, resources_beside,
+    ContactGap, ContactModel, ContactSolution, ElasticSolver, PressingError, resources,
 };
 
 /// Limits of the radius of the membrane's transition around contacts, mm. The upper limit is wider than any gel's skin
@@ -328,7 +328,7 @@ impl SensorView {
         self.check(cast).map_err(Error::from)?;
         let grant = self.request_memory("casting", cast.samples, kept + self.whole_bytes(cast))?;
         let meetings = self.check_and_approach(cast)?;
-        let ready = self.ready(cast, &grant)?;
+        let ready = self.ready(cast)?;
         let pressed = self.press(cast, ready.as_deref())?;
         self.cast_rows(cast, &pressed, (0..u32::MAX, &grant), |seen| {
             if seen.deepest.is_none() && !cast.allow_no_contact {
@@ -394,7 +394,7 @@ impl SensorView {
         )
         .map_err(Error::from)?;
         let meetings = self.check_and_approach(cast)?;
-        let ready = self.ready(cast, &grant)?;
+        let ready = self.ready(cast)?;
         let pressed = self.press(cast, ready.as_deref())?;
         let mut is_seen = false;
         (0..height).step_by(rows as usize).try_for_each(|top| {
@@ -417,7 +417,7 @@ impl SensorView {
 
     /// Returns the solver of the soft layers, or `None` if nothing presses or contact is not elastic. Solvers for
     /// several bodies are kept for later casts; a single body gets a mesh refined at its contact.
-    fn ready(&self, cast: &Cast, grant: &MemoryGrant) -> Result<Option<Arc<ElasticSolver>>, Error> {
+    fn ready(&self, cast: &Cast) -> Result<Option<Arc<ElasticSolver>>, Error> {
         // Rigid and membrane contact have no tangential degrees of freedom, so a shear would be ignored silently.
         let ContactModel::Linear(linear) = cast.contact else {
             return if cast.shear_mm == [0.0; 2] {
@@ -432,11 +432,14 @@ impl SensorView {
             return Ok(None);
         }
         let sensor = &self.project.design.sensor;
-        let (spacing_mm, resources) = (linear.spacing_mm, resources_beside(grant));
+        let spacing_mm = linear.spacing_mm;
         // A single body gets a mesh for its own contact, which no other press can reuse.
         if let [_] = &bodies[..] {
             return Ok(Some(Arc::new(ElasticSolver::for_press(
-                sensor, &bodies, spacing_mm, resources,
+                sensor,
+                &bodies,
+                spacing_mm,
+                resources(),
             )?)));
         }
         // The lock is held during setup: concurrent casts wait for one solver instead of each building its own.
@@ -447,8 +450,8 @@ impl SensorView {
             return Ok(Some(ready.clone()));
         }
         let is_dragged = cast.shear_mm != [0.0; 2];
-        let ready = ElasticSolver::for_any_press(sensor, spacing_mm, is_dragged, resources)?;
-        let ready = Arc::new(ready);
+        let ready =
+            Arc::new(ElasticSolver::for_any_press(sensor, spacing_mm, is_dragged, resources())?);
         *kept = Some((spacing_mm, ready.clone()));
         Ok(Some(ready))
     }

@@ -17,7 +17,6 @@ mod skin;
 
 use fabkit_elastic::Press;
 use fabkit_elastic::SolverResources;
-use fabkit_files::memory::MemoryGrant;
 use fabkit_fixtures::Project;
 
 pub use contact::{ContactModel, ContactSolution, LinearOptions};
@@ -166,12 +165,6 @@ impl PressRequest<'_> {
         let limit = format!("1 to {MAX_STEPS} steps");
         PressingError::Range { what: "steps", value: self.steps.to_string(), limit }
     }
-}
-
-/// Returns the same as [`resources`], less the memory that is granted to other work at the same time.
-pub(crate) fn resources_beside(grant: &MemoryGrant) -> SolverResources {
-    let SolverResources { threads, memory_bytes } = resources();
-    SolverResources { threads, memory_bytes: memory_bytes.saturating_sub(grant.bytes()) }
 }
 
 /// Returns the threads of the current rayon pool, and the memory that the process may use.

@@ -92,7 +92,7 @@ def test_one_camera_of_several_is_named_and_unusual_ones_warn(tmp_path):
         fabkit.depth.Scene("rtac0", camera=f"{tmp_path / 'cameras.txt'}#2")
     with pytest.raises(fabkit.FabkitError, match="holds 2 cameras: `1`, `2`"):
         fabkit.Camera.load(tmp_path / "cameras.txt")
-    with pytest.raises(fabkit.FabkitError, match="is the matrix in metres"):
+    with pytest.raises(fabkit.FabkitError, match="in metres"):
         fabkit.Camera.from_text("1 PINHOLE 640 480 0.0036 0.0036 0.00192 0.00144\n")
 
 

@@ -7,7 +7,7 @@ import textwrap
 
 import pytest
 
-# Work that runs on several threads: each is done in the parent, then in children, with the same result.
+# Work that runs on several threads, done in the parent, then in children, with the same result.
 WORK = {
     "press": """
         sensor = sim.Sensor("digit-like", size_px=(32, 24), spacing_mm=1.5)
@@ -25,10 +25,10 @@ WORK = {
         sensor = fabkit.load("digit-like")
 
         def work(_=None):
-            return [len(sensor.parts[name].mesh(0.1).points) for name in list(sensor.parts)[:3]]
+            return [len(sensor.parts[name].mesh(0.1).vertices) for name in list(sensor.parts)[:3]]
     """,
     "truth": """
-        scene = fabkit.Scene("rtac0").resized(64, 48)
+        scene = fabkit.depth.Scene("rtac0").resized(64, 48)
 
         def work(_=None):
             return float(scene.depth("ball@0deg,0deg,0.5mm").indentation_mm.max())
@@ -83,7 +83,7 @@ def test_a_forked_child_works_as_its_parent(kind, way):
     program = "\n".join(
         [
             "import concurrent.futures, multiprocessing, os",
-            "import fabkit, fabkit.sim as sim",
+            "import fabkit, fabkit.depth, fabkit.sim as sim",
             "from fabkit import _fabkit",
             textwrap.dedent(WORK[kind]),
             "before = work()",

@@ -188,7 +188,7 @@ def test_markers_are_tracked_by_name():
     assert marks.names == [f"column {i + 1}" for i in range(16)]
     with pytest.raises(fabkit.FabkitError, match="px"):
         marks.follow(pressed[:-1])
-    with pytest.raises(fabkit.FabkitError, match="no markers to track"):
+    with pytest.raises(fabkit.FabkitError, match="no value exceeds"):
         sim.MarkFollower("rtac0", np.zeros((480, 640), np.uint8))
 
 

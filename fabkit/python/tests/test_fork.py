@@ -31,7 +31,7 @@ WORK = {
         scene = fabkit.depth.Scene("rtac0").resized(64, 48)
 
         def work(_=None):
-            return float(scene.depth("ball@0deg,0deg,0.5mm").indentation_mm.max())
+            return float(scene.cast("ball@0deg,0deg,0.5mm").indentation_mm.max())
     """,
     "command": """
         def work(_=None):

@@ -102,7 +102,7 @@ fn nothing_moves_and_no_markers_are_found_where_there_are_none() {
             continue;
         }
         let json = run.ok().json();
-        let number = |value: &Value| value.as_f64().unwrap();
+        let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{what}: {json:#}"));
         let moved_px = number(&json["files"][0]["marks_moved_px"]);
         assert!(moved_px <= STILL_PX, "{what}: moved by {moved_px} px");
         assert!(number(&json["files"][0]["marks_significance"]) >= 6.0, "{what}");

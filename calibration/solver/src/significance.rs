@@ -8,8 +8,6 @@
 //! A [`Significance`] is made from a contrast and its noise only, and [`Detections`] from all candidates only. So no spot is
 //! reported without its significance, and none is dropped without being counted.
 
-use std::collections::BTreeMap;
-
 /// Number of rows that are evaluated: noise is the same in all, and images are searched hundreds of times a second.
 const ROWS: usize = 16;
 /// Largest period of a lattice of blocks, px: that of colours that are stored at half the resolution.
@@ -28,8 +26,8 @@ const LARGEST_STEPS: f64 = 0.96;
 /// Quartile of the absolute value of a standard normal distribution. The quartile is used instead of the median since
 /// most pixels of a small image may be near a spot.
 const NORMAL_QUARTER: f64 = 0.3186;
-/// Large quantile of the absolute value of a standard normal distribution: share and value.
-const NORMAL_LARGE: (f64, f64) = (0.95, 1.96);
+/// Mean of the absolute value of a standard normal distribution.
+const NORMAL_MEAN: f64 = 0.7979;
 /// Standard deviation of rounding to whole steps, in steps: that of a uniform distribution.
 const ROUNDING: f64 = 0.2887;
 
@@ -153,24 +151,9 @@ fn find_lattice(steps: &[(usize, f32)], grey_step: f64) -> Option<(usize, f64)> 
         return None;
     }
     let px = if is_border(means[(phase + 8) % LATTICE_PX]) { 8 } else { LATTICE_PX };
-    // Coders change few blocks by much and most by nothing: the largest steps, not the mean one, say how far a block may
-    // be off. A block's own value and its neighbour's are independent, so their difference has twice the variance.
-    let large = |is_wanted: &dyn Fn(usize) -> bool| {
-        let mut columns: BTreeMap<usize, Vec<f32>> = BTreeMap::new();
-        for (column, step) in steps.iter().filter(|(column, _)| is_wanted(column % LATTICE_PX)) {
-            columns.entry(*column).or_default().push(*step);
-        }
-        let mean = |steps: &[f32]| steps.iter().sum::<f32>() / steps.len() as f32;
-        let mut means: Vec<f32> = columns.values().map(|steps| mean(steps)).collect();
-        // An edge of the scene that happens to lie in a border is in one column of many.
-        let usual = EDGE * quantile(&mut means, 0.5);
-        let mut sizes: Vec<f32> =
-            columns.into_values().filter(|steps| mean(steps) <= usual).flatten().collect();
-        f64::from(quantile(&mut sizes, NORMAL_LARGE.0))
-    };
-    let at_borders = large(&|at| at == phase || px == 8 && at == (phase + 8) % LATTICE_PX);
-    let excess = at_borders.powi(2) - large(&is_inside).powi(2);
-    Some((px, excess.max(0.0).sqrt() / NORMAL_LARGE.1 / 2.0_f64.sqrt()))
+    // A block's own value and its neighbour's are independent, so their difference has twice the variance.
+    let excess = means[phase].powi(2) - usual.powi(2);
+    Some((px, excess.max(0.0).sqrt() / NORMAL_MEAN / 2.0_f64.sqrt()))
 }
 
 fn quantile(values: &mut [f32], part: f64) -> f32 {

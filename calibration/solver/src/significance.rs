@@ -21,8 +21,6 @@ const LATTICE_STEPS: usize = 100;
 const LATTICE_GREY: f64 = 0.1;
 /// Limit of a step, relative to the median: beyond, it is an edge in the scene.
 const EDGE: f32 = 6.0;
-/// Share of the steps below the largest ones: fewer than those at the borders of blocks of 16 px are above it.
-const LARGEST_STEPS: f64 = 0.96;
 /// Quartile of the absolute value of a standard normal distribution. The quartile is used instead of the median since
 /// most pixels of a small image may be near a spot.
 const NORMAL_QUARTER: f64 = 0.3186;
@@ -123,9 +121,7 @@ impl ImageNoise {
 /// its values.
 fn find_lattice(steps: &[(usize, f32)], grey_step: f64) -> Option<(usize, f64)> {
     let mut sizes: Vec<f32> = steps.iter().map(|(_, step)| *step).collect();
-    // Where most steps are nothing, as in a smooth image without noise, the largest ones say how large steps are.
-    let largest = quantile(&mut sizes, LARGEST_STEPS);
-    let cap = (EDGE * quantile(&mut sizes, 0.5)).max(EDGE * grey_step as f32).max(largest);
+    let cap = (EDGE * quantile(&mut sizes, 0.5)).max(EDGE * grey_step as f32);
     let (mut sums, mut counts) = ([0.0; LATTICE_PX], [0usize; LATTICE_PX]);
     for (column, step) in steps {
         sums[column % LATTICE_PX] += f64::from(step.min(cap));

@@ -285,16 +285,3 @@ fn dots_that_are_much_fainter_than_others_are_counted() {
     // Smoothing and the floor against the dark take a part of the 4 %.
     assert!((0.03..0.04).contains(&left_out.max_contrast), "{left_out}");
 }
-
-/// Blocks of 8 px that are rounded by themselves make spots as wide as pins. Where a coder changes few blocks by much, and
-/// most by nothing, their noise is still taken for smaller than it is.
-#[test]
-fn blocks_of_jpeg_are_no_pins() {
-    let block = |x: usize, y: usize| {
-        let mut random = SplitMix64::new((x / 8 + 100 * (y / 8)) as u64);
-        0.02 * random.normal()
-    };
-    let [rest, pressed] = board(|_| 0.0, 0.0, block);
-    let found = detect(&rest, &pressed, &DetectionOptions::default()).unwrap();
-    assert!(found.marks.kept().is_empty(), "{:?}", found.marks.kept());
-}

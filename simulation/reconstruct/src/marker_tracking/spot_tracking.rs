@@ -1,6 +1,6 @@
 //! Tracking of markers that appear as spots.
 
-use fabkit_calibration::significance::{Detected, Detections, Significance};
+use fabkit_calibration::significance::{Detected, Detections, LeftOut, Significance};
 use fabkit_geometry::{Sensor, VisibleEffect};
 
 use super::appearance::{Appearance, NormalisedImage};
@@ -46,16 +46,18 @@ pub(super) struct SpotTracker {
     looks: Vec<Option<Appearance>>,
 }
 
-/// Spot that may be a marker.
+/// Spot that may be a marker, with the limit that applies to it.
 #[derive(Clone, Copy, Debug)]
-struct Spot {
+struct Candidate {
     blob: Blob,
+    least: f64,
     /// Distance below which another spot is the same, px.
     same_px: f64,
+    /// Contrast of a strength of 1, as a fraction.
     contrast_unit: f64,
 }
 
-impl Detected for Spot {
+impl Detected for Candidate {
     fn contrast(&self) -> f64 {
         self.contrast_unit * self.blob.strength
     }
@@ -116,25 +118,18 @@ impl SpotTracker {
             usual.max(MIN_SIGMAS * noise)
         };
         let leasts: Vec<f64> = noises.iter().enumerate().map(least).collect();
-        let search = Search {
-            said: &said,
-            pattern: &drawn,
-            sizes: &sizes,
-            leasts: &leasts,
-            noises: &noises,
-            contrast_unit: said.contrast_unit(reference.channels),
-        };
-        let found = search.find_spots();
-        let spots: Vec<Px> = found.iter().map(|spot| spot.blob.at).collect();
-        let chosen = drawn.assign(&spots);
+        let mut found = candidates(&said, &drawn, &sizes, (&leasts, &noises), reference.channels);
+        let spots: Vec<Px> = found.kept().iter().map(|spot| spot.blob.at).collect();
+        let mut chosen = drawn.assign(&spots);
         let middle = |(chosen, size): (&Option<usize>, &MarkerSize)| {
             Some(said.spot_centre(&spots[(*chosen)?], *size))
         };
         let mut rest_px: Vec<Option<Px>> = chosen.iter().zip(&sizes).map(middle).collect();
-        // Otherwise these spots are no markers, however far they stand out.
-        let is_pattern = is_pattern(&drawn, &rest_px);
-        let markers = search.judge(found, &chosen, &rest_px, is_pattern);
-        if !is_pattern {
+        if !is_pattern(&drawn, &rest_px) {
+            // These spots are no markers, however far they stand out.
+            let all = [found.kept(), found.left_out()].concat();
+            found = Detections::split(all, |_| false);
+            chosen.fill(None);
             rest_px.fill(None);
         }
         let strength = |(px, size): (&Option<Px>, &MarkerSize)| {
@@ -153,6 +148,7 @@ impl SpotTracker {
             }
             _ => Vec::new(),
         };
+        let markers = tracked_markers(&drawn, &found, &chosen, &rest_px);
         // From now on the measured places replace the expected ones.
         let rest = Pattern::new(rest_px, alone_px);
         (Self { looks, scaling, tells, weights, sizes, rest, strengths }, markers)
@@ -167,16 +163,9 @@ impl SpotTracker {
         let least =
             |(noise, strength): (&f64, &f64)| (LEAST_OF_REST * strength).max(MIN_SIGMAS * noise);
         let leasts: Vec<f64> = noises.iter().zip(&self.strengths).map(least).collect();
-        let search = Search {
-            said: &said,
-            pattern: &self.rest,
-            sizes: &self.sizes,
-            leasts: &leasts,
-            noises: &noises,
-            contrast_unit: said.contrast_unit(image.channels),
-        };
-        let found = search.find_spots();
-        let spots: Vec<Px> = found.iter().map(|spot| spot.blob.at).collect();
+        let limits = (&leasts[..], &noises[..]);
+        let found = candidates(&said, &self.rest, &self.sizes, limits, image.channels);
+        let spots: Vec<Px> = found.kept().iter().map(|spot| spot.blob.at).collect();
         let chosen = self.rest.assign(&spots);
         let evened = match &self.tells {
             MarkerSignal::Dark(counts) if !self.looks.is_empty() => {
@@ -195,7 +184,7 @@ impl SpotTracker {
             Some(add(&rest, &looks.find_displacement(&self.scaling, evened, &by, size.pitch_px)?))
         };
         let px: Vec<Option<Px>> = chosen.iter().zip(&self.sizes).enumerate().map(place).collect();
-        search.judge(found, &chosen, &px, true)
+        tracked_markers(&self.rest, &found, &chosen, &px)
     }
 }
 
@@ -215,72 +204,65 @@ fn is_pattern(drawn: &Pattern, rest_px: &[Option<Px>]) -> bool {
     median(&mut misses).is_none_or(|miss| miss <= 1.0)
 }
 
-/// Image that is searched, with the limits of each marker.
-struct Search<'a> {
-    said: &'a SignalImage<'a>,
-    pattern: &'a Pattern,
-    sizes: &'a [MarkerSize],
-    /// Minimum strength of a spot.
-    leasts: &'a [f64],
-    /// Noise of the strength.
-    noises: &'a [f64],
-    /// Contrast of a strength of 1, as a fraction.
-    contrast_unit: f64,
+/// Joins places of markers with the significance of their spots. A spot was left out if the marker nearest to it is not
+/// found.
+fn tracked_markers(
+    pattern: &Pattern,
+    found: &Detections<Candidate>,
+    chosen: &[Option<usize>],
+    px: &[Option<Px>],
+) -> TrackedMarkers {
+    let marker = |(chosen, px): (&Option<usize>, &Option<Px>)| {
+        let significance = found.kept()[(*chosen)?].significance();
+        Some(TrackedMarker { px: (*px)?, significance })
+    };
+    let markers: Vec<Option<TrackedMarker>> = chosen.iter().zip(px).map(marker).collect();
+    let is_missing = |spot: &&Candidate| {
+        let known = pattern.at().iter().enumerate().filter_map(|(i, at)| Some((i, (*at)?)));
+        let off = |at: &Px| distance(at, &spot.blob.at);
+        let nearest = known.min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b)));
+        nearest.is_some_and(|(i, _)| markers[i].is_none())
+    };
+    let missing = found.left_out().iter().filter(is_missing);
+    let left_out = missing.fold(LeftOut::default(), |sum, spot| LeftOut {
+        count: sum.count + 1,
+        max_contrast: sum.max_contrast.max(spot.contrast()),
+    });
+    TrackedMarkers { markers, left_out }
 }
 
-impl Search<'_> {
-    /// Returns the spots that may be markers, each once and the strongest first.
-    fn find_spots(&self) -> Vec<Spot> {
-        let all = (0..self.sizes.len()).flat_map(|i| self.find_near(i, self.leasts[i]));
-        keep_apart(Vec::new(), all.collect())
+/// Returns the spots that may be markers, each once and the strongest first.
+fn candidates(
+    said: &SignalImage<'_>,
+    pattern: &Pattern,
+    sizes: &[MarkerSize],
+    (leasts, noises): (&[f64], &[f64]),
+    channels: usize,
+) -> Detections<Candidate> {
+    let contrast_unit = said.contrast_unit(channels);
+    let mut all: Vec<Candidate> = Vec::new();
+    for (i, at) in pattern.at().iter().enumerate() {
+        let Some(at) = at else { continue };
+        let pitch_px = pattern.pitch_px()[i];
+        let (least, same_px) = (leasts[i], SAME_SPOT * pitch_px);
+        let faintest = (LEAST_LEFT_OUT * least).max(LEFT_OUT_SIGMAS * noises[i]).min(least);
+        let near = said.find_maxima(at, REACH * pitch_px, sizes[i], [faintest, noises[i]]);
+        let near = near.into_iter();
+        all.extend(near.map(|blob| Candidate { blob, least, same_px, contrast_unit }));
     }
-
-    /// Returns the spots near the place of a marker that have at least a given strength.
-    fn find_near(&self, marker: usize, least: f64) -> Vec<Spot> {
-        let Some(at) = &self.pattern.at()[marker] else { return Vec::new() };
-        let (size, pitch_px) = (self.sizes[marker], self.pattern.pitch_px()[marker]);
-        let limits = [least, self.noises[marker]];
-        let near = self.said.find_maxima(at, REACH * pitch_px, size, limits).into_iter();
-        let same_px = SAME_SPOT * pitch_px;
-        near.map(|blob| Spot { blob, same_px, contrast_unit: self.contrast_unit }).collect()
-    }
-
-    /// Joins places of markers with the significance of their spots, and counts the fainter spots near markers that are
-    /// not found. Without `is_pattern`, no spot is a marker.
-    fn judge(
-        &self,
-        spots: Vec<Spot>,
-        chosen: &[Option<usize>],
-        px: &[Option<Px>],
-        is_pattern: bool,
-    ) -> TrackedMarkers {
-        let marker = |(chosen, px): (&Option<usize>, &Option<Px>)| {
-            Some(TrackedMarker { px: (*px)?, significance: spots[(*chosen)?].significance() })
-        };
-        let markers: Vec<Option<TrackedMarker>> =
-            chosen.iter().zip(px).map(marker).map(|one| one.filter(|_| is_pattern)).collect();
-        let missing = markers.iter().enumerate().filter(|(_, marker)| marker.is_none());
-        let faint = missing.flat_map(|(i, _)| {
-            let faintest = (LEAST_LEFT_OUT * self.leasts[i]).max(LEFT_OUT_SIGMAS * self.noises[i]);
-            self.find_near(i, faintest)
-        });
-        let candidates = keep_apart(spots.clone(), faint.collect());
-        let is_kept =
-            |one: &Spot| is_pattern && spots.iter().any(|spot| spot.blob.at == one.blob.at);
-        let left_out = Detections::split(candidates, is_kept).summary();
-        TrackedMarkers { markers, left_out }
-    }
-}
-
-/// Adds spots to others, the strongest first, unless a stronger one is too close.
-fn keep_apart(mut kept: Vec<Spot>, mut all: Vec<Spot>) -> Vec<Spot> {
-    all.sort_by(|a, b| b.blob.strength.total_cmp(&a.blob.strength));
+    let is_kept = |one: &Candidate| one.blob.strength >= one.least;
+    // Of spots that are too close to each other, only the strongest is kept, and none that is too faint displaces another.
+    all.sort_by(|a, b| {
+        is_kept(b).cmp(&is_kept(a)).then(b.blob.strength.total_cmp(&a.blob.strength))
+    });
+    let mut apart: Vec<Candidate> = Vec::new();
     for one in all {
-        let is_new =
-            |other: &Spot| distance(&other.blob.at, &one.blob.at) > other.same_px.min(one.same_px);
-        if kept.iter().all(is_new) {
-            kept.push(one);
+        let is_new = |other: &Candidate| {
+            distance(&other.blob.at, &one.blob.at) > other.same_px.min(one.same_px)
+        };
+        if apart.iter().all(is_new) {
+            apart.push(one);
         }
     }
-    kept
+    Detections::split(apart, is_kept)
 }

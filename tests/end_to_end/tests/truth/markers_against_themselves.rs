@@ -89,7 +89,8 @@ fn nothing_moves_and_no_markers_are_found_where_there_are_none() {
         followed[usize::from(has_markers)] += 1;
         if !has_markers {
             // Where nothing else is read from an image, it is refused; else, markers are not followed.
-            if run.code == Some(0) {
+            // Findings about the light do not pass with `--force` either, but what is read is there.
+            if matches!(run.code, Some(0 | 1)) {
                 let json = run.json();
                 assert_eq!(json["marks"], Value::Null, "{what}: {}", json["marks"]);
                 let why = json["left_out"].to_string();

@@ -21,7 +21,7 @@ use crate::{StepMix, Timeline};
 /// # let mut sensor = fabkit_checks::example::puck();
 /// // Resin that keeps platinum silicone from curing.
 /// sensor.bodies[2].substance.cure_mechanism = Some(CureMechanism::Platinum);
-/// sensor.bodies[0].substance.inhibited_cures = vec![CureMechanism::Platinum];
+/// sensor.bodies[0].substance.inhibited_cures = Some(vec![CureMechanism::Platinum]);
 /// # let stages = fabkit_checks::stages(&sensor)?;
 /// # let (density, shop, calibration) = (&|_: &str| None, &NoShop, None);
 /// # let request = Request { design_hash: "00", units: 1, density, shop, stages: &stages, calibration };

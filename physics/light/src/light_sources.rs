@@ -42,7 +42,7 @@ const MIN_COSINE: f64 = 0.05;
 /// let effect = VisibleEffect::Markers { marks: "dots".to_owned() };
 /// let sensor = Sensor::new("dark", "A dark one", "", camera, []);
 /// let error = Emitters::new(&sensor, &Lighting::from_body("white", "led", effect)).unwrap_err();
-/// assert_eq!(error.to_string(), "`dark` has no lamps that shine at its surface");
+/// assert_eq!(error.to_string(), "`dark` has no light sources that shine at its surface");
 /// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LightingError {

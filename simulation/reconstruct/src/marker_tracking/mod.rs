@@ -146,7 +146,7 @@ impl TrackedMarkers {
 /// let [white, uv] = &sensor.lightings[..] else { return Err("two lightings".into()) };
 /// assert_eq!(why_markers_hidden(sensor, uv), None);
 /// let why = why_markers_hidden(sensor, white).ok_or("shown")?;
-/// assert_eq!(why, "marks of `uvdtact` do not show in `white` light, but in `uv`");
+/// assert_eq!(why, "markers of `uvdtact` do not show in `white` light, but in `uv`");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn why_markers_hidden(sensor: &Sensor, lighting: &Lighting) -> Option<String> {

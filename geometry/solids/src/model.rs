@@ -270,7 +270,7 @@ pub struct Body {
     pub kind: BodyKind,
     /// Trade name of the material; empty for bought bodies.
     pub material: String,
-    /// What a bought body is made of, by the name of a material; `None` if it is of several, as a camera is.
+    /// Material of a bought body, by name; `None` if it is of several, as a camera is.
     pub stock: Option<&'static str>,
     /// Shape, mm, in the sensor frame unless the placements say otherwise.
     pub solid: Solid,
@@ -559,14 +559,13 @@ impl Body {
         Self { assembly_compliance_mm: gives_mm, ..self }
     }
 
-    /// Marks the body as a fastener: a screw, a pin, a tie. It is of steel unless it is said to be made of something else.
+    /// Marks the body as a fastener: a screw, a pin, a tie; of steel unless it is made of something else.
     #[must_use]
     pub fn as_fastener(self) -> Self {
         Self { duty: MechanicalRole::Fastener, stock: self.stock.or(Some("steel")), ..self }
     }
 
-    /// Marks the body as threaded: a nut, an insert, a threaded spacer that screws engage. It is of steel unless
-    /// it is said to be made of something else.
+    /// Marks the body as threaded: a nut, an insert, a threaded spacer; of steel unless it is made of something else.
     #[must_use]
     pub fn threaded(self) -> Self {
         Self { duty: MechanicalRole::Threaded, stock: self.stock.or(Some("steel")), ..self }

@@ -14,7 +14,7 @@ use super::{ContactGap, ContactSolution, PressResult, PressStep};
 /// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
 /// # let project = fabkit_fixtures::load("gelsight-like.yaml", yaml, &[])?;
 /// let bodies = project.press("ball@0mm,0mm,0.3mm")?.bodies;
-/// let solver = ElasticSolver::for_press(&project.design.sensor, &bodies, Some(1.0), 1)?;
+/// let solver = ElasticSolver::for_press(&project.design.sensor, &bodies, Some(1.0), 1.into())?;
 /// let layers = soft_layers(&solver.soft.layers);
 /// // The gel of 4 mm is all that is soft here; its coat is thin, and left out.
 /// assert_eq!(layers[0]["name"], "gel");

@@ -37,7 +37,7 @@ const SPACING_LIMITS_MM: [f64; 2] = [0.01, 5.0];
 /// let sensor = &project.design.sensor;
 /// let touch = sensor.touch.as_ref().ok_or("no surface")?;
 /// let bodies = project.press("ball@0mm,0mm,0.3mm")?.bodies;
-/// let solver = ElasticSolver::for_press(sensor, &bodies, Some(0.5), 1)?;
+/// let solver = ElasticSolver::for_press(sensor, &bodies, Some(0.5), 1.into())?;
 /// let answer = solver.solve_contact(touch, &bodies, [0.0; 2], None)?;
 /// // The gel yields as deep as the ball goes, and rises beside it.
 /// assert!((answer.step.max_indentation_mm - 0.3).abs() < 0.03);

@@ -112,7 +112,7 @@ impl PressingError {
     /// let sensor = &project.design.sensor;
     /// let touch = sensor.touch.as_ref().ok_or("no surface")?;
     /// let mut bodies = project.press("ball@0mm,0mm,0.3mm")?.bodies;
-    /// let solver = ElasticSolver::for_press(sensor, &bodies, Some(1.0), 1)?;
+    /// let solver = ElasticSolver::for_press(sensor, &bodies, Some(1.0), 1.into())?;
     /// bodies[0].sensor_from_body = Pose::translation(0.0, 0.0, 5.0).then_in(bodies[0].sensor_from_body);
     /// assert!(solver.solve_contact(touch, &bodies, [0.0; 2], None).is_err_and(|error| error.is_no_contact()));
     /// # Ok::<(), Box<dyn std::error::Error>>(())

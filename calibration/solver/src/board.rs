@@ -12,6 +12,7 @@
 //! `marker`), and corners that do not fit their row and column are dropped.
 
 mod corner_list;
+pub mod dictionary;
 mod document;
 mod grid;
 mod location;

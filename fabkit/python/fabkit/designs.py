@@ -106,7 +106,7 @@ def load(
     given = overrides_of(overrides, values)
     listed = [f"{path}={as_yaml(path, value)}" for path, value in given.items()]
     loaded = _loaded(os.fspath(sensor), preset, listed, fix)
-    _warn(loaded._project)
+    _warn(loaded._project)  # pyright: ignore[reportPrivateUsage]
     return loaded
 
 

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use fabkit_text::{InvalidDocument, JsonFormat};
 use serde::{Deserialize, Serialize};
 
+use super::dictionary;
+
 /// Value of `format` in a board file.
 pub const FORMAT: &str = "fabkit-board";
 /// Version that this crate reads and writes.
@@ -50,13 +52,17 @@ pub struct BoardCorner {
 pub struct BoardMarker {
     /// Number of the marker in its dictionary.
     pub id: u32,
-    /// Column and row of its square, from 0. Their sum is odd.
+    /// Column and row of its square, from 0. Their sum is odd, or even for all markers of an older board.
     pub square: [u32; 2],
     /// Rows of bits from the top as printed, without the dark border: `1` is light, `0` dark.
     pub bits: Vec<String>,
 }
 
-/// Printed board. The square in column `c` and row `r` is dark if `c + r` is even.
+/// Printed board. The square in column `c` and row `r` is dark if `c + r` is even, and light on a [`Board::legacy`] board
+/// with an even number of rows.
+///
+/// A file may leave out what follows from the rest: `corners` lie at their nominal places, and `markers` are those of
+/// the `dictionary` if its bits are known ([`KNOWN`](super::dictionary::KNOWN)).
 ///
 /// A checkerboard whose two numbers of squares are both even or both odd looks the same upside down. Then an image does
 /// not determine which corner is which, and calibration does not need it.
@@ -67,6 +73,11 @@ pub struct BoardMarker {
 /// assert_eq!(board.corners.len(), 8 * 5);
 /// assert_eq!(board.corners[9].in_board_mm, [5.0, 5.0]);
 /// assert_eq!(Board::from_json(&board.to_json()).unwrap(), board);
+///
+/// // A board that OpenCV before 4.6, or calib.io, made: its first square is light and has a marker.
+/// let older = r#"{"format": "fabkit-board", "version": 1, "name": "older", "kind": "charuco", "squares": [8, 6],
+///     "square_mm": 3, "marker_mm": 2.1, "dictionary": "DICT_4X4_50", "legacy": true}"#;
+/// assert_eq!(Board::from_json(older).unwrap().markers[0].square, [0, 0]);
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -89,9 +100,14 @@ pub struct Board {
     /// Name of the dictionary of the markers' bits, for example `DICT_4X4_50`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dictionary: Option<String>,
-    /// Inner corners, sorted by id.
+    /// Whether the markers are placed as by OpenCV before 4.6 (`setLegacyPattern`): with an even number of rows the
+    /// first square is light. Matters only without `markers`, whose squares say the same.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub legacy: bool,
+    /// Inner corners, sorted by id. A file without them has them at their nominal places.
+    #[serde(default)]
     pub corners: Vec<BoardCorner>,
-    /// Markers, sorted by id; none on a checkerboard.
+    /// Markers, sorted by id; none on a checkerboard. A file without them has those of the dictionary.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub markers: Vec<BoardMarker>,
 }
@@ -130,6 +146,7 @@ impl Board {
             square_mm,
             marker_mm: None,
             dictionary: None,
+            legacy: false,
             corners: Self::regular_corners(squares, square_mm)?,
             markers: Vec::new(),
         };
@@ -184,6 +201,7 @@ impl Board {
             square_mm,
             marker_mm: Some(marker_mm),
             dictionary: Some(dictionary.into()),
+            legacy: false,
             corners,
             markers: markers
                 .map(|((id, square), bits)| BoardMarker { id, square, bits: bits.clone() })
@@ -210,9 +228,46 @@ impl Board {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn from_json(text: &str) -> Result<Self, InvalidDocument> {
-        let board: Self = DOCUMENT.read(text, &DOCUMENT.parse(text)?)?;
+        let mut board: Self = DOCUMENT.read(text, &DOCUMENT.parse(text)?)?;
+        board.complete()?;
         board.check()?;
         Ok(board)
+    }
+
+    /// Adds corners and markers that the file leaves out.
+    fn complete(&mut self) -> Result<(), InvalidDocument> {
+        if self.corners.is_empty() {
+            self.corners = Self::regular_corners(self.squares, self.square_mm)?;
+        }
+        if self.kind == BoardKind::Checkerboard || !self.markers.is_empty() {
+            return Ok(());
+        }
+        let known = dictionary::KNOWN.join(", ");
+        let Some(name) = &self.dictionary else {
+            return Err(DOCUMENT.refuse(format!(
+                "a charuco board needs `dictionary`, one of {known}, or else `markers` with their bits"
+            )));
+        };
+        let Some(bits) = dictionary::rows_of(name) else {
+            return Err(DOCUMENT.refuse(format!(
+                "the bits of dictionary {name} are not known here, only those of {known}; list `markers`: each has id, \
+                 square and bits, which OpenCV's `generateImageMarker` draws (docs/reference/files.md shows how)"
+            )));
+        };
+        let squares = Self::squares_of_parity(self.squares, self.marker_parity());
+        if bits.len() < squares.len() {
+            let (most, needed) = (bits.len(), squares.len());
+            return Err(DOCUMENT.refuse(format!("{most} markers for {needed} light squares")));
+        }
+        let markers = (0..).zip(squares).zip(bits);
+        self.markers =
+            markers.map(|((id, square), bits)| BoardMarker { id, square, bits }).collect();
+        Ok(())
+    }
+
+    /// Sum of column and row, modulo 2, of the squares with markers of a dictionary.
+    fn marker_parity(&self) -> u32 {
+        u32::from(!(self.legacy && self.squares[1].is_multiple_of(2)))
     }
 
     /// Writes indented JSON with a final newline.
@@ -234,9 +289,13 @@ impl Board {
     /// assert_eq!(Board::light_squares([4, 4])[..3], [[1, 0], [3, 0], [0, 1]]);
     /// ```
     pub fn light_squares(squares: [u32; 2]) -> Vec<[u32; 2]> {
-        let [columns, rows] = squares;
+        Self::squares_of_parity(squares, 1)
+    }
+
+    /// Lists the squares whose column and row add up to an even (0) or odd (1) number, row by row.
+    fn squares_of_parity([columns, rows]: [u32; 2], parity: u32) -> Vec<[u32; 2]> {
         let all = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
-        all.filter(|[column, row]| (column + row) % 2 == 1).collect()
+        all.filter(|[column, row]| (column + row) % 2 == parity).collect()
     }
 
     /// Lists the corners at their nominal places.
@@ -305,9 +364,16 @@ impl Board {
             // Row first, so that sorting goes row by row like `light_squares`.
             self.markers.iter().map(|m| [m.square[1], m.square[0]]).collect();
         squares.sort_unstable();
-        let light = Self::light_squares(self.squares);
-        if !squares.iter().copied().eq(light.iter().map(|[c, r]| [*r, *c])) {
-            problems.push("markers: each light square (column + row odd) needs one".into());
+        let has_all = |parity| {
+            let light = Self::squares_of_parity(self.squares, parity);
+            squares.iter().copied().eq(light.iter().map(|[c, r]| [*r, *c]))
+        };
+        // On older boards the first square is light.
+        if !has_all(1) && !has_all(0) {
+            problems.push(
+                "markers: each light square needs one (column + row odd; on older boards, even)"
+                    .into(),
+            );
         }
         let side = self.markers.first().map_or(0, |m| m.bits.len());
         let [min, max] = MARKER_BITS;

@@ -1,7 +1,7 @@
 //! Reading and checking boards and lists of their corners.
 
 use crate::common::scene::charuco;
-use fabkit_calibration::board::{Board, BoardKind, read_corners};
+use fabkit_calibration::board::{Board, BoardKind, dictionary, read_corners};
 use proptest::prelude::*;
 
 #[test]
@@ -16,6 +16,54 @@ fn corners_and_markers_stand_where_opencv_has_them() {
     assert_eq!(squares[..5], [[1, 0], [3, 0], [5, 0], [7, 0], [0, 1]]);
     assert_eq!(board.markers.len(), 24);
     assert_eq!(Board::from_json(&board.to_json()).unwrap(), board);
+}
+
+/// Reads a ChArUco board of which a file says little.
+fn from_few_keys(squares: [u32; 2], more: &str) -> Result<Board, String> {
+    let text = format!(
+        r#"{{"format": "fabkit-board", "version": 1, "name": "few", "kind": "charuco", "squares": {squares:?},
+        "square_mm": 3, "marker_mm": 2.1{more}}}"#
+    );
+    Board::from_json(&text).map_err(|error| error.to_string())
+}
+
+#[test]
+fn corners_and_markers_follow_from_the_dictionary() {
+    let [even, odd] = [[8, 6], [8, 5]];
+    let names = dictionary::KNOWN;
+    for (squares, legacy, first) in [
+        (even, false, [1, 0]),
+        (even, true, [0, 0]),
+        (odd, false, [1, 0]),
+        // With an odd number of rows both patterns are the same.
+        (odd, true, [1, 0]),
+    ] {
+        for name in names {
+            let more = format!(r#", "dictionary": "{name}", "legacy": {legacy}"#);
+            // The first markers of the original dictionary look alike when turned.
+            let board = match from_few_keys(squares, &more) {
+                Ok(board) => board,
+                Err(error) if name == "DICT_ARUCO_ORIGINAL" => {
+                    assert!(error.contains("rotation"), "{error}");
+                    continue;
+                }
+                Err(error) => panic!("{error}"),
+            };
+            assert_eq!(board.markers[0].square, first, "{more}");
+            let bits: Vec<_> = board.markers.iter().map(|marker| marker.bits.clone()).collect();
+            assert_eq!(bits, dictionary::rows_of(name).unwrap()[..bits.len()], "{more}");
+            assert_eq!(board.corners, charuco(squares, 3.0, 2.1).corners);
+            assert_eq!(Board::from_json(&board.to_json()).unwrap(), board);
+        }
+    }
+    for (squares, more, expected) in [
+        (even, "", "needs `dictionary`, one of DICT_4X4_50"),
+        (even, r#", "dictionary": "DICT_6X6_250""#, "list `markers`"),
+        ([20, 20], r#", "dictionary": "DICT_4X4_100""#, "100 markers for 200 light squares"),
+    ] {
+        let error = from_few_keys(squares, more).unwrap_err();
+        assert!(error.contains(expected), "{error}");
+    }
 }
 
 #[test]
@@ -51,7 +99,7 @@ fn wrong_boards_are_refused_with_the_field_and_the_limit() {
         (&plain, "    9,\n    6\n", "    9,\n    7\n", "40 corners; these squares have 48"),
         (&plain, "    9,\n    6\n", "    9,\n    3\n", "both are 4 to 100"),
         (&plain, "    9,\n    6\n", "    9,\n    4000000000\n", "both are 4 to 100"),
-        (&plain, "\"checkerboard\"", "\"charuco\"", "a charuco board needs marker_mm"),
+        (&plain, "\"checkerboard\"", "\"charuco\"", "a charuco board needs `dictionary`"),
         (&plain, "\"square_mm\"", "\"marker_mm\": 1, \"square_mm\"", "has no markers"),
         (&charuco, "2.1", "3.5", "marker_mm is 3.5"),
         (&charuco, &bits, &others, "markers 0 and 1 look alike in some rotation"),

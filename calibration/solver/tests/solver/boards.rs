@@ -164,3 +164,15 @@ fn charuco_boards_in_a_fisheye() {
     assert!(tally.rms() <= 0.1);
     assert!(tally.worst <= 1.0);
 }
+
+/// Boards of OpenCV before 4.6 begin with a light square if the number of rows is even.
+#[test]
+fn older_charuco_boards_are_found() {
+    let text = r#"{"format": "fabkit-board", "version": 1, "name": "older", "kind": "charuco",
+        "squares": [8, 6], "square_mm": 3, "marker_mm": 2.1, "dictionary": "DICT_4X4_50", "legacy": true}"#;
+    let board = Board::from_json(text).unwrap();
+    let tally = tally(ours, &board, VIEWS / 2, 4, USUAL);
+    assert!(tally.found as f64 >= 0.9 * tally.views as f64);
+    assert!(tally.rms() <= 0.1);
+    assert!(tally.worst <= 1.0);
+}

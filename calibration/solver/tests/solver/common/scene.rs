@@ -190,12 +190,13 @@ fn paint(board: &Board, x_mm: f64, y_mm: f64) -> f64 {
         return LIGHT;
     }
     let (column, row) = (x.floor(), y.floor());
-    if (column + row) % 2.0 == 0.0 {
+    let square = [column as u32, row as u32];
+    let marker = board.markers.iter().find(|m| m.square == square);
+    // Without markers the first square is dark; with them, those without one.
+    if marker.is_none() && (!board.markers.is_empty() || (column + row) % 2.0 == 0.0) {
         return DARK;
     }
-    let Some(marker_mm) = board.marker_mm else { return LIGHT };
-    let square = [column as u32, row as u32];
-    let marker = board.markers.iter().find(|m| m.square == square).unwrap();
+    let Some((marker_mm, marker)) = board.marker_mm.zip(marker) else { return LIGHT };
     let scale = marker_mm / board.square_mm;
     let fields = marker.bits.len() as f64 + 2.0;
     let field = |t: f64| (((t - t.floor()) - 0.5 * (1.0 - scale)) / scale * fields).floor();

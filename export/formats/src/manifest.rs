@@ -237,6 +237,10 @@ pub struct FileEntry {
     pub material: Option<String>,
     /// Format as one word, such as `stl` or `3mf`: a name that `export` accepts, or the file's extension.
     pub format: String,
+    /// `compensated` or `nominal`, for files of parts whose geometry differs between formats: `compensation` of the part
+    /// says by what.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub geometry: Option<String>,
     /// Size in bytes.
     pub bytes: u64,
     /// BLAKE3 of the content, in hex.

@@ -62,9 +62,12 @@ def run(
         The family has no experiments, an experiment is unknown, the seed is out of range,
         scikit-learn is missing, or no experiment can be run on the sensor.
 
-    >>> import fabkit_bench
-    >>> fabkit_bench.run("rtac0", rows=["slip"]).rows[0].name
-    'ruler slips at 2 m/s, 120 frames a second'
+    >>> import fabkit, fabkit_bench
+    >>> try:
+    ...     fabkit_bench.run("rtac0", rows=["depths"])
+    ... except fabkit.FabkitError as error:
+    ...     print(error.hint)
+    did you mean `depth`?
     """
     started = time.monotonic()
     bench, family = _ready(design, seed, quick, size, tell)
@@ -148,7 +151,7 @@ def experiments(design: Sensor | str) -> list[str]:
 
     >>> import fabkit_bench
     >>> fabkit_bench.experiments("rtac0")
-    ['depth', 'largest-depth', 'slip']
+    ['depth', 'largest-depth']
     """
     return list(_family(load(design) if isinstance(design, str) else design).experiments)
 

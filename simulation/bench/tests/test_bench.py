@@ -46,6 +46,11 @@ DOME = dome.Size(
 )
 
 
+def at_rest(_: object) -> list[bench.Row]:
+    """Return a row without a press, for what is the same for all experiments."""
+    return [bench.Row("light at rest", "", 0.5, 0.4, None, 0, "for tests")]
+
+
 @pytest.fixture(scope="module")
 def report() -> bench.Report:
     return bench.run("rtac0", seed=3, size=DOME)
@@ -116,13 +121,6 @@ def test_files_are_written_whole(report: bench.Report, tmp_path) -> None:
     assert caught.value.exit_code == 4
 
 
-def test_the_slip_law_is_said_to_be_fitted() -> None:
-    rows = bench.run("rtac0", rows=["slip"]).rows
-    assert [row.paper for row in rows] == [3.1, 3.8, 5.1, 8.2]
-    assert all("fitted" in row.note for row in rows)
-    assert all(abs(row.simulated - row.paper) < 0.2 for row in rows)
-
-
 def test_columns_predict_markers() -> None:
     size = sheet_mold.Size(places=6, depths=3, spacing_mm=3.0, folds=3)
     rows = {row.name: row for row in bench.run("fluidic", size=size).rows}
@@ -175,13 +173,13 @@ def test_figures_are_finite_and_reproducible() -> None:
 @pytest.mark.parametrize("seed", [-1, 2**31, 0.5, True])
 def test_invalid_seed_is_an_error(seed) -> None:
     with pytest.raises(fabkit.FabkitError, match="the seed is"):
-        bench.run("rtac0", seed=seed, rows=["slip"])
+        bench.run("rtac0", seed=seed, rows=["depth"])
 
 
 def test_unknown_experiments_and_families(monkeypatch) -> None:
     with pytest.raises(fabkit.FabkitError) as caught:
-        bench.run("rtac0", rows=["slipp"])
-    assert caught.value.hint == "did you mean `slip`?"
+        bench.run("rtac0", rows=["depths"])
+    assert caught.value.hint == "did you mean `depth`?"
     monkeypatch.setattr(_run, "families", lambda: ["ring"])
     with pytest.raises(fabkit.FabkitError, match="family dome, which has no experiment"):
         bench.run("rtac0")
@@ -192,9 +190,11 @@ def test_without_scikit_learn(monkeypatch) -> None:
         raise ImportError(name)
 
     bench.experiments("rtac0")
+    experiments = {**dome.FAMILY.experiments, "light": at_rest}
+    family = replace(dome.FAMILY, experiments=experiments, plain=frozenset({"light"}))
     monkeypatch.setattr(_models.importlib, "import_module", missing)
-    monkeypatch.setattr(_run, "_family", lambda _: dome.FAMILY)
-    assert len(bench.run("rtac0", rows=["slip"]).rows) == 4
+    monkeypatch.setattr(_run, "_family", lambda _: family)
+    assert len(bench.run("rtac0", rows=["light"]).rows) == 1
     with pytest.raises(fabkit.FabkitError, match="scikit-learn") as caught:
         bench.run("rtac0", rows=["depth"])
     assert "fabkit-cad[bench]" in (caught.value.hint or "")
@@ -280,16 +280,19 @@ def test_an_edge_is_followed() -> None:
         assert row.simulated < {"deg": 60.0, "mm": 6.0}[row.unit]
 
 
-def test_extended_sensor_runs_the_same_experiments(tmp_path) -> None:
+def test_extended_sensor_runs_the_same_experiments(monkeypatch, tmp_path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text("format: 1\nextends: rtac0\nname: mine\ncamera: {frame_rate: 200}\n")
-    report = bench.run(str(path), rows=["slip"])
+    assert bench.experiments(str(path)) == bench.experiments("rtac0")
+    monkeypatch.setitem(dome.FAMILY.experiments, "light", at_rest)
+    report = bench.run(str(path), rows=["light"])
     assert report.sensor == "mine"
-    assert [row.paper for row in report.rows] == [None, 3.1, 3.8, 5.1, 8.2]
+    assert [row.paper for row in report.rows] == [0.5]
 
 
-def test_the_command(capsys, tmp_path) -> None:
-    asked = ["rtac0", "--rows", "slip", "--quiet"]
+def test_the_command(capsys, monkeypatch, tmp_path) -> None:
+    monkeypatch.setitem(dome.FAMILY.experiments, "light", at_rest)
+    asked = ["rtac0", "--rows", "light", "--quiet"]
     assert main([*asked, "--json", "-o", str(tmp_path)]) == 0
     assert json.loads(capsys.readouterr().out)["sensor"] == "rtac0"
     assert (tmp_path / "bench.html").exists()
@@ -349,21 +352,21 @@ def test_components_and_ridge_find_a_plane() -> None:
 
 def test_the_command_asks_this_interpreter(tmp_path):
     folder = str(tmp_path / "bench")
-    words = ["bench", "rtac0", "--rows", "slip", "--seed", "3", "-o", folder, "--json"]
+    words = ["bench", "shadowtac", "--rows", "linear", "--seed", "3", "-o", folder, "--json"]
     done = subprocess.run(
         [sys.executable, "-m", "fabkit", *words], capture_output=True, text=True, check=True
     )
     document = json.loads(done.stdout)
     assert document["format"] == "fabkit-bench"
     assert document["seed"] == 3
-    assert [row["paper"] for row in document["rows"]] == [3.1, 3.8, 5.1, 8.2]
+    assert [row["paper"] for row in document["rows"]] == [0.997, 0.0014, 0.988, 0.0185]
     written = json.loads((tmp_path / "bench" / "bench.json").read_text())
     assert written["rows"] == document["rows"]
     words[3] = "nothing"
     command = [sys.executable, "-m", "fabkit", *words]
     failed = subprocess.run(command, capture_output=True, text=True)
     assert failed.returncode == 2
-    assert "slip" in json.loads(failed.stdout)["problems"][0]["hint"]
+    assert "linear" in json.loads(failed.stdout)["problems"][0]["hint"]
 
 
 _DOTS_MM = np.stack(np.meshgrid(*2 * [np.arange(-4.2, 4.3, 1.4)]), axis=-1).reshape(-1, 2)

@@ -23,8 +23,8 @@ pub(super) struct PressApproach {
 }
 
 impl SensorView {
-    /// Checks presses, given with the names they are reported by. A press that reaches below the soft layer is refused,
-    /// since the shell there does not yield and no real capture of such a press can exist. A press that misses the
+    /// Checks presses, given with the names they are reported by. A press deeper than the surface's limit is refused:
+    /// what lies below yields little or not at all, and is not simulated. A press that misses the
     /// surface is refused unless that is allowed.
     ///
     /// # Errors
@@ -53,8 +53,8 @@ impl SensorView {
                 if deepest.depth_mm > touch.max_indentation_mm() + SLACK_MM {
                     let body = if body.name == *name { "it" } else { &body.name };
                     too_deep.push(format!(
-                        "`{name}`: {body} goes {:.3} mm deep at {}, but the rigid shell begins {} mm \
-                         below the surface",
+                        "`{name}`: {body} goes {:.3} mm deep at {}, but presses of this surface are \
+                         simulated to {} mm",
                         deepest.depth_mm,
                         place(&deepest),
                         touch.max_indentation_mm(),

@@ -113,6 +113,7 @@ impl Exported {
         }
         self.files.sort_by(|a, b| a.name.cmp(&b.name));
         self.manifest.files.sort_by(|a, b| a.name.cmp(&b.name));
+        state_geometry(&mut self.manifest);
         self.files.push(manifest_file(&self.manifest)?);
         Ok(())
     }
@@ -132,8 +133,29 @@ fn file_entry(
         process,
         material,
         format: format.into(),
+        geometry: None,
         bytes: file.bytes.len() as u64,
         blake3: blake3::hash(&file.bytes).to_hex().to_string(),
+    }
+}
+
+/// States for each file of a compensated part whether it is compensated, too: formats differ, and so do the sizes of the
+/// part in them.
+fn state_geometry(manifest: &mut Manifest) {
+    let compensated: BTreeSet<&str> = manifest
+        .parts
+        .iter()
+        .filter(|part| part.compensation.note != "none")
+        .map(|part| part.name.as_str())
+        .collect();
+    for file in &mut manifest.files {
+        if file.parts.iter().any(|part| compensated.contains(part.as_str())) {
+            let is_compensated = Format::ALL
+                .iter()
+                .any(|format| format.word() == file.format && format.is_compensated());
+            let word = if is_compensated { "compensated" } else { "nominal" };
+            file.geometry = Some(word.to_owned());
+        }
     }
 }
 
@@ -462,7 +484,7 @@ fn assemble(
         .map(|s| SettingEntry { path: s.path.clone(), value: s.value.clone() })
         .collect();
     let sensor = &design.sensor;
-    let manifest = Manifest {
+    let mut manifest = Manifest {
         sensor: sensor.name.clone(),
         title: sensor.title.clone(),
         reference: sensor.reference.clone(),
@@ -474,6 +496,7 @@ fn assemble(
         files: entries,
         others: Vec::new(),
     };
+    state_geometry(&mut manifest);
     files.push(manifest_file(&manifest)?);
     let bodies = sensor.bodies.iter().map(|body| body.name.to_owned()).collect();
     Ok(Exported { files, manifest, bodies })

@@ -1,6 +1,6 @@
 //! `fabkit export SENSOR[/FIXTURE][/PART]`
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -460,7 +460,13 @@ fn compensations(manifest: &Manifest) -> String {
     }
     parts_by_note.remove("none");
     let line = |(note, parts): (&str, Vec<&str>)| format!("{note}: {}\n", parts.join(", "));
-    parts_by_note.into_iter().map(line).collect()
+    let lines: String = parts_by_note.into_iter().map(line).collect();
+    let nominal = manifest.files.iter().filter(|file| file.geometry.as_deref() == Some("nominal"));
+    let formats: BTreeSet<&str> = nominal.map(|file| file.format.as_str()).collect();
+    if formats.is_empty() {
+        return lines;
+    }
+    format!("{lines}as designed, without this, in {}\n", Vec::from_iter(formats).join(", "))
 }
 
 /// Formats the warning in the first line: the exported parts can be printed, but not be assembled as described.

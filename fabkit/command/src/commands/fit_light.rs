@@ -67,5 +67,5 @@ fn finish_outcome(
         write_each([(path.clone(), &bytes[..])], &interrupt::is_requested)?;
         text += &format!("{}\n", path.display());
     }
-    Ok(Outcome { text, json, failed: !judgement.is_plausible() })
+    Ok(Outcome { text, json, failed: !is_written })
 }

@@ -125,7 +125,7 @@ pub(super) fn run(args: &Reconstruct) -> Result<Outcome, Failure> {
         "pictures_per_s": rate,
         "files": listed,
     });
-    Ok(Outcome { text, json, failed: !judgement.is_plausible() })
+    Ok(Outcome { text, json, failed: !is_written })
 }
 
 /// Formats what is reconstructed, and with which model.

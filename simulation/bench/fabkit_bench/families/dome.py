@@ -1,4 +1,4 @@
-"""Experiments of R-Tac0: depth from darkness, largest depth by angle, slip of a falling ruler."""
+"""Experiments of R-Tac0: depth from darkness, largest depth by angle."""
 
 from __future__ import annotations
 
@@ -70,9 +70,6 @@ _WORDS = {
 # Table II, the curved sensor: mm by angle, for a depth of 1 and 2 mm.
 _ANGLES_DEG = (-40, -20, 0, 20, 40)
 _DEEPEST = {1.0: (1.13, 1.08, 1.07, 1.10, 1.09), 2.0: (2.21, 2.08, 2.14, 2.05, 2.12)}
-# Published slip of a ruler at 2 m/s, cm, by frames a second.
-_SLIPS_CM = {120: 3.1, 90: 3.8, 60: 5.1, 30: 8.2}
-_RULER_CM_S = 200.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -295,33 +292,6 @@ def _largest_at(
     return truth.astype(np.float64), found.astype(np.float64)
 
 
-def _slip(bench: Bench) -> list[Row]:
-    """Model a falling ruler's slip by a delay in frames and a braking distance, both fitted."""
-    rates = np.array(list(_SLIPS_CM), dtype=float)
-    published = np.array(list(_SLIPS_CM.values()))
-    frames, brake_cm = np.polyfit(_RULER_CM_S / rates, published, 1)
-    note = (
-        f"no picture is simulated: s = {brake_cm:.2f} cm + 2 m/s x {frames:.3f} frames, both "
-        "numbers fitted to these four published values; trivial guess: their mean"
-    )
-    asked = dict(_SLIPS_CM)
-    if "camera.frame_rate" in bench.design.parameters:
-        own = round(float(bench.design.parameters["camera.frame_rate"].value))
-        asked = {**{own: float("nan")}, **asked} if own not in asked else asked
-    return [
-        Row(
-            f"ruler slips at 2 m/s, {rate} frames a second",
-            "cm",
-            None if np.isnan(paper) else paper,
-            float(brake_cm + frames * _RULER_CM_S / rate),
-            float(published.mean()),
-            len(_SLIPS_CM),
-            note,
-        )
-        for rate, paper in asked.items()
-    ]
-
-
 def _mean_mm(bench: Bench, mask: str) -> float:
     return score(_found(bench), _trained(bench).test, mask).mean_mm
 
@@ -332,7 +302,7 @@ def _saturated(bench: Bench) -> float:
 
 
 FAMILY = Family(
-    experiments={"depth": _depth, "largest-depth": _largest, "slip": _slip},
+    experiments={"depth": _depth, "largest-depth": _largest},
     figures={
         "depth_mae_mm": lambda bench: _mean_mm(bench, "contact"),
         "depth_mae_all_mm": lambda bench: _mean_mm(bench, "all"),
@@ -357,6 +327,6 @@ FAMILY = Family(
     left_out=(
         "the paper's fourth experiment, a ball followed by ICP: its radius and speed are unstated",
         "the flat sensor of Table II",
+        "the slip of a falling ruler by frame rate: a delay and a way to brake, no picture",
     ),
-    plain=frozenset({"slip"}),
 )

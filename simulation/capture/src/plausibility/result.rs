@@ -12,6 +12,9 @@ const DEPTH_MARGIN: f64 = 1.1;
 const MOST_CONTACT: f64 = 0.9;
 /// Width of the rim, as a share of the image's columns. Rays that pass displaced gel at a pad's edge lie within it.
 const RIM_SHARE: f64 = 0.02;
+/// Share of a contact's depth at the rim that its depth inside has if the contact is real: what is pressed in across the
+/// border of the image goes on inside, and what rays past displaced gel seem to show ends with the rim.
+const LEAST_INSIDE_SHARE: f64 = 0.5;
 /// Area of a contact at the rim, as a share of the largest inside, from which it counts. Smaller ones, a few pixels in
 /// simulated captures that are right, are left out of the deepest place.
 const LEAST_RIM_SHARE: f64 = 0.1;
@@ -35,6 +38,8 @@ struct Contact {
     deepest_mm: f32,
     pixel: usize,
     is_at_rim: bool,
+    /// Largest depth of its pixels outside the rim, mm; 0 without any.
+    inside_mm: f32,
 }
 
 impl DepthFigures<'_> {
@@ -70,6 +75,7 @@ impl DepthFigures<'_> {
     /// Finds connected regions in contact.
     fn contacts(&self) -> Vec<Contact> {
         let [width, height] = self.size_px;
+        let is_rim = self.rim();
         let mut is_new = self.contact.to_vec();
         let mut contacts = Vec::new();
         for first in 0..is_new.len() {
@@ -96,32 +102,58 @@ impl DepthFigures<'_> {
             let at = pixels.len() - 1 - pixels.len() / 1000;
             let by_depth = |a: &usize, b: &usize| self.depth_mm[*a].total_cmp(&self.depth_mm[*b]);
             let pixel = *pixels.select_nth_unstable_by(at, by_depth).1;
+            let inside_mm = pixels.iter().filter(|pixel| !is_rim[**pixel]);
+            let inside_mm = inside_mm.map(|pixel| self.depth_mm[*pixel]).fold(0.0, f32::max);
             contacts.push(Contact {
                 area: pixels.len(),
                 deepest_mm: self.depth_mm[pixel],
                 pixel,
-                is_at_rim: self.is_at_rim(pixel),
+                is_at_rim: is_rim[pixel],
+                inside_mm,
             });
         }
         contacts
     }
 
-    /// Returns whether the image's border, or a pixel that sees no surface, is near.
-    fn is_at_rim(&self, pixel: usize) -> bool {
+    /// Returns for each pixel whether the image's border, or a pixel that sees no surface, is near.
+    fn rim(&self) -> Vec<bool> {
         let [width, height] = self.size_px;
         let rim_px = (RIM_SHARE * width as f64).ceil() as usize;
-        let (x, y) = (pixel % width, pixel / width);
-        if x.min(y) < rim_px || x + rim_px >= width || y + rim_px >= height {
-            return true;
-        }
-        (y - rim_px..=y + rim_px).any(|row| {
-            (x - rim_px..=x + rim_px).any(|column| self.depth_mm[row * width + column].is_nan())
-        })
+        // What is near in a square is near along a row of what is near along a column.
+        let no_surface: Vec<bool> = self.depth_mm.iter().map(|mm| mm.is_nan()).collect();
+        let along_columns = near_along_lines(&no_surface, [width, height], [1, width], rim_px);
+        near_along_lines(&along_columns, [height, width], [width, 1], rim_px)
     }
 
     fn place(&self, pixel: usize) -> [usize; 2] {
         [pixel % self.size_px[0], pixel / self.size_px[0]]
     }
+}
+
+/// Returns for each pixel whether one that is marked, or the end of the line, is at most `most_px` away along its line.
+/// `lines` and `length` are the numbers of lines and of pixels in each; `next_line` and `next` the steps to the next one.
+fn near_along_lines(
+    is_marked: &[bool],
+    [lines, length]: [usize; 2],
+    [next_line, next]: [usize; 2],
+    most_px: usize,
+) -> Vec<bool> {
+    let mut is_near = vec![false; is_marked.len()];
+    for line in 0..lines {
+        let at = |step: usize| line * next_line + step * next;
+        // The pixel before the first one counts as marked, and so does the one after the last.
+        let mut since = 0;
+        for step in 0..length {
+            since = if is_marked[at(step)] { 0 } else { since + 1 };
+            is_near[at(step)] |= since <= most_px;
+        }
+        since = 0;
+        for step in (0..length).rev() {
+            since = if is_marked[at(step)] { 0 } else { since + 1 };
+            is_near[at(step)] |= since <= most_px;
+        }
+    }
+    is_near
 }
 
 impl ImageGate {
@@ -156,7 +188,9 @@ impl ImageGate {
             .filter(|contact| !contact.is_at_rim)
             .map(|contact| f64::from(contact.deepest_mm))
             .fold(0.0, f64::max);
-        if deepest.is_at_rim && inside_mm > 0.0 {
+        let goes_on_inside =
+            f64::from(deepest.inside_mm) >= LEAST_INSIDE_SHARE * f64::from(deepest.deepest_mm);
+        if deepest.is_at_rim && !goes_on_inside && inside_mm > 0.0 {
             let at_px = depth.place(deepest.pixel);
             let fault = ImageFault::DeepestAtRim { rim_mm: depth_mm, inside_mm, at_px };
             judgement.find(file, fault);
@@ -235,6 +269,26 @@ mod tests {
         assert!(judge(1.4, 2.1, 39).is_empty());
         assert_eq!(judge(1.4, 2.1, 40), ["deepest_at_rim"]);
         assert!(judge(1.4, 1.3, 90).is_empty());
+    }
+
+    #[test]
+    fn a_contact_that_crosses_the_border_is_real() {
+        // A cone that is deepest at the border, beside a shallow contact inside; and one that ends with the rim of 2 px.
+        for (reach_px, expected) in [(30.0, &[][..]), (2.9, &["deepest_at_rim"])] {
+            let depth = |i: usize| {
+                let [x, y] = [i % SIDE, i / SIDE].map(|px| px as f32);
+                let cone = 2.0 * (1.0 - (x - 50.0).hypot(y) / reach_px);
+                let is_inside = (40.0..44.0).contains(&x) && (60.0..64.0).contains(&y);
+                if is_inside { 0.4 } else { cone.max(0.0) }
+            };
+            let depth_mm: Vec<f32> = (0..SIDE * SIDE).map(depth).collect();
+            let contact: Vec<bool> = depth_mm.iter().map(|mm| *mm != 0.0).collect();
+            let figures =
+                DepthFigures { size_px: [SIDE; 2], depth_mm: &depth_mm, contact: &contact };
+            let judgement = gate().judge_depth(Path::new("pressed.png"), &figures);
+            let codes: Vec<_> = judgement.findings.iter().map(|one| one.fault.code()).collect();
+            assert_eq!(codes, expected);
+        }
     }
 
     #[test]

@@ -209,7 +209,7 @@ fn presses_past_the_rigid_shell_are_refused_all_at_once() {
     let deep = "fixtures.pin_dome.pins.lengths=[5mm,6.4mm]";
     let run = dataset(root.path(), &["--presses", "list.txt", "--set", deep]);
     let expected = [
-        "`a`: pin 1 goes 1.750 mm deep at (0.00, 0.00, 19.25) mm, but the rigid shell begins 1.5 mm",
+        "`a`: pin 1 goes 1.750 mm deep at (0.00, 0.00, 19.25) mm, but presses of this surface",
         "`b`: pin 2 goes 1.750 mm deep",
         "leave these out",
     ];
@@ -295,7 +295,11 @@ fn probes_are_spread_seen_and_limited() {
             assert!((phi - phi_image).abs() < 1e-9, "{line}");
         }
     }
-    assert_says(&probes(&["--depth", "19mm"]), 2, &["probes of 19 mm are too deep", "begins"]);
+    assert_says(
+        &probes(&["--depth", "19mm"]),
+        2,
+        &["probes of 19 mm are too deep", "simulated to"],
+    );
 }
 
 /// A search through the bodies begins with what led to the places before: in an order that threads do not change.

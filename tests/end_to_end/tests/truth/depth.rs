@@ -88,10 +88,13 @@ fn presses_and_poses_that_cannot_be_are_refused() {
     assert_says(&depth(&["--press", "hemisphere@1deg"]), 2, &["1 values follow the `@`"]);
     assert_says(&depth(&["--press", "hemisphere@30deg,0deg,1"]), 2, &["depth: ", "no unit"]);
     let deep = depth(&["--press", "hemisphere@30deg,0deg,3mm"]);
-    assert_says(&deep, 2, &["3 mm is out of range", "1.5 mm, where the rigid shell begins"]);
+    assert_says(&deep, 2, &["3 mm is out of range", "1.5 mm, as deep as presses"]);
     // Pins and halves as well as tools; what their own rules allow may still be too deep.
     let long = ["--set", "fixtures.pin_dome.pins.lengths=[5mm,6.4mm]", "--press", "pin-1-long"];
-    let expected = ["`pin-1-long`: pin 1 goes 1.750 mm deep", "rigid shell begins 1.5 mm below"];
+    let expected = [
+        "`pin-1-long`: pin 1 goes 1.750 mm deep",
+        "presses of this surface are simulated to 1.5 mm",
+    ];
     assert_says(&depth(&long), 2, &expected);
     let deep = ["--set", "fixtures.semi_domes.depth.deepest=1.6mm", "--press", "semi-dome-001"];
     assert_says(&depth(&deep), 2, &["deepest is 1.6 mm", "1.500 mm thick"]);

@@ -105,7 +105,7 @@ fn colored_images_that_cannot_be_right_are_refused() {
     let (json, codes) = reconstruct(
         folder,
         &[&words("rest_bgr.png", "pressed_bgr.png")[..], &["--force"]].concat(),
-        1,
+        0,
     );
     assert!(!codes.is_empty() && json["written"] == true);
     assert!(folder.join("out/pressed_bgr.npz").exists());

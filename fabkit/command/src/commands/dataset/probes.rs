@@ -24,7 +24,7 @@ pub(super) fn run(args: &Dataset, scene: &SensorView) -> Result<Outcome, Failure
     let deepest_mm = args.depth.unwrap_or(DEFAULT_INDENTATION_MM.min(touch.max_indentation_mm()));
     if deepest_mm > touch.max_indentation_mm() {
         let message = format!(
-            "probes of {deepest_mm} mm are too deep: the rigid shell begins {} mm below the surface",
+            "probes of {deepest_mm} mm are too deep: presses of this surface are simulated to {} mm",
             touch.max_indentation_mm()
         );
         return Err(Failure::new(ErrorKind::BadInput, message, "ask for a smaller --depth"));

@@ -125,3 +125,61 @@ fn wastes(sensor: &Sensor) -> BTreeMap<&str, f64> {
     });
     wastes.collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn computed(lines: &str) -> ComputedMetrics {
+        let yaml = format!(
+            "format: 1\nextends: rtac0\nname: own\n{lines}parts:\n  shell: {{material: Blue stuff}}\n"
+        );
+        let sensor = fabkit_designs::load("own.yaml", &yaml, &[], &["fixtures"]).unwrap().sensor;
+        let mut computed = ComputedMetrics::default();
+        compute(&sensor, &mut computed).unwrap();
+        computed
+    }
+
+    #[test]
+    fn an_unknown_density_is_named_and_counts_neither_as_zero_nor_as_a_guess() {
+        let unknown = computed("");
+        let asks = |property: &str| {
+            format!(
+                "not known: {property} of Blue stuff; name a material of the list that \
+                 docs/reference/own.md gives, or state `{property}` of `Blue stuff` below `materials:`"
+            )
+        };
+        assert_eq!(unknown.notes, [asks("density"), asks("price")]);
+        for missing in ["parts_mass_g", "material_cost_usd", "mass_g[Blue stuff]"] {
+            assert!(!unknown.values.contains_key(missing), "{missing}");
+        }
+        assert!(unknown.values["layers_mass_g"] > 0.0 && unknown.values["mass_g[PLA]"] > 0.0);
+
+        let own =
+            "materials:\n  Blue stuff: {sort: plastic, density: 2000 kg/m3, price: 10 USD/kg}\n";
+        let known = computed(own);
+        assert_eq!(known.notes, [""; 0]);
+        let ratio = known.values["mass_g[Blue stuff]"] / known.values["volume_mm3[Blue stuff]"];
+        assert!((ratio - 2.0 / MM3_PER_CM3).abs() < 1e-12, "{ratio}");
+        // Twice the price of one material is as much more as that material costs.
+        let dear = computed(&own.replace("10 USD", "20 USD")).values["material_cost_usd"];
+        let more = dear - known.values["material_cost_usd"];
+        let costs = known.values["mass_g[Blue stuff]"] / G_PER_KG * 10.0;
+        assert!((more - costs).abs() < 1e-9, "{more} {costs}");
+    }
+
+    #[test]
+    fn densities_and_prices_of_files_have_limits() {
+        for (figure, says) in [
+            ("density: 50 g/cm3", "between 0.05 g/cm3 and 25 g/cm3"),
+            ("price: -1 USD/kg", "between 0 USD/kg and 100000 USD/kg"),
+            ("price: 10 EUR/kg", "is in `EUR/kg`"),
+        ] {
+            let yaml = format!(
+                "format: 1\nextends: rtac0\nname: own\nmaterials:\n  Blue stuff: {{sort: plastic, {figure}}}\n"
+            );
+            let wrong = fabkit_designs::load("own.yaml", &yaml, &[], &["fixtures"]).unwrap_err();
+            assert!(wrong.to_string().contains(says), "{wrong}");
+        }
+    }
+}

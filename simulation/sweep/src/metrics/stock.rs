@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fabkit_geometry::{Action, Body, Process, Sensor};
+use fabkit_geometry::{Action, Body, BodyKind, Process, Sensor};
 
 /// Speed of a process.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +24,8 @@ pub fn process_speed(process: Process) -> Option<ProcessSpeed> {
     }
 }
 
-/// Returns densities, g/cm3, by body, as far as they are known: of the mix of a layer, else of the body's material.
+/// Returns densities, g/cm3, of parts and layers by name, as far as they are known: of the mix of a layer, else of the
+/// material. Bought bodies have none, because they are drawn well enough for fits alone.
 ///
 /// ```
 /// use fabkit_sweep::densities;
@@ -46,7 +47,7 @@ pub fn densities(sensor: &Sensor) -> BTreeMap<&str, f64> {
     let mixed: BTreeMap<&str, f64> = mixed.collect();
     let density =
         |body: &Body| mixed.get(body.name.as_str()).copied().or(body.substance.density_g_per_cm3);
-    let bodies = sensor.bodies.iter();
+    let bodies = sensor.bodies.iter().filter(|body| body.kind != BodyKind::Bought);
     bodies.filter_map(|body| Some((body.name.as_str(), density(body)?))).collect()
 }
 

@@ -179,7 +179,8 @@ mod tests {
                 "format: 1\nextends: rtac0\nname: own\nmaterials:\n  Blue stuff: {{sort: plastic, {figure}}}\n"
             );
             let wrong = fabkit_designs::load("own.yaml", &yaml, &[], &["fixtures"]).unwrap_err();
-            assert!(wrong.to_string().contains(says), "{wrong}");
+            let wrong = wrong.problems[0].to_string();
+            assert!(wrong.contains(says), "{wrong}");
         }
     }
 }

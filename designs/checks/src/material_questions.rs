@@ -176,6 +176,18 @@ mod tests {
     }
 
     #[test]
+    fn a_window_of_unknown_transparency_is_asked_for() {
+        let questions = MaterialQuestions::default();
+        let pane = Body::made("pane", "", Process::Laser, Solid::cuboid(9.0, 9.0, 2.0));
+        let pane = |clarity| pane.clone().with_material("unobtainium").as_window(clarity);
+        let clear = Some(OpticalClarity::Clear);
+        assert_eq!(questions.transparency(Rule::Sight, &pane(clear)), clear);
+        assert_eq!(questions.transparency(Rule::Sight, &pane(None)), None);
+        let open = questions.unanswered();
+        assert_eq!((open.len(), &*open[0].subject()), (1, "transparency of unobtainium"));
+    }
+
+    #[test]
     fn no_rule_reads_properties_without_asking() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
         let mut folders = vec![folder];

@@ -53,11 +53,13 @@ pub fn densities(sensor: &Sensor) -> BTreeMap<&str, f64> {
 
 #[cfg(test)]
 mod tests {
+    use fabkit_geometry::Assembly;
+
     use super::*;
 
     /// An unknown material leaves masses empty: acceptable for a user's design, a mistake in a built-in one.
     #[test]
-    fn density_and_price_of_all_materials_of_built_in_sensors_are_known() {
+    fn figures_of_all_materials_of_built_in_sensors_are_known() {
         for name in fabkit_designs::builtin_names() {
             let yaml = fabkit_designs::builtin_yaml(name).unwrap();
             let sensor = fabkit_designs::load(name, yaml, &[], &["fixtures"]).unwrap().sensor;
@@ -65,6 +67,13 @@ mod tests {
                 let Body { material, substance, .. } = body;
                 assert!(substance.density_g_per_cm3.is_some(), "{name}: density of {material}");
                 assert!(substance.usd_per_kg.is_some(), "{name}: price of {material}");
+            }
+            // What the camera looks through is known, too.
+            let sensor_bodies = sensor.bodies.iter().filter(|body| {
+                body.placements.iter().any(|place| place.assembly == Assembly::sensor())
+            });
+            for body in sensor_bodies {
+                assert!(!body.has_unknown_transparency(), "{name}: {}", body.name);
             }
         }
     }

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use crate::declaration::rule;
 use crate::finding::Finding;
 use crate::hardness;
+use crate::material_questions::MaterialQuestions;
 use crate::rule::Rule;
 use crate::rule_input::{RuleInput, RuleResult};
 use crate::sampling_lines::{Caster, basis, steepness};
@@ -38,7 +39,7 @@ rule! {
 }
 
 fn apply(case: &RuleInput<'_>) -> RuleResult {
-    let (mut unseen, to_be_seen) = examine(case.sensor, case.scene);
+    let (mut unseen, to_be_seen) = examine(case.sensor, case.scene, &case.questions);
     unseen.extend(hardness::contrasts(case.sensor, &case.questions));
     Ok((unseen, to_be_seen))
 }
@@ -90,11 +91,15 @@ pub(crate) struct ViewBody<'a> {
 }
 
 /// Finds what keeps the camera from seeing. Also returns the number of bodies in view.
-pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {
+pub(crate) fn examine(
+    sensor: &Sensor,
+    scene: &Assemblies,
+    questions: &MaterialQuestions,
+) -> (Vec<Finding>, usize) {
     if sensor.visible_bodies.is_empty() {
         return (Vec::new(), 0);
     }
-    let seen = look(sensor, scene);
+    let seen = look(sensor, scene, questions);
     let names = || sensor.visible_bodies.iter().map(String::as_str);
     let mut findings = Vec::new();
     let mut add = |finding: Finding| {
@@ -171,8 +176,14 @@ fn least_pixels(sensor: &Sensor) -> f64 {
     if is_markers(sensor) { of_marker * pieces(sensor) as f64 } else { of_surface }
 }
 
-/// Returns the bodies that rays of the camera meet in the sensor.
-pub(crate) fn bodies<'a>(sensor: &Sensor, scene: &'a Assemblies) -> Vec<ViewBody<'a>> {
+/// Returns the bodies that rays of the camera meet in the sensor, without those of unknown transparency. `rule` is the one
+/// that needs them.
+pub(crate) fn bodies<'a>(
+    sensor: &Sensor,
+    scene: &'a Assemblies,
+    rule: Rule,
+    questions: &MaterialQuestions,
+) -> Vec<ViewBody<'a>> {
     let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
     scene
         .bodies(&Assembly::sensor().0)
@@ -180,7 +191,7 @@ pub(crate) fn bodies<'a>(sensor: &Sensor, scene: &'a Assemblies) -> Vec<ViewBody
         // The pupil lies inside the lens or the housing around it, which would block every ray.
         .filter(|placed| !placed.body.contains(&pupil))
         .filter_map(|placed| {
-            let clarity = sensor.body(placed.name)?.clarity();
+            let clarity = questions.transparency(rule, sensor.body(placed.name)?)?;
             let is_wanted = sensor.visible_bodies.iter().any(|name| name == placed.name);
             // Light passes other clear bodies as if they were not there.
             let counts = is_wanted || clarity != OpticalClarity::Clear;
@@ -190,11 +201,15 @@ pub(crate) fn bodies<'a>(sensor: &Sensor, scene: &'a Assemblies) -> Vec<ViewBody
 }
 
 /// Casts rays in all directions and towards the bodies in view.
-fn look<'a>(sensor: &'a Sensor, scene: &'a Assemblies) -> ViewSums<'a> {
+fn look<'a>(
+    sensor: &'a Sensor,
+    scene: &'a Assemblies,
+    questions: &MaterialQuestions,
+) -> ViewSums<'a> {
     let camera = &sensor.camera;
     let pupil = camera.sensor_from_camera.point(Point3::origin());
     let is_pad = matches!(sensor.touch, Some(TouchSurface::Plane(_)));
-    let bodies = bodies(sensor, scene);
+    let bodies = bodies(sensor, scene, Rule::Sight, questions);
     let wide = cast(camera, &bodies, &Cone::ALL, is_pad);
     let near = cast(camera, &bodies, &Cone::around(&bodies, &pupil), is_pad);
     // The narrow cone samples the bodies in view; only the full sphere measures the image as a whole.

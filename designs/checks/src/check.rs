@@ -213,7 +213,8 @@ fn apply(
 /// # Errors
 /// [`InvalidBody`] if the solid of a body is not valid.
 pub fn check_camera_view(sensor: &Sensor) -> Result<Vec<Finding>, InvalidBody> {
-    Ok(crate::camera_view::examine(sensor, &Assemblies::new(sensor)?).0)
+    let questions = MaterialQuestions::default();
+    Ok(crate::camera_view::examine(sensor, &Assemblies::new(sensor)?, &questions).0)
 }
 
 /// Applies only the comparison of the drawn bodies with the share of the surface that a published sensor is said to

@@ -11,9 +11,10 @@ use std::collections::BTreeMap;
 use fabkit_geometry::{Aabb, Assembly, OpticalClarity, Point3, Ray, Sensor, Vector3};
 use rayon::prelude::*;
 
-use crate::camera_view::{Cone, bodies, pixels_per_steradian};
+use crate::camera_view::{Cone, ViewBody, bodies, pixels_per_steradian};
 use crate::declaration::rule;
 use crate::finding::Finding;
+use crate::material_questions::MaterialQuestions;
 use crate::rule::Rule;
 use crate::rule_input::{RuleInput, RuleResult};
 use crate::sampling_lines::{Caster, basis};
@@ -32,7 +33,7 @@ rule! {
 }
 
 fn apply(case: &RuleInput<'_>) -> RuleResult {
-    Ok(examine(case.sensor, case.scene))
+    Ok(examine(case.sensor, case.scene, &case.questions))
 }
 
 /// Number of rays towards the bodies in view, and maximum number of points on them from which lines start.
@@ -60,15 +61,23 @@ struct LightPath<'a> {
 }
 
 /// Finds leaks of daylight. Also returns the number of lines that were followed.
-pub(crate) fn examine(sensor: &Sensor, scene: &Assemblies) -> (Vec<Finding>, usize) {
+pub(crate) fn examine(
+    sensor: &Sensor,
+    scene: &Assemblies,
+    questions: &MaterialQuestions,
+) -> (Vec<Finding>, usize) {
     if sensor.visible_bodies.is_empty() {
         return (Vec::new(), 0);
     }
     let placed = scene.bodies(&Assembly::sensor().0);
-    // Opaque bodies stop light, all others let it pass.
-    let (stops, passes): (Vec<&Placed>, Vec<&Placed>) =
-        placed.iter().partition(|placed| placed.of.clarity() == OpticalClarity::Opaque);
-    let faces = faces(sensor, scene);
+    // Opaque bodies stop light, all others let it pass. No leak is claimed of a body of unknown transparency.
+    let (stops, passes): (Vec<&Placed>, Vec<&Placed>) = placed.iter().partition(|placed| {
+        questions
+            .transparency(Rule::Leak, placed.of)
+            .is_none_or(|clarity| clarity == OpticalClarity::Opaque)
+    });
+    let bodies = bodies(sensor, scene, Rule::Leak, questions);
+    let faces = faces(sensor, &bodies);
     let open: Vec<Vec<LightPath>> = faces
         .par_iter()
         .enumerate()
@@ -118,11 +127,10 @@ fn finding(sensor: &Sensor, open: &[LightPath], share: f64) -> Finding {
 }
 
 /// Samples points on the opaque surfaces that the camera looks at, each with its normal.
-fn faces(sensor: &Sensor, scene: &Assemblies) -> Vec<(Point3<f64>, Vector3<f64>)> {
+fn faces(sensor: &Sensor, bodies: &[ViewBody]) -> Vec<(Point3<f64>, Vector3<f64>)> {
     let camera = &sensor.camera;
     let pupil = camera.sensor_from_camera.point(Point3::origin());
-    let bodies = bodies(sensor, scene);
-    let cone = Cone::around(&bodies, &pupil);
+    let cone = Cone::around(bodies, &pupil);
     let face = |caster: &mut Caster, number| {
         let ray = Ray { origin: pupil, direction: cone.direction(number, PLACES.0) };
         if pixels_per_steradian(camera, &ray.direction) == 0.0 {
@@ -130,7 +138,7 @@ fn faces(sensor: &Sensor, scene: &Assemblies) -> Vec<(Point3<f64>, Vector3<f64>)
         }
         let mut ends: Option<(f64, Vector3<f64>)> = None;
         let mut wanted = f64::INFINITY;
-        for met in &bodies {
+        for met in bodies {
             let Some(enter) = caster.first_entry(&met.placed.body, &ray) else { continue };
             if met.clarity == OpticalClarity::Opaque && ends.is_none_or(|(t, _)| enter.t < t) {
                 ends = Some((enter.t, enter.normal));

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use crate::camera_view::{Cone, pixels_per_steradian};
 use crate::declaration::rule;
 use crate::finding::{Finding, Severity};
+use crate::material_questions::MaterialQuestions;
 use crate::rule::Rule;
 use crate::rule_input::{RuleInput, RuleResult};
 use crate::sampling_lines::{Caster, Stretch};
@@ -33,7 +34,7 @@ rule! {
 }
 
 fn apply(case: &RuleInput<'_>) -> RuleResult {
-    examine(case.sensor, case.scene)
+    examine(case.sensor, case.scene, &case.questions)
 }
 
 /// Number of rays over the image: about eight meet a light source of 3 x 3 mm that is 30 mm behind its mirror.
@@ -73,8 +74,9 @@ struct MirrorImage<'a> {
 pub(crate) fn examine(
     sensor: &Sensor,
     scene: &Assemblies,
+    questions: &MaterialQuestions,
 ) -> Result<(Vec<Finding>, usize), InvalidBody> {
-    let bodies = optical_bodies(sensor, scene)?;
+    let bodies = optical_bodies(sensor, scene, questions)?;
     let lamps = bodies.iter().filter(|body| body.emitter.is_some()).count();
     if lamps == 0 || sensor.visible_bodies.is_empty() {
         return Ok((Vec::new(), lamps));
@@ -123,6 +125,7 @@ fn finding(mirror: &str, images: &[&MirrorImage], share: f64, lamps: usize) -> F
 fn optical_bodies<'a>(
     sensor: &'a Sensor,
     scene: &'a Assemblies,
+    questions: &MaterialQuestions,
 ) -> Result<Vec<OpticalBody<'a>>, InvalidBody> {
     let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
     let mut lit = Vec::new();
@@ -134,8 +137,11 @@ fn optical_bodies<'a>(
         let lamp = compile_emitter(body, *place)?;
         *place += 1;
         // The pupil lies inside the lens or the housing around it, which would block every ray.
-        if !placed.body.contains(&pupil) {
-            lit.push(OpticalBody { placed, clarity: body.clarity(), emitter: lamp });
+        if placed.body.contains(&pupil) {
+            continue;
+        }
+        if let Some(clarity) = questions.transparency(Rule::Glare, body) {
+            lit.push(OpticalBody { placed, clarity, emitter: lamp });
         }
     }
     Ok(lit)

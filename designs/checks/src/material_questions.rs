@@ -8,7 +8,8 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_geometry::{
-    Body, BodyKind, CureMechanism, Elasticity, MaterialClass, MaterialProperty, Shore,
+    Body, BodyKind, CureMechanism, Elasticity, MaterialClass, MaterialProperty, OpticalClarity,
+    Shore,
 };
 
 use crate::rule::Rule;
@@ -36,6 +37,12 @@ impl UnknownProperty {
             material => format!("{} of {material}", self.property),
         }
     }
+}
+
+/// Returns whether the maker of a filament says that it warps and advises a brim. Advice for the print alone: no rule needs
+/// it, so that nobody is asked.
+pub(crate) fn warps(part: &Body) -> bool {
+    part.substance.warps == Some(true)
 }
 
 /// Property, material and whether it is cast: what an unanswered question is about.
@@ -97,6 +104,12 @@ impl MaterialQuestions {
         self.note(rule, body, MaterialProperty::Shade, body.substance.is_dark)
     }
 
+    /// Asks how light passes a body.
+    pub(crate) fn transparency(&self, rule: Rule, body: &Body) -> Option<OpticalClarity> {
+        let answer = (!body.has_unknown_transparency()).then(|| body.clarity());
+        self.note(rule, body, MaterialProperty::Transparency, answer)
+    }
+
     /// Asks for the elasticity of a soft layer.
     pub(crate) fn elasticity<'b>(&self, rule: Rule, body: &'b Body) -> Option<&'b Elasticity> {
         self.note(rule, body, MaterialProperty::Elasticity, body.substance.elasticity.as_ref())
@@ -126,27 +139,14 @@ impl MaterialQuestions {
 
     /// Returns the questions that nobody answered, by property and material.
     pub(crate) fn unanswered(self) -> Vec<UnknownProperty> {
-        let unknown = |((property, material, is_cast), (bodies, rules)): (Subject, Asked)| {
-            let key = match property {
-                MaterialProperty::Elasticity => "youngs_modulus`, `modulus` or `hardness",
-                _ => property.key(is_cast),
-            };
-            let remedy = match &*material {
-                "" => "state what it is made of".to_owned(),
-                _ if is_cast => format!("state `{key}` of `{material}` below `materials:`"),
-                _ => format!(
-                    "name a material of the list that docs/reference/own.md gives, or state `{key}` of \
-                     `{material}` below `materials:`"
-                ),
-            };
-            UnknownProperty {
+        let unknown =
+            |((property, material, is_cast), (bodies, rules)): (Subject, Asked)| UnknownProperty {
                 property,
+                remedy: property.remedy(&material, is_cast),
                 material,
                 bodies: bodies.into_iter().collect(),
                 rules: rules.into_iter().collect(),
-                remedy,
-            }
-        };
+            };
         self.open.into_inner().into_iter().map(unknown).collect()
     }
 }
@@ -176,6 +176,18 @@ mod tests {
     }
 
     #[test]
+    fn a_window_of_unknown_transparency_is_asked_for() {
+        let questions = MaterialQuestions::default();
+        let pane = Body::made("pane", "", Process::Laser, Solid::cuboid(9.0, 9.0, 2.0));
+        let pane = |clarity| pane.clone().with_material("unobtainium").as_window(clarity);
+        let clear = Some(OpticalClarity::Clear);
+        assert_eq!(questions.transparency(Rule::Sight, &pane(clear)), clear);
+        assert_eq!(questions.transparency(Rule::Sight, &pane(None)), None);
+        let open = questions.unanswered();
+        assert_eq!((open.len(), &*open[0].subject()), (1, "transparency of unobtainium"));
+    }
+
+    #[test]
     fn no_rule_reads_properties_without_asking() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
         let mut folders = vec![folder];
@@ -189,9 +201,9 @@ mod tests {
                     let code = text.split("#[cfg(test)]").next().unwrap();
                     let code = code.lines().filter(|line| !line.trim_start().starts_with("//"));
                     for line in code {
-                        assert!(!line.contains(".substance"), "{}: {line}", path.display());
-                        // Words of a trade name say nothing that its entry does not.
-                        assert!(!line.contains("material.to_lowercase"), "{}", path.display());
+                        for answer in [".substance", ".clarity()", ".optics"] {
+                            assert!(!line.contains(answer), "{}: {line}", path.display());
+                        }
                     }
                 }
             }

@@ -3,7 +3,7 @@
 use fabkit_geometry::{Action, Assembly, Body, Process, Sensor};
 
 use crate::scene::InvalidBody;
-use crate::{overhang, print_stability};
+use crate::{material_questions, overhang, print_stability};
 
 /// Usual layer height, mm: half the width of the usual nozzle of 0.4 mm, as in most printers' own profiles.
 const LAYER_MM: f64 = 0.2;
@@ -20,9 +20,6 @@ const SKIN_MM: f64 = 0.8;
 
 /// Width of the brim of parts that may topple or warp, mm. Chosen: the value of PrusaSlicer's own profiles with a brim.
 const BRIM_MM: f64 = 5.0;
-
-/// Filaments that lift their corners off the bed while they cool; their makers advise a brim.
-const WARPING: [&str; 4] = ["ABS", "ASA", "PA", "PC"];
 
 /// A setting and the reason for it.
 #[derive(Clone, Debug, PartialEq)]
@@ -185,10 +182,10 @@ fn found_brim(part: &Body) -> Result<ChosenSetting<f64>, InvalidBody> {
     if let Some(finding) = print_stability::find_instability(part)? {
         return Ok(chosen(BRIM_MM, finding.message));
     }
-    let words = || part.material.split(|c: char| !c.is_ascii_alphanumeric());
-    Ok(match WARPING.into_iter().find(|name| words().any(|word| word == *name)) {
-        Some(name) => chosen(BRIM_MM, format!("{name} lifts its corners while it cools")),
-        None => chosen(0.0, "it stands by itself"),
+    Ok(if material_questions::warps(part) {
+        chosen(BRIM_MM, format!("{} lifts its corners while it cools", part.material))
+    } else {
+        chosen(0.0, "it stands by itself")
     })
 }
 
@@ -231,11 +228,12 @@ mod tests {
         let post =
             Body::made("post", "", Process::Fdm, Solid::cylinder(2.0, 60.0)).with_material("PLA");
         assert_eq!(settings(&post).brim_mm.value, BRIM_MM);
-        let slab = |material: &str| {
-            let slab = Body::made("slab", "", Process::Fdm, Solid::cuboid(40.0, 40.0, 4.0));
-            settings(&slab.with_material(material)).brim_mm.value
+        let slab = |warps| {
+            let mut slab = Body::made("slab", "", Process::Fdm, Solid::cuboid(40.0, 40.0, 4.0));
+            slab.substance.warps = warps;
+            settings(&slab.with_material("black ABS")).brim_mm.value
         };
-        assert_eq!([slab("PLA"), slab("black ABS"), slab("PLA-CABS")], [0.0, BRIM_MM, 0.0]);
+        assert_eq!([Some(false), Some(true), None].map(slab), [0.0, BRIM_MM, 0.0]);
     }
 
     #[test]

@@ -21,6 +21,7 @@ use fabkit_optics::{
 
 use crate::camera_view::{Cone, bodies, is_markers, listed};
 use crate::finding::{Finding, Severity};
+use crate::material_questions::MaterialQuestions;
 use crate::rule::Rule;
 use crate::sampling_lines::{Caster, steepness};
 use crate::scene::{Assemblies, InvalidBody};
@@ -123,7 +124,8 @@ fn sample_surface(touch: &TouchSurface) -> Result<Vec<Place>, InvalidSolid> {
 fn sample_markers(sensor: &Sensor) -> Result<Vec<Place>, InvalidBody> {
     let scene = Assemblies::new(sensor)?;
     let pupil = sensor.camera.sensor_from_camera.point(Point3::origin());
-    let all = bodies(sensor, &scene);
+    // The rule of the straight rays asks the same, and reports what nobody answers.
+    let all = bodies(sensor, &scene, Rule::Sight, &MaterialQuestions::default());
     let cone = Cone::around(&all, &pupil);
     let mut caster = Caster::default();
     let mut places = Vec::new();

@@ -93,6 +93,8 @@ pub struct ParallelSteps {
 /// // With a single mold, three pucks cure for 4 h each, one after the other.
 /// assert_eq!(units.waits_for.as_deref(), Some("dish"));
 /// assert!(units.total_h > 3.0 * 4.0);
+/// // Each is poured in half an hour and opened in a quarter.
+/// assert_eq!(units.hands_h, 3.0 * 0.75);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -170,12 +172,20 @@ fn meanwhile(chain: &[Step], numbers: &BTreeMap<&str, usize>) -> Vec<ParallelSte
     found.into_iter().map(|(during, steps)| ParallelSteps { during, steps }).collect()
 }
 
-/// Returns the names of all bodies that a step needs, makes or takes off.
-fn touched(step: &Step) -> BTreeSet<&str> {
+/// Returns the names of all bodies that a step needs, makes or takes off. `before` are the steps before it.
+fn touched<'a>(step: &'a Step, before: &'a [Step]) -> BTreeSet<&'a str> {
     let more: Vec<&String> = match &step.action {
         Action::Pour(pour) => pour.walls.iter().chain([&pour.layer]).collect(),
         Action::Spray(spray) => spray.onto.iter().chain([&spray.layer]).collect(),
-        Action::Demold(pulls) => pulls.iter().map(|pull| &pull.body).collect(),
+        // Tools are taken off what was cast in their assembly, which the step itself does not name.
+        Action::Demold(pulls) => {
+            let cast = before.iter().filter(|earlier| earlier.assembly == step.assembly);
+            let layers = cast.filter_map(|earlier| match &earlier.action {
+                Action::Pour(pour) => Some(&pour.layer),
+                _ => None,
+            });
+            pulls.iter().map(|pull| &pull.body).chain(layers).collect()
+        }
         Action::Make | Action::Prepare | Action::Assemble | Action::Bond(_) => Vec::new(),
     };
     step.bodies.iter().chain(more).map(String::as_str).collect()
@@ -191,8 +201,8 @@ impl UnitSeries {
         let mut busy: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
         // Steps that concern tools alone are done once, all others for each unit.
         let (mut once_h, mut each_h) = (0.0, 0.0);
-        for (step, stretch) in sensor.chain.iter().zip(stretches) {
-            let touched = touched(step);
+        for (index, (step, stretch)) in sensor.chain.iter().zip(stretches).enumerate() {
+            let touched = touched(step, &sensor.chain[..index]);
             let hands_h = hands_on_h(&step.action);
             if !touched.iter().any(|name| is_of_unit(name)) {
                 once_h += hands_h;

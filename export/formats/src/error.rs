@@ -76,15 +76,15 @@ pub enum ExportError {
         values: usize,
     },
     /// Pixel data that does not match the image size.
-    #[error("{width_px} x {height_px} pixels need {needed} bytes of RGB, there are {found}")]
+    #[error("{width_px} x {height_px} pixels need {needed} values, there are {found}")]
     ImageSize {
         /// Width, px.
         width_px: u32,
         /// Height, px.
         height_px: u32,
-        /// Number of bytes that the size requires.
+        /// Number of values that the size requires: one a pixel of a grey image, three of a colour image.
         needed: u64,
-        /// Number of bytes given.
+        /// Number of values given.
         found: usize,
     },
     /// Error of the PNG encoder.

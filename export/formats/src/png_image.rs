@@ -165,6 +165,8 @@ mod tests {
     #[test]
     fn sizes_that_do_not_match_are_refused() {
         assert!(matches!(png(2, 2, &[0; 11]), Err(ExportError::ImageSize { needed: 12, .. })));
+        let grey = grey16_png(2, 2, &[0; 3]).unwrap_err().to_string();
+        assert_eq!(grey, "2 x 2 pixels need 4 values, there are 3");
         assert!(matches!(png(0, 2, &[]), Err(ExportError::ImageSize { needed: 0, .. })));
         assert!(png(u32::MAX, u32::MAX, &[]).is_err());
     }

@@ -17,7 +17,6 @@ use fabkit_geometry::Order;
 use fabkit_guide::{
     BoardArt, Calibration, Guide, GuideError, PageImages, Request, Shop, StepImages, SupplyKind,
 };
-use fabkit_sweep::stock_density_g_per_cm3;
 use rayon::prelude::*;
 
 use crate::exports;
@@ -68,7 +67,10 @@ pub fn collect_facts(
     faults: &CheckErrors,
 ) -> Result<Guide, GuideError> {
     let hash = design_hash(design);
-    let density = |material: &str| stock_density_g_per_cm3(material);
+    let density = |material: &str| {
+        let body = design.sensor.bodies.iter().find(|body| body.material == material)?;
+        body.substance.density_g_per_cm3
+    };
     let shop = ArticleShop(&design.articles);
     let (density, shop) = (&density, &shop);
     let request = Request { design_hash: &hash, units, density, shop, stages, calibration };

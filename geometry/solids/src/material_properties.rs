@@ -131,6 +131,12 @@ pub enum MaterialProperty {
     Elasticity,
     /// Temperature at which it softens.
     Softening,
+    /// How light passes it.
+    Transparency,
+    /// Density.
+    Density,
+    /// Rough price.
+    Price,
 }
 
 impl MaterialProperty {
@@ -146,6 +152,9 @@ impl MaterialProperty {
             Self::Shade => "shade",
             Self::Elasticity => "Young's modulus",
             Self::Softening => "softening temperature",
+            Self::Transparency => "transparency",
+            Self::Density => "density",
+            Self::Price => "price",
         }
     }
 
@@ -163,6 +172,31 @@ impl MaterialProperty {
             Self::Shade => "shade",
             Self::Elasticity => "youngs_modulus",
             Self::Softening => "softens",
+            Self::Transparency => "clarity",
+            Self::Density => "density",
+            Self::Price => "price",
+        }
+    }
+
+    /// Returns what would settle the property of a material that no source at hand states, as an instruction.
+    ///
+    /// ```
+    /// use fabkit_geometry::MaterialProperty;
+    /// let says = MaterialProperty::Density.remedy("jelly", true);
+    /// assert_eq!(says, "state `density` of `jelly` below `materials:`");
+    /// ```
+    pub fn remedy(self, material: &str, is_cast: bool) -> String {
+        let key = match self {
+            Self::Elasticity => "youngs_modulus`, `modulus` or `hardness",
+            _ => self.key(is_cast),
+        };
+        match material {
+            "" => "state what it is made of".to_owned(),
+            _ if is_cast => format!("state `{key}` of `{material}` below `materials:`"),
+            _ => format!(
+                "name a material of the list that docs/reference/own.md gives, or state `{key}` of \
+                 `{material}` below `materials:`"
+            ),
         }
     }
 }
@@ -197,6 +231,14 @@ pub struct MaterialProperties {
     pub softening_point: Option<SofteningPoint>,
     /// Elasticity; `None` for stiff or unknown materials.
     pub elasticity: Option<Elasticity>,
+    /// Density, g/cm3; of the mixture, if it is cast.
+    pub density_g_per_cm3: Option<f64>,
+    /// Rough price of small amounts, US dollars per kg, to compare designs.
+    pub usd_per_kg: Option<f64>,
+    /// Width that a laser's beam removes, mm.
+    pub laser_kerf_mm: Option<f64>,
+    /// Whether prints lift their corners off the bed while they cool.
+    pub warps: Option<bool>,
 }
 
 /// Elastic properties of a rubber or a gel, at small strain.

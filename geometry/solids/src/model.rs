@@ -286,6 +286,8 @@ pub struct Body {
     pub opacity: f64,
     /// Optical clarity, if it differs from the rendered opacity: see [`Body::clarity`].
     pub optics: Option<OpticalClarity>,
+    /// True if light may pass it, so that its material decides how: see [`Body::as_window`].
+    pub is_window: bool,
     /// Part of the body that emits light, in the frame of `solid`; `None` if it is no light source.
     pub light_source: Option<Solid>,
     /// Properties of the material, as far as they are known.
@@ -322,6 +324,9 @@ pub struct Body {
     pub order: Option<crate::Order>,
 }
 
+/// Opacity in renderings of what is clear.
+const CLEAR_OPACITY: f64 = 0.35;
+
 impl Body {
     fn new(
         name: impl Into<String>,
@@ -344,6 +349,7 @@ impl Body {
             color: [255, 255, 255],
             opacity: 1.0,
             optics: None,
+            is_window: false,
             light_source: None,
             substance: MaterialProperties::default(),
             sealed_by: None,
@@ -441,13 +447,43 @@ impl Body {
             OpticalClarity::Opaque => 1.0,
             // An opacity that was chosen by hand is kept.
             _ if self.opacity < 1.0 => self.opacity,
-            OpticalClarity::Clear => 0.35,
+            OpticalClarity::Clear => CLEAR_OPACITY,
             OpticalClarity::Translucent => 0.7,
         };
         self.optics = Some(clarity);
     }
 
-    /// Returns the optical clarity; by default a body that is rendered translucent counts as clear.
+    /// Marks a part that light may pass, cut from a sheet or made of resin, with the transparency of its material; `None`
+    /// if no source at hand states it.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Body, OpticalClarity, Process, Solid};
+    /// let plate = |clarity| {
+    ///     Body::made("plate", "", Process::Laser, Solid::cylinder(9.0, 2.0)).as_window(clarity)
+    /// };
+    /// assert!(!plate(Some(OpticalClarity::Clear)).has_unknown_transparency());
+    /// // It is drawn as if it were clear, but whoever needs its transparency must ask.
+    /// assert!(plate(None).has_unknown_transparency());
+    /// ```
+    #[must_use]
+    pub fn as_window(mut self, clarity: Option<OpticalClarity>) -> Self {
+        self.is_window = true;
+        match clarity {
+            Some(clarity) => self.set_clarity(clarity),
+            None => self.opacity = CLEAR_OPACITY,
+        }
+        self
+    }
+
+    /// Returns whether light may pass the body and nobody states how: a window or a layer that is drawn see-through, of a
+    /// material of unknown transparency. What needs [`Body::clarity`] must not rely on it then.
+    pub fn has_unknown_transparency(&self) -> bool {
+        let is_seen_through = self.kind == BodyKind::Cast && self.opacity < 1.0;
+        self.optics.is_none() && (self.is_window || is_seen_through)
+    }
+
+    /// Returns the optical clarity, by which bodies are drawn; by default a body that is rendered translucent counts as
+    /// clear.
     pub fn clarity(&self) -> OpticalClarity {
         self.optics.unwrap_or(if self.opacity < 1.0 {
             OpticalClarity::Clear

@@ -157,10 +157,11 @@ pub fn read_section<P: Section>(yaml: &str, place: &TextPlace) -> Result<P, Inva
 /// use fabkit_text::{Dialect, NodeReader, TextLayer, TextPlace, parse};
 ///
 /// const PINS: &Dialect = &Dialect::new("pin field", 1, "");
-/// let (tree, _) = parse("rows: 12\ncolumns: 5\n", PINS)?;
+/// let (tree, _) = parse("rows: 12\ncolumns: 5\nturns: +5\n", PINS)?;
 /// let mut reader = NodeReader::new(TextPlace::new(TextLayer::File, "pins.yaml", PINS));
 /// let mut count = |key| tree.get(key).and_then(|node| reader.read_count(key, node, [1, 9]));
-/// assert_eq!([count("rows"), count("columns")], [None, Some(5)]);
+/// // A count is written with digits only.
+/// assert_eq!([count("rows"), count("columns"), count("turns")], [None, Some(5), None]);
 /// let invalid = reader.into_invalid();
 /// let says = "pins.yaml:1:7: rows is 12; it must be a whole number from 1 to 9";
 /// assert_eq!(invalid.problems[0].to_string(), says);
@@ -274,10 +275,12 @@ impl NodeReader {
         node.items()
     }
 
-    /// Parses a whole number within inclusive limits.
+    /// Parses a whole number within inclusive limits, of digits only: no sign.
     pub fn read_count(&mut self, key: &str, node: &YamlNode, [low, high]: [u64; 2]) -> Option<u64> {
         let text = self.read_scalar(key, node)?;
-        let count = text.parse().ok().filter(|count| (low..=high).contains(count));
+        // `parse` itself accepts `+5`.
+        let is_digits = text.bytes().all(|byte| byte.is_ascii_digit());
+        let count = text.parse().ok().filter(|n| is_digits && (low..=high).contains(n));
         if count.is_none() {
             let message = format!(
                 "{key} is {}; it must be a whole number from {low} to {high}",

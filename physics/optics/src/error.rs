@@ -30,6 +30,14 @@ pub enum InvalidStack {
         /// Name of the material; empty if unknown.
         material: String,
     },
+    /// Window or layer that light may pass, of unknown transparency.
+    #[error("{body}: not known: transparency of {}", material_or_unknown(.material))]
+    UnknownTransparency {
+        /// Name of the body.
+        body: String,
+        /// Name of the material; empty if unknown.
+        material: String,
+    },
     /// Refractive index outside 1 to 4.
     #[error("{body}: a refractive index of {index} is not within 1 to 4")]
     Index {
@@ -89,6 +97,9 @@ impl InvalidStack {
         match self {
             Self::UnknownIndex { .. } | Self::Index { .. } => {
                 "state `refractive_index` of the material under `materials:`, for example 1.41 of a clear silicone"
+            }
+            Self::UnknownTransparency { .. } => {
+                "state `clarity` of the material under `materials:`: clear, translucent or opaque"
             }
             Self::NoInterface => {
                 "a camera that was calibrated with this design; or remove `behind` from the camera's file, and nothing but \

@@ -333,8 +333,26 @@ impl OpticalRole {
     /// Determines the optical role of a body.
     ///
     /// # Errors
-    /// If a clear body has an unknown or impossible refractive index.
+    /// If a clear body has an unknown or impossible refractive index, or nobody states whether light passes a window.
+    ///
+    /// ```
+    /// # use fabkit_geometry::{Angle, Body, NominalCamera, Pose, Process, Sensor, Solid};
+    /// # let camera = NominalCamera {
+    /// #     sensor_from_camera: Pose::identity(), width_px: 640, height_px: 480,
+    /// #     field_of_view: Angle::from_deg(90.0).unwrap(), lens: Default::default(),
+    /// # };
+    /// use fabkit_optics::OpticalRole;
+    /// let pane = Body::made("pane", "", Process::Laser, Solid::cylinder(20.0, 2.0));
+    /// let pane = pane.with_material("unobtainium").as_window(None);
+    /// let sensor = Sensor::new("window", "A window", "", camera, [pane]);
+    /// let error = OpticalRole::from_body(&sensor, &sensor.bodies[0]).unwrap_err();
+    /// assert_eq!(error.to_string(), "pane: not known: transparency of unobtainium");
+    /// ```
     pub fn from_body(sensor: &Sensor, body: &Body) -> Result<Self, InvalidStack> {
+        if body.has_unknown_transparency() {
+            let (body, material) = (body.name.clone(), body.material.clone());
+            return Err(InvalidStack::UnknownTransparency { body, material });
+        }
         let is_looked_at = sensor.visible_bodies.contains(&body.name) || body.is_deformable;
         if body.clarity() != OpticalClarity::Clear {
             // A marker stands off the surface: whoever sees it does not see the surface, whatever lies behind it.

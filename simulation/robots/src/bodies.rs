@@ -27,7 +27,7 @@ pub(super) struct PlacedBody<'a> {
 
 /// Returns all bodies of the sensor, with their masses and meshes.
 pub(super) fn place_bodies<'a>(design: &'a Design) -> Result<Vec<PlacedBody<'a>>, Error> {
-    let densities = fabkit_sweep::densities(design);
+    let densities = fabkit_sweep::densities(&design.sensor);
     let one = |(body, pose): (&'a Body, Pose)| -> Result<PlacedBody<'a>, Error> {
         let failed = |source| RobotError::Mesh { part: body.name.clone(), source };
         let placed = body.solid.clone().placed(pose);

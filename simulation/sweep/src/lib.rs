@@ -44,7 +44,7 @@ mod report;
 mod row;
 mod table;
 
-pub use metrics::{GROUPS, METRICS, Metric, MetricGroup, densities, stock_density_g_per_cm3};
+pub use metrics::{GROUPS, METRICS, Metric, MetricGroup, densities};
 pub use pareto::pareto_front;
 pub use plan::{
     ComputeCustomMetrics, Constraint, CustomMetrics, Direction, InvalidSource, MAX_AXES,

@@ -42,8 +42,8 @@ parameters! {
         kit: Option<String> = 1..=100,
         /// Articles that may be bought instead.
         substitutes: Option<String> = 1..=300,
-        /// Words, separated by semicolons, by which the article is found: supplies and tools in the chain's steps,
-        /// stock in the part's material.
+        /// Words, separated by semicolons, by which the article is found: supplies and tools by words of the chain's
+        /// steps, stock by names of materials.
         words: Option<String> = 1..=200,
         /// Process for which the article is stock.
         process: Option<String> = 1..=20,

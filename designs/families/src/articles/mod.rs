@@ -19,6 +19,7 @@ pub use article::{Article, ArticleRole};
 pub(crate) use orders::{fill_all, fill_and_check};
 pub use pack::PackSize;
 
+use crate::materials::StockCatalogue;
 use crate::user_catalogue::named_sections::{RawSection, SectionKind, key_of, read_sections};
 use article_file::ListedArticle;
 
@@ -70,6 +71,8 @@ fn builtin_raws(found: &mut Vec<LocatedProblem>) -> Vec<RawSection> {
 pub struct Articles {
     raws: Arc<Vec<RawSection>>,
     by_key: Arc<BTreeMap<String, ListedArticle>>,
+    /// Materials by which stock is found.
+    materials: StockCatalogue,
 }
 
 impl Default for Articles {
@@ -84,18 +87,27 @@ impl Articles {
         &BUILTIN
     }
 
-    /// Returns the articles with the entries of files added; later entries override earlier ones.
-    pub(crate) fn with(&self, own: Vec<RawSection>, found: &mut Vec<LocatedProblem>) -> Self {
-        if own.is_empty() {
-            return self.clone();
-        }
-        Self::from_sections(self.raws.iter().cloned().chain(own).collect(), found)
+    /// Returns the articles with the entries of files added; later entries override earlier ones. `materials` are those
+    /// that stock is of.
+    pub(crate) fn with(
+        &self,
+        own: Vec<RawSection>,
+        materials: &StockCatalogue,
+        found: &mut Vec<LocatedProblem>,
+    ) -> Self {
+        let articles = if own.is_empty() {
+            self.clone()
+        } else {
+            Self::from_sections(self.raws.iter().cloned().chain(own).collect(), found)
+        };
+        Self { materials: materials.clone(), ..articles }
     }
 
     /// Creates the articles from sections in the order of their layers.
     fn from_sections(raws: Vec<RawSection>, found: &mut Vec<LocatedProblem>) -> Self {
         let by_key = article_file::by_key(&raws, found);
-        Self { by_key: Arc::new(by_key), raws: Arc::new(raws) }
+        let materials = StockCatalogue::builtin().clone();
+        Self { by_key: Arc::new(by_key), raws: Arc::new(raws), materials }
     }
 
     /// Returns all names as they are written.
@@ -137,8 +149,8 @@ impl Articles {
         }
     }
 
-    /// Finds the stock that parts are made from, by process and by words of the material's name; the entry without
-    /// words applies to all other materials.
+    /// Finds the stock that parts are made from, by process and by the materials that it is of, as the catalogue of
+    /// materials knows them; the entry that names none applies to all other materials.
     ///
     /// ```
     /// use fabkit_designs::articles::Articles;
@@ -152,14 +164,14 @@ impl Articles {
             known.article.role == Some(ArticleRole::Stock)
                 && known.article.process.as_deref() == Some(process)
         });
-        // The entry with the longest matching words wins.
+        // The entry with the longest matching name wins.
         let fitting = of_process.filter_map(|known| {
             let length = match &known.article.words {
-                // The entry without words fits any material, but any matching word is better.
+                // The entry without names fits any material, but any matching name is better.
                 None => 0,
-                Some(words) => words
+                Some(names) => names
                     .split(';')
-                    .filter(|word| contains_words(material, word))
+                    .filter(|name| self.materials.means(name, material))
                     .map(str::len)
                     .max()?,
             };

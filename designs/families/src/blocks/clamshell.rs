@@ -13,6 +13,7 @@ use super::posted_camera::{self, PostedCamera};
 use super::{APART_MM, BLACK, INTO_MM, PRINTED_WALL_MM, Rect, ScrewJoint, WHITE, corners, hanging};
 use crate::chain_builder::Name;
 use crate::hardware::Screw;
+use crate::materials::is_dark;
 use crate::parameters::{RuleReport, limits};
 use crate::sections;
 
@@ -279,7 +280,7 @@ fn head_mm(snug_mm: f64) -> f64 {
     SCREW.head_diameter_mm() / 2.0 + snug_mm
 }
 
-/// Returns the drawn colour of a plastic, from its name.
+/// Returns the drawn colour of a plastic: black unless it is known to be light.
 fn color(material: &str) -> Color {
-    if material.contains("white") { WHITE } else { BLACK }
+    if is_dark(material) == Some(false) { WHITE } else { BLACK }
 }

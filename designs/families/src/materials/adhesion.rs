@@ -126,6 +126,12 @@ pub(crate) fn assign_substances(
         let known = materials.find(&body.material).map(castable_properties);
         // A family's own statement overrides what the material's name suggests.
         let told = body.substance.is_dark;
+        if body.has_unknown_transparency() {
+            // What a file states of the material of a window, or of a liquid that is no material for casting.
+            let cast = materials.find(&body.material).and_then(|cast| cast.clarity());
+            let clarity = cast.or_else(|| stock.window_transparency(&body.material));
+            clarity.into_iter().for_each(|clarity| body.set_clarity(clarity));
+        }
         let mut substance = known.unwrap_or_else(|| stock.properties(body));
         substance.is_dark = told.or(substance.is_dark);
         body.substance = substance;

@@ -32,7 +32,7 @@ pub(crate) use stock::{StockCatalogue, StockMaterial};
 pub(crate) use units::split_number;
 pub use units::{
     Celsius, Current, Density, Euros, Force, Hardness, Hours, Kelvin, Mass, Minutes, Percent,
-    Pressure, Scale, Viscosity, Voltage, Wavelength,
+    Pressure, PriceByMass, Scale, Viscosity, Voltage, Wavelength,
 };
 
 /// Room temperature, degrees Celsius, the default temperature of a cure.
@@ -120,6 +120,8 @@ parameters! {
         kind: Option<MaterialKind>,
         /// Density of the mixture.
         density: Density = 0.05..=25.0,
+        /// Rough price of small amounts, to compare designs.
+        price: Option<PriceByMass> = 0.0..=100000.0,
         /// Curing time and temperature of the material.
         cure: CureFigures,
         /// Curing mechanism, which also decides what inhibits the cure.
@@ -183,10 +185,18 @@ pub enum BondMethod {
     NoBond,
 }
 
-/// Returns the transparency of a window cut from a sheet or made of resin: clear unless its material's name or the
-/// built-in catalogue says otherwise.
-pub(crate) fn window_transparency(material: &str) -> Optics {
-    StockCatalogue::builtin().window_transparency(material).unwrap_or(Optics::Clear)
+/// Returns the transparency of a window cut from a sheet or made of resin, by the built-in catalogue; `None` if it is not
+/// known. What a file states is asked when the design is complete.
+pub(crate) fn window_transparency(material: &str) -> Option<Optics> {
+    StockCatalogue::builtin().window_transparency(material)
+}
+
+/// Returns whether a material is dark, by the built-in catalogues: the entry of what is cast, else the entry of stock and
+/// the colours beside its name. Families draw by it, and pigments are told apart by it; rules ask the bodies.
+pub(crate) fn is_dark(material: &str) -> Option<bool> {
+    let cast = Catalogue::builtin().find(material).and_then(|cast| cast.material().figures.shade);
+    let shade = cast.or_else(|| StockCatalogue::builtin().shade(material));
+    shade.map(|shade| shade == Shade::Dark)
 }
 
 /// Origin of a material's description.
@@ -267,12 +277,16 @@ impl Castable {
 
     /// Sets the transparency of all layers cast from this material, if it is known.
     pub(crate) fn apply_transparency(&self, sensor: &mut Sensor) {
-        let Some(clarity) = self.0.figures.clarity else { return };
-        let optics = clarity.optical();
+        let Some(optics) = self.clarity() else { return };
         let cast = sensor.bodies.iter_mut().filter(|body| body.kind == BodyKind::Cast);
         // The transparency that a family states stays, for example of a layer with pigment.
         cast.filter(|body| body.optics.is_none() && body.material == **self)
             .for_each(|body| body.set_clarity(optics));
+    }
+
+    /// Returns the transparency, if it is known.
+    pub(crate) fn clarity(&self) -> Option<Optics> {
+        self.0.figures.clarity.map(Clarity::optical)
     }
 
     /// Returns the linear shrinkage on curing, as a fraction; 0 where it is not stated.
@@ -330,6 +344,10 @@ fn castable_properties(castable: &Castable) -> MaterialProperties {
         refractive_index: figures.refractive_index,
         softening_point: None,
         elasticity: elasticity::elasticity_from_castable(castable.material(), class),
+        density_g_per_cm3: Some(figures.density.0),
+        usd_per_kg: figures.price.map(|PriceByMass(usd_per_kg)| usd_per_kg),
+        laser_kerf_mm: None,
+        warps: None,
     }
 }
 

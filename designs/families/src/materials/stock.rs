@@ -4,15 +4,17 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
 
 use fabkit_geometry::{
-    Body, BodyKind, CureMechanism, MaterialClass, MaterialProperties, OpticalClarity, Process,
-    SofteningPoint,
+    Body, BodyKind, CureMechanism, Length, MaterialClass, MaterialProperties, OpticalClarity,
+    Process, SofteningPoint,
 };
 use fabkit_text::{
     Dialect, LocatedProblem, Setting, TextLayer, TextPlace, YamlEntry, read_mapping, take_format,
 };
 
 use super::catalogue::MATERIALS;
-use super::{Celsius, Clarity, Hardness, Pressure, Viscosity, elasticity, shore};
+use super::{
+    Celsius, Clarity, Density, Hardness, Pressure, PriceByMass, Viscosity, elasticity, shore,
+};
 use crate::user_catalogue::named_sections::{
     LayeredSections, RawSection, SectionKind, key_of, read, read_sections,
 };
@@ -105,6 +107,14 @@ sections! {
         shade: Option<Shade>,
         /// Softening temperature.
         softens: Option<Celsius> = 0.0..=2000.0,
+        /// Density of the solid material.
+        density: Option<Density> = 0.05..=25.0,
+        /// Rough price of small amounts, to compare designs.
+        price: Option<PriceByMass> = 0.0..=100000.0,
+        /// True for filament that lifts its corners off the bed while it cools, so that it gets a brim.
+        warps: Option<bool>,
+        /// Width that a laser's beam removes; 0.2 mm if not given.
+        kerf: Option<Length> = 0.0..=1.0,
         /// Source of these data.
         source: Option<String> = 0..=500,
         /// Advice on using the material.
@@ -121,6 +131,8 @@ sections! {
         shade: Option<Shade>,
         /// Treatment of the surface that the words state.
         surface: Option<SurfaceTreatment>,
+        /// True for words that say nothing of the material: `sheet`, `on`.
+        filler: Option<bool>,
     }
 }
 
@@ -273,30 +285,29 @@ impl StockCatalogue {
         false
     }
 
-    /// Reads the name of a material: an entry and words beside it that a table explains. With any other word it is
-    /// another material, of which nothing is known.
-    fn read_name(&self, text: &str) -> StockName<'_> {
+    /// Finds the entry that a name means, and the words beside it, each of which a table explains. With any other word it
+    /// is another material, of which nothing is known.
+    fn find_entry(&self, text: &str) -> Option<(&StockEntry, Vec<String>)> {
         if let Some(entry) = self.by_key.get(&key_of(text)) {
-            return StockName { entry: Some(entry), ..StockName::default() };
+            return Some((entry, Vec::new()));
         }
         let words = words(text);
-        let mut best: Option<(usize, StockName)> = None;
-        for from in 0..words.len() {
-            for to in from + 1..=words.len() {
-                let Some(entry) = self.by_key.get(&words[from..to].join(" ")) else { continue };
-                let beside = words[..from].iter().chain(&words[to..]);
-                let Some(said) = explain(beside) else { continue };
-                if best.as_ref().is_none_or(|(length, _)| to - from > *length) {
-                    best = Some((to - from, StockName { entry: Some(entry), ..said }));
-                }
-            }
-        }
-        match best {
-            Some((_, name)) => name,
-            // A colour of an unknown material is a colour nevertheless.
-            None => {
-                explain(words.iter().filter(|word| qualifier(word).is_some())).unwrap_or_default()
-            }
+        // The longest run of words that is a name, and the first of these.
+        (1..=words.len()).rev().find_map(|length| {
+            (0..=words.len() - length).find_map(|from| {
+                let to = from + length;
+                let entry = self.by_key.get(&words[from..to].join(" "))?;
+                let beside = [&words[..from], &words[to..]].concat();
+                beside.iter().all(|word| qualifier(word).is_some()).then_some((entry, beside))
+            })
+        })
+    }
+
+    /// Reads the name of a material. A colour of an unknown material is a colour nevertheless.
+    fn read_name(&self, text: &str) -> StockName<'_> {
+        match self.find_entry(text) {
+            Some((entry, beside)) => StockName { entry: Some(entry), ..explain(&beside) },
+            None => explain(&words(text)),
         }
     }
 
@@ -346,6 +357,10 @@ impl StockCatalogue {
                 source: material.source.clone().unwrap_or_default(),
             }),
             elasticity: shore.and_then(|shore| elasticity::elasticity_from_shore(class, shore)),
+            density_g_per_cm3: material.density.map(|Density(g_per_cm3)| g_per_cm3),
+            usd_per_kg: material.price.map(|PriceByMass(usd_per_kg)| usd_per_kg),
+            laser_kerf_mm: material.kerf.map(Length::mm),
+            warps: material.warps,
             ..MaterialProperties::default()
         }
     }
@@ -382,15 +397,45 @@ impl StockCatalogue {
         of_words.filter(passes).filter(|_| !is_painted).map(|_| OpticalClarity::Translucent)
     }
 
-    /// Returns whether `to`, a key of `bonds`, means the material of a body: its class, its entry by any name, or words
-    /// of its name.
+    /// Returns the brightness of a material: that of the words beside its name, else its own.
+    pub fn shade(&self, material: &str) -> Option<Shade> {
+        let name = self.read_name(material);
+        name.shade.or(name.entry?.material.shade)
+    }
+
+    /// Returns whether `to`, a key of `bonds`, means the material of a body: its class, its entry by any name, or the
+    /// material as the body names it.
     pub fn is_called(&self, to: &str, body: &Body) -> bool {
         let name = self.name_of_body(body);
         let is_entry = name.entry.is_some_and(|entry| {
             entry.material.sort.word() == key_of(to)
                 || self.by_key.get(&key_of(to)).is_some_and(|other| other.name == entry.name)
         });
-        is_entry || (!body.material.is_empty() && contains_words(&body.material, to))
+        is_entry || (!body.material.is_empty() && key_of(&body.material) == key_of(to))
+    }
+
+    /// Returns which material a name means, as the name of its entry, and the colours and finishes beside it, in order. A
+    /// name that no entry has stands for itself, without these words.
+    pub fn identity(&self, text: &str) -> (String, Vec<String>) {
+        let (name, mut beside) = match self.find_entry(text) {
+            Some((entry, beside)) => (entry.name.clone(), beside),
+            None => {
+                let is_beside = |word: &String| qualifier(word).is_some();
+                let (beside, own): (Vec<_>, Vec<_>) = words(text).into_iter().partition(is_beside);
+                // A material that is named by its colour alone keeps it.
+                if own.is_empty() { (beside.join(" "), own) } else { (own.join(" "), beside) }
+            }
+        };
+        beside.retain(|word| qualifier(word).is_some_and(|row| row.filler != Some(true)));
+        beside.sort_unstable();
+        (name, beside)
+    }
+
+    /// Returns whether `asked`, a material with or without colours and finishes, is what `material` names: the same
+    /// material, with at least these words beside it.
+    pub fn means(&self, asked: &str, material: &str) -> bool {
+        let ((name, asked), (other, words)) = (self.identity(asked), self.identity(material));
+        name == other && asked.iter().all(|word| words.contains(word))
     }
 }
 
@@ -399,11 +444,10 @@ fn items(list: Option<&str>) -> impl Iterator<Item = &str> {
     list.into_iter().flat_map(|list| list.split(',')).map(str::trim)
 }
 
-/// Returns what the words beside a material's name say; `None` if one of them is not known.
-fn explain<'w>(words: impl IntoIterator<Item = &'w String>) -> Option<StockName<'static>> {
+/// Returns what the words beside a material's name say, as far as a table explains them.
+fn explain(words: &[String]) -> StockName<'static> {
     let mut said = StockName::default();
-    for word in words {
-        let row = qualifier(word)?;
+    for row in words.iter().filter_map(|word| qualifier(word)) {
         // Pigment stops light that a finish would scatter, and frost scatters light that clear material would pass.
         said.clarity = match (said.clarity, row.clarity) {
             (Some(Clarity::Opaque), _) | (_, Some(Clarity::Opaque)) => Some(Clarity::Opaque),
@@ -417,7 +461,7 @@ fn explain<'w>(words: impl IntoIterator<Item = &'w String>) -> Option<StockName<
             (known, new) => new.or(known),
         };
     }
-    Some(said)
+    said
 }
 
 /// Finds the row of a word that may stand beside a material's name.
@@ -430,13 +474,6 @@ fn words(text: &str) -> Vec<String> {
     let text = text.to_lowercase();
     let words = text.split(|c: char| !(c.is_alphanumeric() || matches!(c, '-' | '+')));
     words.filter(|word| !word.is_empty()).map(str::to_owned).collect()
-}
-
-/// Returns whether all words of `to` stand in `text`.
-fn contains_words(text: &str, to: &str) -> bool {
-    let known = words(text);
-    let asked = words(to);
-    !asked.is_empty() && asked.iter().all(|word| known.contains(word))
 }
 
 #[cfg(test)]

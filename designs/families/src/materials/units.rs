@@ -113,7 +113,7 @@ macro_rules! quantities {
 const NUMBER: &str = r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?";
 
 fn escaped(unit: &str) -> String {
-    unit.replace('.', r"\.")
+    unit.replace('.', r"\.").replace('$', r"\$")
 }
 
 quantities! {
@@ -137,6 +137,8 @@ quantities! {
     Pressure "69 kPa" ["kPa" = 1.0, "MPa" = 1e3, "Pa" = 1e-3, "psi" = 6.894_757_293_168_361];
     /// Price, EUR.
     Euros "12 EUR" ["EUR" = 1.0, "€" = 1.0, "ct" = 0.01];
+    /// Price by mass, USD/kg.
+    PriceByMass "25 USD/kg" ["USD/kg" = 1.0, "$/kg" = 1.0];
     /// Voltage, V.
     Voltage "2.9 V" ["V" = 1.0, "mV" = 1e-3];
     /// Current, mA.

@@ -113,13 +113,10 @@ impl GelCoupon {
 
     /// Returns the file name, made from the material in lower case.
     pub fn file_name(&self) -> String {
-        let mut name = String::from(KEY);
-        for word in self.material.split(|c: char| !c.is_ascii_alphanumeric()) {
-            if !word.is_empty() {
-                name += &format!("-{}", word.to_lowercase());
-            }
-        }
-        name + ".yaml"
+        let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { ' ' };
+        let name: String = self.material.chars().map(plain).collect();
+        let words: Vec<&str> = std::iter::once(KEY).chain(name.split_whitespace()).collect();
+        words.join("-") + ".yaml"
     }
 
     /// Returns whether a text is the file of a gel rather than of a printer: `gel:` stands at its top level.

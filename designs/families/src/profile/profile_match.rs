@@ -3,6 +3,7 @@
 use fabkit_geometry::Process;
 
 use super::ProcessProfile;
+use crate::materials::StockCatalogue;
 
 /// Match between a profile and a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,35 +16,9 @@ pub enum ProfileMatch {
     OtherProcess,
 }
 
-/// Colours that do not change the shrinkage of filament. In resin, a pigment absorbs the light that cures it, so that
-/// holes close differently: there a colour makes another material.
-const FILAMENT_COLORS: [&str; 21] = [
-    "beige",
-    "black",
-    "blue",
-    "brown",
-    "clear",
-    "color",
-    "colour",
-    "gold",
-    "gray",
-    "green",
-    "grey",
-    "natural",
-    "orange",
-    "pink",
-    "purple",
-    "red",
-    "silver",
-    "transparent",
-    "violet",
-    "white",
-    "yellow",
-];
-
 impl ProcessProfile {
-    /// Returns whether the profile applies to a part made by `process` from `material`. Case and punctuation of
-    /// materials do not matter, nor does the colour of filament.
+    /// Returns whether the profile applies to a part made by `process` from `material`: the same entry of the catalogue, or
+    /// the same name where it has none. Case and punctuation do not matter, nor does the colour of filament.
     ///
     /// ```
     /// use fabkit_designs::profile::{ProcessProfile, ProfileMatch};
@@ -67,7 +42,7 @@ impl ProcessProfile {
     pub fn match_part(&self, process: Process, material: &str) -> ProfileMatch {
         if process != self.process.process() {
             ProfileMatch::OtherProcess
-        } else if words(process, material) == words(process, &self.material) {
+        } else if is_same_material(process, [material, &self.material]) {
             ProfileMatch::Match
         } else {
             ProfileMatch::OtherMaterial
@@ -75,16 +50,11 @@ impl ProcessProfile {
     }
 }
 
-/// Returns the words that identify a material, in lower case. Plus signs and hyphens belong to names: `PLA+`, `PA-CF`.
-fn words(process: Process, material: &str) -> Vec<String> {
-    let is_gap = |c: char| !(c.is_alphanumeric() || matches!(c, '+' | '-'));
-    let lower = material.to_lowercase();
-    let all = || lower.split(is_gap).filter(|word| !word.is_empty()).map(str::to_owned);
-    let is_color = |word: &String| FILAMENT_COLORS.contains(&word.as_str());
-    let named: Vec<String> =
-        all().filter(|word| process != Process::Fdm || !is_color(word)).collect();
-    // A material that is named by its colour alone keeps it.
-    if named.is_empty() { all().collect() } else { named }
+/// Returns whether two names mean the same material. A colour does not change the shrinkage of filament. In resin, a pigment
+/// absorbs the light that cures it, so that holes close differently: there a colour makes another material.
+fn is_same_material(process: Process, names: [&str; 2]) -> bool {
+    let [(a, beside_a), (b, beside_b)] = names.map(|name| StockCatalogue::builtin().identity(name));
+    a == b && (process == Process::Fdm || beside_a == beside_b)
 }
 
 #[cfg(test)]

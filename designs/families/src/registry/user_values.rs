@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use fabkit_text::{
     FieldDeclaration, InvalidDesign, ParameterTable, Section, TextLayer, TextPlace, ValueKind,
-    WrittenValue,
+    WrittenValue, to_printable,
 };
 
 use super::layers::{LayeredDocument, OtherSections, lay_defaults};
@@ -80,7 +80,7 @@ impl Registry {
             .map(|(path, value)| (path.trim(), value.trim()))
             .map(|(path, value)| UserValue {
                 path: path.into(),
-                text: value.into(),
+                text: to_printable(value),
                 kind: kind(path),
             })
             .collect();

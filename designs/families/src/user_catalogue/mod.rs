@@ -87,11 +87,13 @@ impl UserCatalogue {
         let builtin = StockCatalogue::builtin();
         let (stock, materials): (Vec<_>, Vec<_>) =
             materials.iter().cloned().partition(|raw| builtin.owns(raw, &materials));
+        let materials = Catalogue::builtin().with(materials, found);
+        let stock = builtin.with(stock, found);
         Self {
-            materials: Catalogue::builtin().with(materials, found),
-            stock: builtin.with(stock, found),
+            materials,
             processes: Processes::read(processes, parts, found),
-            articles: Articles::builtin().with(buying, found),
+            articles: Articles::builtin().with(buying, &stock, found),
+            stock,
         }
     }
 

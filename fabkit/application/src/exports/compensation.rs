@@ -27,7 +27,7 @@ pub(super) fn compute_compensation(
             percent(body.shrinkage)
         ));
     }
-    let by_process = body.process().map_or(0.0, |process| kerf_mm(process, &body.material));
+    let by_process = body.process().map_or(0.0, |process| kerf_mm(process, &body.substance));
     // A requested kerf width replaces that of every process with a kerf; other processes stay without one.
     let kerf = if by_process > 0.0 { options.kerf_mm.unwrap_or(by_process) } else { 0.0 };
     if is_drawn && kerf > 0.0 {

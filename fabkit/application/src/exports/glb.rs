@@ -36,7 +36,7 @@ pub(super) fn make_file(
 ) -> Result<MadeFile, ExportRunError> {
     let sensor = &design.sensor;
     let assembly = images::default_assembly(sensor);
-    let densities = fabkit_sweep::densities(design);
+    let densities = fabkit_sweep::densities(&design.sensor);
     let standing = mesh_bodies(design, std::slice::from_ref(&assembly), |body| {
         let print = mesh_body(body, options.tolerance_mm)?;
         let density = densities.get(body.name.as_str()).copied();
@@ -67,7 +67,7 @@ pub(crate) fn display_glb(
     design_hash: &str,
     assemblies: &[String],
 ) -> Result<Vec<u8>, ExportRunError> {
-    let densities = fabkit_sweep::densities(design);
+    let densities = fabkit_sweep::densities(&design.sensor);
     let standing = mesh_bodies(design, assemblies, |body| {
         let print = mesh_body(body, DISPLAY_TOLERANCE_MM)?;
         let solid = CompiledSolid::new(&body.solid).ok();
@@ -230,6 +230,7 @@ fn extras(
     density_g_per_cm3: Option<f64>,
 ) -> Value {
     let clarity = match body.clarity() {
+        _ if body.has_unknown_transparency() => "not known",
         OpticalClarity::Clear => "clear",
         OpticalClarity::Translucent => "translucent",
         OpticalClarity::Opaque => "opaque",

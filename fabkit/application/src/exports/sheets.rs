@@ -225,9 +225,8 @@ mod tests {
     #[test]
     fn outlines_of_molds_are_scaled_before_they_are_widened() {
         let solid = Solid::cuboid(40.0, 20.0, 3.0);
-        let frame = Body::made("mold-frame", "", Process::Laser, solid)
-            .with_material("plywood")
-            .for_shrinkage(0.02);
+        let mut frame = Body::made("mold-frame", "", Process::Laser, solid).for_shrinkage(0.02);
+        frame.substance.laser_kerf_mm = Some(0.25);
         let options = ExportOptions::default();
         let sheet =
             cut_sheet(&frame, &compute_compensation(&frame, &options, true)).unwrap().unwrap();

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use fabkit_application::designs::{FamilyEntry, REGISTRY, TemplateBase};
+use fabkit_application::fixtures::sensor_template;
 use fabkit_application::staging::write_each;
 use fabkit_application::text::{FileSafeName, Scalar, to_printable};
 use fabkit_application::{Explained, UnknownName};
@@ -13,9 +14,6 @@ use super::Outcome;
 use crate::cli::New;
 use crate::failure::{ErrorKind, Failure};
 use crate::interrupt;
-
-/// Sections of other crates in sensor files: those of fixtures.
-const FOREIGN_SECTIONS: [&str; 1] = ["fixtures"];
 
 pub(super) fn run(args: &New) -> Result<Outcome, Failure> {
     let name = sensor_name(&args.name)?;
@@ -28,8 +26,7 @@ pub(super) fn run(args: &New) -> Result<Outcome, Failure> {
             (TemplateBase::Extends(sensor), format!("extends {sensor}"))
         }
     };
-    let text =
-        REGISTRY.template_text(&name, start, &FOREIGN_SECTIONS).ok_or_else(|| unknown(start))?;
+    let text = sensor_template(&name, start).ok_or_else(|| unknown(start))?;
     let place = match &args.output {
         Some(place) => place.clone(),
         None => PathBuf::from(format!("{}.yaml", name.as_str())),

@@ -16,7 +16,7 @@ use fabkit_fixtures::Project;
 use fabkit_geometry::InvalidSolid;
 
 use self::camera::View;
-pub use self::stock::{densities, stock_density_g_per_cm3};
+pub use self::stock::densities;
 
 /// Group of metrics that are computed together.
 ///

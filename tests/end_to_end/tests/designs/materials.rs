@@ -132,3 +132,34 @@ fn a_cure_that_nobody_states_is_asked_for_beside_what_inhibits() {
     assert_eq!(run.code, Some(1), "{}", run.stdout);
     assert!(run.stdout.contains("error[chemistry]"), "{}", run.stdout);
 }
+
+#[test]
+fn a_window_of_unknown_transparency_is_asked_for_and_not_taken_for_clear() {
+    let folder = tempfile::tempdir().unwrap();
+    // A refractive index alone does not say that light passes.
+    let text = "format: 1\nextends: digit-like\nname: own\nmaterials:\n  Blue stuff: {sort: plastic, \
+                refractive_index: 1.5}\nplate: {material: Blue stuff}\n";
+    fs::write(folder.path().join("own.yaml"), text).unwrap();
+    let run = fabkit(folder.path(), &["check", "own.yaml", "--json"]);
+    let document: Value = serde_json::from_str(&run.stdout).unwrap();
+    assert!(not_known(&document).contains(&"transparency of Blue stuff".to_owned()), "{document}");
+    for command in [
+        &["capture", "own.yaml", "--reference", "-o", "own.png"][..],
+        &["depth", "own.yaml", "--reference", "-o", "own.npz"],
+    ] {
+        let run = fabkit(folder.path(), command);
+        assert_eq!(run.code, Some(2), "{}", run.stdout);
+        assert!(
+            run.stderr.contains("plate: not known: transparency of Blue stuff"),
+            "{}",
+            run.stderr
+        );
+        assert!(run.stderr.contains("state `clarity` of the material"), "{}", run.stderr);
+    }
+    let clear = text.replace("1.5}", "1.5, clarity: clear}");
+    fs::write(folder.path().join("own.yaml"), clear).unwrap();
+    let run = fabkit(folder.path(), &["check", "own.yaml", "--json"]);
+    let document: Value = serde_json::from_str(&run.stdout).unwrap();
+    assert!(!not_known(&document).iter().any(|open| open.contains("transparency")), "{document}");
+    fabkit(folder.path(), &["depth", "own.yaml", "--reference", "-o", "own.npz"]).ok();
+}

@@ -43,7 +43,7 @@ const RULES: [Rule; 3] = [
 ];
 
 /// Returns the Rust files below a folder, tests and examples apart, in order.
-fn sources(folder: &Path) -> Vec<PathBuf> {
+pub fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut entries: Vec<PathBuf> =
         fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     entries.sort();

@@ -10,6 +10,7 @@ mod documents;
 mod doors;
 mod light;
 mod limits;
+mod material_names;
 mod modules;
 mod papers;
 mod paths;

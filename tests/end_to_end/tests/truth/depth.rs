@@ -85,7 +85,7 @@ fn presses_and_poses_that_cannot_be_are_refused() {
         2,
         &["no press `xyz`", "semi-dome-001", "hemisphere@30deg"],
     );
-    assert_says(&depth(&["--press", "hemisphere@1deg"]), 2, &["1 values follow the `@`"]);
+    assert_says(&depth(&["--press", "hemisphere@1deg"]), 2, &["1 value follows the `@`"]);
     assert_says(&depth(&["--press", "hemisphere@30deg,0deg,1"]), 2, &["depth: ", "no unit"]);
     let deep = depth(&["--press", "hemisphere@30deg,0deg,3mm"]);
     assert_says(&deep, 2, &["3 mm is out of range", "1.5 mm, as deep as presses"]);

@@ -70,7 +70,7 @@ pub fn plate(p: &Cap, layout: &CapLayout) -> Body {
             Solid::extrusion(disc, p.plate.thickness.mm()).at_z(layout.plate_bottom_z_mm),
         )
         .with_material(&p.plate.material)
-        .with_clarity(window_transparency(&p.plate.material))
+        .as_window(window_transparency(&p.plate.material))
         .placed([in_sensor().lifted(24.0)])
         .colored(GLASS)
         .note("leave the protective film on until the skin is glued")

@@ -133,7 +133,7 @@ pub fn diffuser(p: &Dome, layout: &DomeLayout) -> Body {
             Solid::extrusion(profile, p.diffuser.thickness.mm()).at_z(layout.diffuser_bottom_z_mm),
         )
         .with_material(&p.diffuser.material)
-        .with_clarity(window_transparency(&p.diffuser.material))
+        .as_window(window_transparency(&p.diffuser.material))
         .placed([in_sensor().lifted(12.0), JOINING.in_place().lifted(-38.0)])
         .colored(FROST)
         .note("cut from a sheet frosted on both sides")

@@ -8,7 +8,7 @@ use crate::blocks::GLASS;
 use crate::blocks::frame_mold::{FLOOR, Frames};
 use crate::chain_builder::{AssemblyName, in_sensor, shrinkage};
 use crate::fits::Fit;
-use crate::materials::window_transparency;
+use crate::materials::{is_dark, window_transparency};
 
 /// Assemblies in which the gel lies on the molds' floor.
 fn mold_assemblies(p: &FlatGel) -> &'static [AssemblyName] {
@@ -41,7 +41,7 @@ pub fn plate(p: &FlatGel, layout: &FlatGelLayout) -> Body {
         .placed([in_sensor().lifted(14.0)])
         .colored(GLASS)
         .opaque(0.5)
-        .with_clarity(window_transparency(&p.plate.material))
+        .as_window(window_transparency(&p.plate.material))
         .note("leave the protective film on until it is glued")
 }
 
@@ -60,9 +60,9 @@ pub fn tools(p: &FlatGel, layout: &FlatGelLayout) -> Vec<Body> {
         .collect()
 }
 
-/// Colour in which a coat of this trade name is drawn.
+/// Colour in which a coat is drawn: light unless it is known to be dark.
 fn coat_color(material: &str) -> Color {
-    if material.contains("black") { [60, 60, 66] } else { [205, 207, 212] }
+    if is_dark(material) == Some(true) { [60, 60, 66] } else { [205, 207, 212] }
 }
 
 /// Returns the layers from the plate outwards: bed, gel, markers, coat.

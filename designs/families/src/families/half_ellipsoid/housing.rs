@@ -86,7 +86,7 @@ fn shell(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Body {
     )
     .made_by(Process::Cnc)
     .colored(GLASS)
-    .with_clarity(window_transparency(&p.shell.material))
+    .as_window(window_transparency(&p.shell.material))
     .with_bed_orientation(flipped())
     .notes([
         "machine the inside first, then turn the outside on a plug; vapor polish both",

@@ -306,7 +306,7 @@ pub fn lens(p: &PinTip, layout: &PinTipLayout) -> Body {
     let solid = Solid::extrusion(outline, p.lens.thickness.mm()).at_z(layout.lens_bottom_z_mm);
     LENS.made(Process::Laser, solid)
         .with_material(&p.lens.material)
-        .with_clarity(window_transparency(&p.lens.material))
+        .as_window(window_transparency(&p.lens.material))
         .placed([in_sensor().lifted(8.0), FILLING.at(flipped()).lifted(-8.0)])
         .colored(GLASS)
         .note("cut with the film on; peel it off before gluing")

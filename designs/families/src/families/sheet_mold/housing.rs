@@ -218,7 +218,7 @@ pub fn sheet(name: Name, profile: Profile, thickness_mm: f64, material: &str) ->
     name.made(Process::Laser, Solid::extrusion(profile, thickness_mm))
         .with_material(material)
         .with_handles(handles)
-        .with_clarity(window_transparency(material))
+        .as_window(window_transparency(material))
 }
 
 /// Outline that all square plates share.

@@ -8,6 +8,7 @@ use fabkit_geometry::{
 use super::parameters::*;
 use super::{SheetMoldLayout, channel_count, marker_centres};
 use crate::chain_builder::{AssemblyName, Name, SENSOR};
+use crate::materials::is_dark;
 
 // Channels, in the sensor's xy plane. They enter from -x and +x; the right side's are the left's rotated by half a turn.
 // The same outline serves for the fingers of the mold, the grooves in the silicone, and the liquid.
@@ -360,15 +361,9 @@ pub fn layers(p: &SheetMold, layout: &SheetMoldLayout) -> Vec<Body> {
     let is_dyed = p.marker_layer.pigment_share > 0.0;
     let marker_layer =
         if is_dyed { marker_layer.with_clarity(OpticalClarity::Opaque) } else { marker_layer };
-    let pigment = p.marker_layer.pigment.to_lowercase();
-    let says = |word: &str| is_dyed && pigment.contains(word);
-    // The darkness of the layer is known only for black and white pigments.
-    let is_dark = match (says("black"), says("white")) {
-        (true, false) => Some(true),
-        (false, true) => Some(false),
-        _ => None,
-    };
-    let marker_layer = marker_layer.with_darkness(is_dark);
+    // Its darkness is that of the pigment, if the catalogue knows it.
+    let pigment = Some(&*p.marker_layer.pigment).filter(|_| is_dyed);
+    let marker_layer = marker_layer.with_darkness(pigment.and_then(is_dark));
     let paint = layer(
         MARKER_PAINT,
         discs(p, layout.marker_end_z_mm - p.markers.paint.mm(), p.markers.paint.mm()),

@@ -10,6 +10,7 @@ mod adhesion;
 mod bonds;
 mod catalogue;
 mod elasticity;
+mod optics;
 mod stock;
 mod units;
 
@@ -32,7 +33,7 @@ pub(crate) use stock::{StockCatalogue, StockMaterial};
 pub(crate) use units::split_number;
 pub use units::{
     Celsius, Current, Density, Euros, Force, Hardness, Hours, Kelvin, Mass, Minutes, Percent,
-    Pressure, Scale, Viscosity, Voltage, Wavelength,
+    Pressure, Reflectance, Scale, Viscosity, Voltage, Wavelength,
 };
 
 /// Room temperature, degrees Celsius, the default temperature of a cure.
@@ -154,6 +155,13 @@ parameters! {
         clarity: Option<Clarity>,
         /// Brightness of the cured material: `dark` or `light`, where a camera tells it from another one.
         shade: Option<Shade>,
+        /// Diffuse reflectance of the cured material, seen through what it coats: one percentage, or three of red, green
+        /// and blue light.
+        reflectance: Option<Reflectance> = 0.0..=100.0,
+        /// Share of the light that the cured material reflects about the mirror direction.
+        gloss: Option<Percent> = 0.0..=100.0,
+        /// Width of the gloss as Blinn's exponent: 1 is nearly as wide as diffuse reflection, 1000 is polished.
+        gloss_exponent: Option<f64> = 1.0..=10000.0,
         /// True if the mixture is degassed in a vacuum before pouring; false if not given.
         degas: Option<bool>,
         /// Source of these data.
@@ -187,6 +195,12 @@ pub enum BondMethod {
 /// built-in catalogue says otherwise.
 pub(crate) fn window_transparency(material: &str) -> Optics {
     StockCatalogue::builtin().window_transparency(material).unwrap_or(Optics::Clear)
+}
+
+/// Returns the transparency of a thin, printed diffuser: translucent unless its material's name or the built-in catalogue
+/// says that no light passes.
+pub(crate) fn diffuser_transparency(material: &str) -> Optics {
+    StockCatalogue::builtin().diffuser_transparency(material)
 }
 
 /// Origin of a material's description.
@@ -330,6 +344,7 @@ fn castable_properties(castable: &Castable) -> MaterialProperties {
         refractive_index: figures.refractive_index,
         softening_point: None,
         elasticity: elasticity::elasticity_from_castable(castable.material(), class),
+        optics: optics::optics_of_castable(castable.material()),
     }
 }
 

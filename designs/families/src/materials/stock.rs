@@ -4,15 +4,18 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
 
 use fabkit_geometry::{
-    Body, BodyKind, CureMechanism, MaterialClass, MaterialProperties, OpticalClarity, Process,
-    SofteningPoint,
+    Body, BodyKind, CureMechanism, MaterialClass, MaterialProperties, OpticalClarity,
+    OpticalFigure, OpticalProperties, Process, SofteningPoint,
 };
 use fabkit_text::{
     Dialect, LocatedProblem, Setting, TextLayer, TextPlace, YamlEntry, read_mapping, take_format,
 };
 
 use super::catalogue::MATERIALS;
-use super::{Celsius, Clarity, Hardness, Pressure, Viscosity, elasticity, shore};
+use super::{
+    Celsius, Clarity, Hardness, Percent, Pressure, Reflectance, Viscosity, elasticity, optics,
+    shore,
+};
 use crate::user_catalogue::named_sections::{
     LayeredSections, RawSection, SectionKind, key_of, read, read_sections,
 };
@@ -103,6 +106,10 @@ sections! {
         clarity: Option<Clarity>,
         /// Brightness, where the name of the material decides it.
         shade: Option<Shade>,
+        /// Diffuse reflectance: one percentage, or three of red, green and blue light.
+        reflectance: Option<Reflectance> = 0.0..=100.0,
+        /// Share of the light that passes a sheet or a print of it as diffusers have, scattered or not.
+        transmission: Option<Percent> = 0.0..=100.0,
         /// Softening temperature.
         softens: Option<Celsius> = 0.0..=2000.0,
         /// Source of these data.
@@ -121,6 +128,10 @@ sections! {
         shade: Option<Shade>,
         /// Treatment of the surface that the words state.
         surface: Option<SurfaceTreatment>,
+        /// Diffuse reflectance that the words state.
+        reflectance: Option<Reflectance> = 0.0..=100.0,
+        /// Share of the light that passes, as the words state it.
+        transmission: Option<Percent> = 0.0..=100.0,
     }
 }
 
@@ -146,7 +157,7 @@ static BUILTIN: LazyLock<StockCatalogue> = LazyLock::new(|| {
 });
 
 /// Words beside names in the built-in file.
-static QUALIFIER_TABLE: LazyLock<Vec<Qualifier>> = LazyLock::new(|| {
+static QUALIFIER_TABLE: LazyLock<Vec<(Qualifier, OpticalProperties)>> = LazyLock::new(|| {
     let place = TextPlace::new(TextLayer::Base, BUILTIN_FILE, STOCK.dialect);
     let mut found = Vec::new();
     let mut entries =
@@ -157,7 +168,11 @@ static QUALIFIER_TABLE: LazyLock<Vec<Qualifier>> = LazyLock::new(|| {
         rows.extend(read::<Qualifier>(QUALIFIERS, &raw.name, &raw.place, stack, &mut found));
     }
     debug_assert!(found.is_empty(), "{found:#?}");
-    rows.into_iter().map(|(row, _)| row).collect()
+    let with_optics = |(row, settings): (Qualifier, Vec<Setting>)| {
+        let optics = optics::optics_of_row(row.reflectance, row.transmission, &settings, None);
+        (row, optics)
+    };
+    rows.into_iter().map(with_optics).collect()
 });
 
 /// Removes the sections below a key of a file.
@@ -178,6 +193,7 @@ fn take_sections(
 struct StockEntry {
     name: String,
     material: StockMaterial,
+    optics: OpticalProperties,
     /// Values that a file states, with their sources; empty for built-in entries.
     settings: Vec<Setting>,
 }
@@ -198,6 +214,8 @@ struct StockName<'a> {
     clarity: Option<Clarity>,
     shade: Option<Shade>,
     surface: Option<SurfaceTreatment>,
+    /// Optics of the words beside the entry's name.
+    optics: OpticalProperties,
 }
 
 impl StockCatalogue {
@@ -229,6 +247,13 @@ impl StockCatalogue {
             let name = first.name.clone();
             let read = read::<StockMaterial>(MATERIALS, &name, &last.place, stack, found);
             let Some((material, mut settings)) = read else { continue };
+            let source = material.source.as_deref();
+            let optics = optics::optics_of_row(
+                material.reflectance,
+                material.transmission,
+                &settings,
+                source,
+            );
             settings.retain(|setting| {
                 let is_text = setting.path.ends_with(".source") || setting.path.ends_with(".note");
                 &*last.place.file != BUILTIN_FILE && !setting.is_default && !is_text
@@ -239,6 +264,7 @@ impl StockCatalogue {
                 let entry = StockEntry {
                     name: name.clone(),
                     material: material.clone(),
+                    optics: optics.clone(),
                     settings: settings.clone(),
                 };
                 by_key.insert(key, entry);
@@ -323,9 +349,11 @@ impl StockCatalogue {
                 class: is_resin.then_some(MaterialClass::Resin),
                 inhibited_cures: is_resin.then(|| inhibited(true)),
                 is_dark,
+                optics: name.optics,
                 ..MaterialProperties::default()
             };
         };
+        let optics = name.combined_optics();
         let class = material.sort.class();
         let shore = material.hardness.map(shore);
         MaterialProperties {
@@ -346,6 +374,7 @@ impl StockCatalogue {
                 source: material.source.clone().unwrap_or_default(),
             }),
             elasticity: shore.and_then(|shore| elasticity::elasticity_from_shore(class, shore)),
+            optics,
             ..MaterialProperties::default()
         }
     }
@@ -371,6 +400,14 @@ impl StockCatalogue {
         name.clarity.or(name.entry?.material.clarity).map(Clarity::optical)
     }
 
+    /// Returns the transparency of a thin part that spreads light: opaque if its material passes none, else translucent.
+    pub fn diffuser_transparency(&self, material: &str) -> OpticalClarity {
+        match self.read_name(material).combined_optics().transmission {
+            Some(OpticalFigure { value: 0.0, .. }) => OpticalClarity::Opaque,
+            _ => OpticalClarity::Translucent,
+        }
+    }
+
     /// Returns the transparency of a printed part whose material is called clear or translucent: translucent, because
     /// print layers scatter light. `None` if the name does not suggest that light passes.
     pub fn print_transparency(&self, body: &Body) -> Option<OpticalClarity> {
@@ -394,6 +431,32 @@ impl StockCatalogue {
     }
 }
 
+impl StockName<'_> {
+    /// Returns the optics that the words state, and for the rest those of the entry.
+    fn combined_optics(&self) -> OpticalProperties {
+        let entry = self.entry.map(|entry| entry.optics.clone()).unwrap_or_default();
+        let figures = self.entry.map(|entry| &entry.material);
+        let shade = self.shade.or(figures.and_then(|figures| figures.shade));
+        let clarity = self.clarity.or(figures.and_then(|figures| figures.clarity));
+        // White is opaque to the eye, too, and thin sheets of it are diffusers.
+        let is_stopped = shade == Some(Shade::Dark) && clarity == Some(Clarity::Opaque);
+        let stopped = || OpticalFigure {
+            value: 0.0,
+            is_chosen: true,
+            source: "dark and opaque: its pigment takes up what would pass".to_owned(),
+        };
+        // What a clear sheet lets through says nothing of a white one.
+        let is_clear = self.clarity.is_none_or(|clarity| clarity == Clarity::Clear);
+        let own = entry.transmission.filter(|_| is_clear);
+        let transmission = self.optics.transmission.clone().or(own);
+        OpticalProperties {
+            reflectance: self.optics.reflectance.clone().or(entry.reflectance),
+            gloss: None,
+            transmission: transmission.or_else(|| is_stopped.then(stopped)),
+        }
+    }
+}
+
 /// Splits a list with commas.
 fn items(list: Option<&str>) -> impl Iterator<Item = &str> {
     list.into_iter().flat_map(|list| list.split(',')).map(str::trim)
@@ -403,7 +466,7 @@ fn items(list: Option<&str>) -> impl Iterator<Item = &str> {
 fn explain<'w>(words: impl IntoIterator<Item = &'w String>) -> Option<StockName<'static>> {
     let mut said = StockName::default();
     for word in words {
-        let row = qualifier(word)?;
+        let (row, optics) = qualifier(word)?;
         // Pigment stops light that a finish would scatter, and frost scatters light that clear material would pass.
         said.clarity = match (said.clarity, row.clarity) {
             (Some(Clarity::Opaque), _) | (_, Some(Clarity::Opaque)) => Some(Clarity::Opaque),
@@ -416,13 +479,20 @@ fn explain<'w>(words: impl IntoIterator<Item = &'w String>) -> Option<StockName<
             (Some(SurfaceTreatment::Bare), _) => Some(SurfaceTreatment::Bare),
             (known, new) => new.or(known),
         };
+        said.optics.reflectance = said.optics.reflectance.or_else(|| optics.reflectance.clone());
+        // Light passes pigment and finish in turn: at most what either lets through.
+        let share = |figure: &OpticalFigure<f64>| figure.value;
+        said.optics.transmission = match (said.optics.transmission, optics.transmission.clone()) {
+            (Some(known), Some(new)) if share(&new) < share(&known) => Some(new),
+            (known, new) => known.or(new),
+        };
     }
     Some(said)
 }
 
 /// Finds the row of a word that may stand beside a material's name.
-fn qualifier(word: &str) -> Option<&'static Qualifier> {
-    QUALIFIER_TABLE.iter().find(|row| row.words.iter().any(|known| known == word))
+fn qualifier(word: &str) -> Option<&'static (Qualifier, OpticalProperties)> {
+    QUALIFIER_TABLE.iter().find(|(row, _)| row.words.iter().any(|known| known == word))
 }
 
 /// Splits a name into words in lower case. Hyphens and plus signs belong to words.

@@ -8,7 +8,7 @@ use fabkit_scene::press_simulation::ContactSolution;
 use rayon::prelude::*;
 
 use super::scene::{LayerGeometry, path_length_mm};
-use super::{LightConstants, RenderedLight, ray_spacing_mm};
+use super::{CameraGain, LightConstants, RenderedLight, ray_spacing_mm};
 
 /// Difference of thickness below which layers count as evenly thick, mm.
 const EVEN_MM: f64 = 1e-6;
@@ -20,6 +20,7 @@ pub struct LayerScene<'a> {
     pub scene: LayerGeometry<'a>,
     pub(super) constants: &'a LightConstants,
     pub(super) exposure: f64,
+    pub(super) camera_gain: CameraGain,
     /// Distance between the surface points of neighbouring rays, mm, where maps are parts of an image.
     ray_mm: Option<f64>,
     /// Rays of the surface at rest, where they are kept.
@@ -80,7 +81,9 @@ impl<'a> LayerScene<'a> {
         let exposure =
             scene.middle_light_and_path().map_or(1.0, |[lit, mm]| constants.exposure(lit, mm))
                 * constants.exposure_limit_factor(scene.relative_peak());
-        Ok(Self { scene, constants, exposure, ray_mm: None, at_rest: None })
+        let camera_gain = constants.diffuser_gain();
+        let exposure = exposure * camera_gain.light_factor();
+        Ok(Self { scene, constants, exposure, camera_gain, ray_mm: None, at_rest: None })
     }
 
     /// Uses the ray spacing of `map` for maps that are parts of an image of the same resolution.
@@ -122,7 +125,7 @@ impl<'a> LayerScene<'a> {
         }
         let light: Vec<Rgb> = grey.into_iter().map(|grey| [grey; 3]).collect();
         let thickness_mm = rays.into_iter().map(|(_, mm)| mm).collect();
-        RenderedLight { light, thickness_mm, marks: Vec::new() }
+        RenderedLight { light, thickness_mm, marks: Vec::new(), not_known: Vec::new() }
     }
 
     /// Computes the intensities of one surface for each of several sets of constants. The geometry is traced once; rays

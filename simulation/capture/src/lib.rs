@@ -44,6 +44,7 @@ mod renderer;
 mod scene;
 mod skin;
 mod surface_table;
+mod surfaces;
 mod thickness_change;
 mod unit;
 
@@ -51,8 +52,9 @@ pub mod light_fit;
 pub mod live;
 pub mod plausibility;
 
+use fabkit_checks::UnknownProperty;
 use fabkit_depth::ground_truth::DepthMap;
-use fabkit_geometry::{Body, Lighting, Marker, Rgb, Sensor, Vector3, VisibleEffect};
+use fabkit_geometry::{Lighting, Marker, Rgb, Sensor, Vector3, VisibleEffect};
 use fabkit_light::{ImageSensorNoise, LightingError, draw_drift};
 use fabkit_optics::ViewStacks;
 use rayon::prelude::*;
@@ -67,6 +69,7 @@ pub use pack::{OpticsPack, SLOPE_BINS, optics_pack};
 pub use renderer::Renderer;
 pub use scene::LayerGeometry;
 pub use skin::SkinView;
+pub use surfaces::CameraGain;
 pub use unit::{Unit, unit_document};
 
 pub use self::coat::CoatScene;
@@ -234,6 +237,10 @@ pub struct SimulatedCapture {
     pub thickness_mm: Vec<f64>,
     /// Factor on all light.
     pub exposure: f64,
+    /// Gain of the camera over the exposure that suits usual materials.
+    pub camera_gain: CameraGain,
+    /// Properties of drawn materials that the image depends on and no source states; usual ones stand for them.
+    pub not_known: Vec<UnknownProperty>,
     /// Offset of the intensity of the whole image by drift.
     pub drift_grey: f64,
     /// Description of what the lighting shows.
@@ -266,6 +273,8 @@ pub struct RenderedLight {
     thickness_mm: Vec<f64>,
     /// Same as [`SimulatedCapture::marks`].
     marks: Vec<MarkerDisplacement>,
+    /// Properties of bodies behind markers that no source states.
+    not_known: Vec<UnknownProperty>,
 }
 
 impl RenderedLight {
@@ -342,6 +351,23 @@ impl<'a> LightingRenderer<'a> {
         }
     }
 
+    fn camera_gain(&self) -> CameraGain {
+        match self {
+            Self::Layers(layers) => layers.camera_gain,
+            Self::Coat(coat) => coat.camera_gain,
+            Self::Glow(_) => CameraGain::NONE,
+            Self::Marks(marks) => marks.camera_gain,
+        }
+    }
+
+    /// Returns properties of bodies behind markers that no source states, where the view is kept.
+    fn unknown_in_view(&self) -> Vec<UnknownProperty> {
+        match self {
+            Self::Marks(marks) => marks.unknown_in_view(),
+            Self::Layers(_) | Self::Coat(_) | Self::Glow(_) => Vec::new(),
+        }
+    }
+
     /// Returns descriptions of what is shown and of the light sources.
     fn words(&self) -> [String; 2] {
         match self {
@@ -375,7 +401,7 @@ impl CaptureRequest<'_> {
             let painted = painter.paint(scene, &self.cast, &seen)?.with_lens(lens.as_ref());
             let size_px = [seen.map.width_px(), seen.map.height_px()];
             let size_px = size_px.map(|side| side / self.cast.samples);
-            let words = (painter.words(), painter.exposure());
+            let words = (painter.words(), painter.exposure(), painter.camera_gain());
             let elastic = seen.answer.map(fabkit_scene::press_simulation::solution_document);
             let mark_pixels = project_markers(&scene.viewpoint, scene.sights(), &painted.marks);
             let captured = self.record(sensor, painted, size_px, words)?;
@@ -410,14 +436,17 @@ impl CaptureRequest<'_> {
         sensor: &Sensor,
         painted: RenderedLight,
         size_px: [u32; 2],
-        ([shown, lamps], exposure): ([String; 2], f64),
+        ([shown, lamps], exposure, camera_gain): ([String; 2], f64, CameraGain),
     ) -> Result<SimulatedCapture, Error> {
+        let of_constants = self.constants.not_known(&self.lighting.effect);
         Ok(SimulatedCapture {
             size_px,
             channels: self.channels(),
-            grey: self.pixel_intensities(sensor, &painted.light, size_px)?,
+            grey: self.pixel_intensities(sensor, (&painted.light, camera_gain), size_px)?,
             thickness_mm: painted.thickness_mm,
             exposure,
+            camera_gain,
+            not_known: surfaces::merged(of_constants.into_iter().chain(painted.not_known)),
             drift_grey: self.drift_grey(),
             shown,
             light_sources: lamps,
@@ -441,12 +470,12 @@ impl CaptureRequest<'_> {
         sensor.jpeg_quality.filter(|_| self.seed.is_some())
     }
 
-    /// Computes the intensities of all pixels: means over the samples, with drift and noise, quantised as by the chip,
+    /// Computes the intensities of all pixels from the light and the camera's gain: means over the samples, with drift and noise, quantised as by the chip,
     /// and compressed where the camera sends JPEG.
     fn pixel_intensities(
         &self,
         sensor: &Sensor,
-        light: &[Rgb],
+        light: (&[Rgb], CameraGain),
         size_px: [u32; 2],
     ) -> Result<Vec<f64>, Error> {
         let taken = self.chip_intensities(sensor, light, size_px);
@@ -459,13 +488,13 @@ impl CaptureRequest<'_> {
     fn chip_intensities(
         &self,
         sensor: &Sensor,
-        light: &[Rgb],
+        (light, gain): (&[Rgb], CameraGain),
         [width, height]: [u32; 2],
     ) -> Vec<f64> {
         let samples = self.cast.samples as usize;
         let drift_grey = self.drift_grey();
         let (chip, seed) = match self.seed {
-            Some(seed) => (self.constants.chip(), seed),
+            Some(seed) => (self.constants.chip(gain), seed),
             None => (ImageSensorNoise::IDEAL, 0),
         };
         let (width, height) = (width as usize, height as usize);
@@ -493,19 +522,6 @@ impl CaptureRequest<'_> {
 
 /// Memory per ray while a capture is rendered, bytes: light before and after the lens, thickness, spread, and the image.
 const LIGHT_BYTES: u64 = 80;
-
-/// Returns the reflectance of a body, given those of light and dark bodies. Dark holds for the surface and for rays
-/// that meet nothing; bodies of unknown colour get [`UNKNOWN_REFLECTANCE`].
-fn reflectance(body: Option<&Body>, [light, dark]: [f64; 2]) -> f64 {
-    match body.map(|body| body.substance.is_dark) {
-        None | Some(Some(true)) => dark,
-        Some(Some(false)) => light,
-        Some(None) => UNKNOWN_REFLECTANCE,
-    }
-}
-
-/// Reflectance of bodies of unknown colour: neither white nor black. Chosen.
-const UNKNOWN_REFLECTANCE: f64 = 0.3;
 
 /// Returns a sensor's markers at their places during a press; at rest without a solution.
 ///

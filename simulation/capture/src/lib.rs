@@ -75,7 +75,7 @@ pub use unit::{Unit, unit_document};
 pub use self::coat::CoatScene;
 use self::glow_layers::GlowScene;
 use self::jpeg_roundtrip::jpeg_roundtrip;
-pub use self::layers::{LayerScene, RestRay};
+pub use self::layers::{LayerScene, RestRay, ray_spacing_mm};
 use self::lens::LensEffects;
 use self::marks::MarkScene;
 pub use self::scene::{placed_solid, surface_middle};
@@ -577,36 +577,4 @@ pub fn project_markers(
 ) -> Vec<Option<[f64; 2]>> {
     let place = |moved: &MarkerDisplacement| Some(moved.mark.point + moved.displacement_mm?);
     project_points(viewpoint, sights, &marks.iter().map(place).collect::<Vec<_>>())
-}
-
-/// Returns the median distance, mm, between the surface points of neighbouring rays in a row; infinity without any.
-///
-/// ```
-/// use fabkit_capture::ray_spacing_mm;
-/// use fabkit_scene::{Cast, press_simulation::ContactModel};
-///
-/// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
-/// # let project = fabkit_fixtures::load("gelsight-like.yaml", yaml, &[])?;
-/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
-/// # let viewpoint = viewpoint.resized([64, 48])?;
-/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
-/// let spacing_mm = |samples| {
-///     let cast = Cast { samples, ..Cast::at_rest(ContactModel::Rigid) };
-///     scene.cast(&cast, 0, |seen| Ok::<_, fabkit_files::Error>(ray_spacing_mm(seen.map)))
-/// };
-/// // 64 pixels span some 19 mm; twice as many rays are half as far apart.
-/// assert!((spacing_mm(1)? - 19.0 / 64.0).abs() < 0.03);
-/// assert!((spacing_mm(2)? - 0.5 * spacing_mm(1)?).abs() < 0.01);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-pub fn ray_spacing_mm(map: &DepthMap<'_>) -> f64 {
-    use fabkit_depth::ground_truth::NO_LABEL;
-    let places: Vec<_> = map.point_in_sensor().collect();
-    let width = map.width_px() as usize;
-    // Pairs across the surface's outline have no distance on it.
-    let both = |pair: &[usize; 2]| pair.iter().all(|i| map.label()[*i] != NO_LABEL);
-    let beside = (1..places.len()).filter(|i| i % width != 0).map(|i| [i - 1, i]).filter(both);
-    let mut apart: Vec<f64> = beside.map(|[a, b]| (places[b] - places[a]).norm()).collect();
-    apart.sort_by(f64::total_cmp);
-    apart.get(apart.len() / 2).copied().unwrap_or(f64::INFINITY)
 }

@@ -239,7 +239,7 @@ fn repeated_reflections(sensor: &Sensor) -> Constant {
         format!("{name} of {material} sends back {:.0} % of what meets it", 100.0 * part);
     let unknown = wall.and_then(unknown_reflectance);
     if unknown.is_some() {
-        source += ", assumed by its shade";
+        source += ", assumed";
     }
     Constant {
         name: "bounce",

@@ -3,7 +3,7 @@
 use fabkit_geometry::{Gloss, OpticalFigure, OpticalProperties};
 use fabkit_text::{Setting, SourceKind, ValueSource};
 
-use super::{Material, Percent, Reflectance};
+use super::{Clarity, Material, Percent, Reflectance, Shade};
 
 /// Exponent of a gloss that reflects nothing, where it does not matter.
 const NO_GLOSS_EXPONENT: f64 = 1.0;
@@ -42,6 +42,30 @@ pub(super) fn optics_of_row(
     }
 }
 
+/// Joins the optics and the transparency that words beside a name state with those of its entry. `both` are shade and
+/// transparency of the two together.
+pub(super) fn combined_optics(
+    (words, clarity): (&OpticalProperties, Option<Clarity>),
+    entry: OpticalProperties,
+    both: (Option<Shade>, Option<Clarity>),
+) -> OpticalProperties {
+    // What a clear sheet lets through says nothing of a white one.
+    let is_clear = clarity.is_none_or(|clarity| clarity == Clarity::Clear);
+    // White is opaque to the eye, too, and thin sheets of it are diffusers.
+    let is_stopped = both == (Some(Shade::Dark), Some(Clarity::Opaque));
+    let stopped = || OpticalFigure {
+        value: 0.0,
+        is_chosen: true,
+        source: "dark and opaque: its pigment takes up what would pass".to_owned(),
+    };
+    let transmission = words.transmission.clone().or(entry.transmission.filter(|_| is_clear));
+    OpticalProperties {
+        reflectance: words.reflectance.clone().or(entry.reflectance),
+        gloss: None,
+        transmission: transmission.or_else(|| is_stopped.then(stopped)),
+    }
+}
+
 /// Finds the source of the value below a key.
 fn source_of<'s>(settings: &'s [Setting], key: &str) -> Option<&'s ValueSource> {
     let is_it = |setting: &&Setting| {
@@ -57,5 +81,44 @@ fn figure<T>(value: T, source: Option<&ValueSource>, row: Option<&str>) -> Optic
         value,
         is_chosen: source.is_some_and(|source| source.kind == SourceKind::Chosen),
         source: own.or(row).unwrap_or_default().to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fabkit_geometry::{Body, OpticalClarity, Process, Solid};
+
+    use super::super::StockCatalogue;
+
+    #[test]
+    fn colours_and_finishes_state_how_light_is_reflected_and_passes() {
+        let optics = |material: &str| {
+            let part = Body::made("part", "", Process::Laser, Solid::cuboid(1.0, 1.0, 1.0));
+            let optics = StockCatalogue::builtin().properties(&part.with_material(material)).optics;
+            let figures = [
+                optics.reflectance.as_ref().map(|figure| &figure.source),
+                optics.transmission.as_ref().map(|figure| &figure.source),
+            ];
+            assert!(figures.into_iter().flatten().all(|source| !source.is_empty()), "{material}");
+            (optics.mean_reflectance(), optics.transmission.map(|passes| passes.value))
+        };
+        for (material, reflectance, transmission) in [
+            ("PLA", None, None),
+            ("black PLA", Some(0.05), Some(0.0)),
+            ("white PLA", Some(0.85), None),
+            ("white resin", Some(0.85), Some(0.5)),
+            ("clear PMMA", None, Some(0.92)),
+            ("white PMMA", Some(0.85), None),
+            ("acrylic frosted on both sides", None, Some(0.5)),
+            ("black acrylic, frosted", Some(0.05), Some(0.0)),
+            ("Tango Black+", Some(0.05), Some(0.0)),
+            ("unobtainium", None, None),
+        ] {
+            assert_eq!(optics(material), (reflectance, transmission), "{material}");
+        }
+        let through = |material| StockCatalogue::builtin().diffuser_transparency(material);
+        assert_eq!(through("black resin"), OpticalClarity::Opaque);
+        assert_eq!(through("Vero Black"), OpticalClarity::Opaque);
+        assert_eq!(through("white resin"), OpticalClarity::Translucent);
     }
 }

@@ -434,26 +434,11 @@ impl StockCatalogue {
 impl StockName<'_> {
     /// Returns the optics that the words state, and for the rest those of the entry.
     fn combined_optics(&self) -> OpticalProperties {
-        let entry = self.entry.map(|entry| entry.optics.clone()).unwrap_or_default();
         let figures = self.entry.map(|entry| &entry.material);
         let shade = self.shade.or(figures.and_then(|figures| figures.shade));
         let clarity = self.clarity.or(figures.and_then(|figures| figures.clarity));
-        // White is opaque to the eye, too, and thin sheets of it are diffusers.
-        let is_stopped = shade == Some(Shade::Dark) && clarity == Some(Clarity::Opaque);
-        let stopped = || OpticalFigure {
-            value: 0.0,
-            is_chosen: true,
-            source: "dark and opaque: its pigment takes up what would pass".to_owned(),
-        };
-        // What a clear sheet lets through says nothing of a white one.
-        let is_clear = self.clarity.is_none_or(|clarity| clarity == Clarity::Clear);
-        let own = entry.transmission.filter(|_| is_clear);
-        let transmission = self.optics.transmission.clone().or(own);
-        OpticalProperties {
-            reflectance: self.optics.reflectance.clone().or(entry.reflectance),
-            gloss: None,
-            transmission: transmission.or_else(|| is_stopped.then(stopped)),
-        }
+        let entry = self.entry.map(|entry| entry.optics.clone()).unwrap_or_default();
+        optics::combined_optics((&self.optics, self.clarity), entry, (shade, clarity))
     }
 }
 

@@ -53,7 +53,6 @@ pub mod live;
 pub mod plausibility;
 
 use fabkit_checks::UnknownProperty;
-use fabkit_depth::ground_truth::DepthMap;
 use fabkit_geometry::{Lighting, Marker, Rgb, Sensor, Vector3, VisibleEffect};
 use fabkit_light::{ImageSensorNoise, LightingError, draw_drift};
 use fabkit_optics::ViewStacks;

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use crate::declaration::rule;
 use crate::finding::Finding;
 use crate::hardness;
+use crate::illumination;
 use crate::material_questions::MaterialQuestions;
 use crate::rule::Rule;
 use crate::rule_input::{RuleInput, RuleResult};
@@ -28,12 +29,15 @@ rule! {
              few pixels; light from outside; markers at the image's edge; and, for rays through \
              the drawn bodies, the visible fractions of surface and markers and the bodies that \
              hide the rest (a note), a middle of the surface or markers that are not visible, and \
-             a body that hides much (warnings)",
+             a body that hides much (warnings); a diffuser that stops the light, and a coat too \
+             dark to show its slopes (a warning)",
     limit: "a third hidden, two thirds outside, 100 px for a surface, half a pixel for a marker, \
              3 % at the edge, which is a maker's tolerance of the view and of the chip's \
              position; for refracted rays a tenth of that third of the surface which is nearest \
              to its tip or middle, a twentieth of the markers, a tenth of the surface hidden by \
-             one body (chosen: published sensors lose 4, 2 and 3 %)",
+             one body (chosen: published sensors lose 4, 2 and 3 %); a tenth of the light through a \
+             diffuser and from a coat (chosen: frosted sheets pass 30 % and more, reflective coats \
+             send back 30 to 60 %, black ones 5 %)",
     for_variants: true,
     look: apply,
 }
@@ -41,6 +45,7 @@ rule! {
 fn apply(case: &RuleInput<'_>) -> RuleResult {
     let (mut unseen, to_be_seen) = examine(case.sensor, case.scene, &case.questions);
     unseen.extend(hardness::contrasts(case.sensor, &case.questions));
+    unseen.extend(illumination::examine(case.sensor, &case.questions));
     Ok((unseen, to_be_seen))
 }
 

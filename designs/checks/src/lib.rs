@@ -38,6 +38,7 @@ mod finding;
 mod flow;
 mod glare;
 mod hardness;
+mod illumination;
 mod interference;
 mod labels;
 mod lens_adjustment;

@@ -14,7 +14,18 @@ use fabkit_geometry::{
 
 use crate::rule::Rule;
 
-/// A property that a rule needed and no source at hand states.
+/// A property that a rule or an image needed and no source at hand states.
+///
+/// ```
+/// use fabkit_checks::UnknownProperty;
+/// use fabkit_geometry::{Body, MaterialProperty, Process, Solid};
+///
+/// let cube = Body::made("shell", "", Process::Fdm, Solid::cuboid(1.0, 1.0, 1.0));
+/// let cube = cube.with_material("unobtainium");
+/// let unknown = UnknownProperty::of_body(MaterialProperty::Reflectance, &cube);
+/// assert_eq!(unknown.subject(), "reflectance of unobtainium");
+/// assert!(unknown.remedy.contains("state `reflectance` of `unobtainium`"));
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownProperty {
     /// The property.
@@ -23,13 +34,20 @@ pub struct UnknownProperty {
     pub material: String,
     /// Names of the bodies that are of it, in order.
     pub bodies: Vec<String>,
-    /// Rules that needed the property, and left these bodies out, in order.
+    /// Rules that needed the property, and left these bodies out, in order; none where an image needed it.
     pub rules: Vec<Rule>,
     /// What would settle it, as an instruction.
     pub remedy: String,
 }
 
 impl UnknownProperty {
+    /// Creates the statement that a property of a body's material is not known, and what would settle it.
+    pub fn of_body(property: MaterialProperty, body: &Body) -> Self {
+        let material = material_name(body);
+        let remedy = remedy(property, &material, body.kind == BodyKind::Cast);
+        Self { property, material, bodies: vec![body.name.clone()], rules: Vec::new(), remedy }
+    }
+
     /// Returns the text `PROPERTY of MATERIAL`.
     pub fn subject(&self) -> String {
         match &*self.material {
@@ -115,6 +133,23 @@ impl MaterialQuestions {
         self.note(rule, body, MaterialProperty::Elasticity, body.substance.elasticity.as_ref())
     }
 
+    /// Asks for the diffuse reflectance, as a camera without colours sees it.
+    pub(crate) fn reflectance(&self, rule: Rule, body: &Body) -> Option<f64> {
+        let reflectance = body.substance.optics.mean_reflectance();
+        self.note(rule, body, MaterialProperty::Reflectance, reflectance)
+    }
+
+    /// Asks for the share of the light that passes.
+    pub(crate) fn transmission(&self, rule: Rule, body: &Body) -> Option<f64> {
+        let transmission = body.substance.optics.transmission.as_ref().map(|passes| passes.value);
+        // Where it is drawn opaque, no light passes, whatever its material could let through.
+        let transmission = match body.clarity() {
+            OpticalClarity::Opaque => Some(0.0),
+            _ => transmission,
+        };
+        self.note(rule, body, MaterialProperty::Transmission, transmission)
+    }
+
     /// Returns the answer, and writes the question down if there is none.
     fn note<T>(
         &self,
@@ -124,11 +159,7 @@ impl MaterialQuestions {
         answer: Option<T>,
     ) -> Option<T> {
         if answer.is_none() {
-            let material = match body.stock {
-                Some(stock) if body.material.is_empty() => stock.to_owned(),
-                _ => body.material.clone(),
-            };
-            let key = (property, material, body.kind == BodyKind::Cast);
+            let key = (property, material_name(body), body.kind == BodyKind::Cast);
             let mut open = self.open.borrow_mut();
             let (bodies, rules) = open.entry(key).or_default();
             bodies.insert(body.name.clone());
@@ -148,6 +179,31 @@ impl MaterialQuestions {
                 rules: rules.into_iter().collect(),
             };
         self.open.into_inner().into_iter().map(unknown).collect()
+    }
+}
+
+/// Returns the name of a body's material: what it is called, or what a bought body is made of; empty if neither is
+/// stated.
+fn material_name(body: &Body) -> String {
+    match body.stock {
+        Some(stock) if body.material.is_empty() => stock.to_owned(),
+        _ => body.material.clone(),
+    }
+}
+
+/// Returns what would settle a property of a material, as an instruction.
+fn remedy(property: MaterialProperty, material: &str, is_cast: bool) -> String {
+    let key = match property {
+        MaterialProperty::Elasticity => "youngs_modulus`, `modulus` or `hardness",
+        _ => property.key(is_cast),
+    };
+    match material {
+        "" => "state what it is made of".to_owned(),
+        _ if is_cast => format!("state `{key}` of `{material}` below `materials:`"),
+        _ => format!(
+            "name a material of the list that docs/reference/own.md gives, or state `{key}` of \
+             `{material}` below `materials:`"
+        ),
     }
 }
 

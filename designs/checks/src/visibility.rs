@@ -247,6 +247,6 @@ fn fix_of(by: &str) -> String {
 /// Reports a sensor through which light cannot be followed.
 fn unknown(error: &InvalidStack) -> Finding {
     let message = format!("the view through the drawn bodies is not known: {error}");
-    let fix = "state `refractive_index` of every body that the camera looks through, in materials of your own";
+    let fix = "state `refractive_index` and `clarity` of every body that the camera looks through, below `materials:`";
     Finding::error(Rule::Sight, message, fix).with_severity(Severity::Warning)
 }

@@ -57,6 +57,7 @@ mod softness;
 mod solid;
 mod surface_points;
 mod touch;
+mod transparency;
 mod units;
 mod validate;
 

@@ -21,6 +21,8 @@ pub struct Lighting {
     pub effect: VisibleEffect,
     /// Camera that observes the effect, if it is not the sensor's camera.
     pub camera: Option<NominalCamera>,
+    /// Body that all light has to pass on its way to the surface, and that spreads it; `None` without a diffuser.
+    pub diffuser: Option<String>,
 }
 
 /// Light sources that are all placements of one body.
@@ -91,7 +93,20 @@ impl Lighting {
     /// ```
     pub fn from_body(name: &'static str, lamp: impl Into<String>, effect: VisibleEffect) -> Self {
         let light_sources = vec![LightSourceGroup { body: lamp.into(), colors: vec![WHITE] }];
-        Self { name, light_sources, effect, camera: None }
+        Self { name, light_sources, effect, camera: None, diffuser: None }
+    }
+
+    /// Names the body that the light passes.
+    ///
+    /// ```
+    /// use fabkit_geometry::{Lighting, VisibleEffect};
+    /// let layers = VisibleEffect::Thickness { layers: vec!["gel".into()] };
+    /// let light = Lighting::from_body("white", "led", layers).through("diffuser");
+    /// assert_eq!(light.diffuser.as_deref(), Some("diffuser"));
+    /// ```
+    #[must_use]
+    pub fn through(self, diffuser: impl Into<String>) -> Self {
+        Self { diffuser: Some(diffuser.into()), ..self }
     }
 
     /// Returns whether the mode makes layers fluoresce.

@@ -1,6 +1,8 @@
-//! Material properties of bodies: cure, cure inhibition, hardness, strength, elasticity, adhesion.
+//! Material properties of bodies: cure, cure inhibition, hardness, strength, elasticity, adhesion, optics.
 
 use std::fmt;
+
+use crate::Rgb;
 
 /// Curing mechanism of a liquid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -137,6 +139,12 @@ pub enum MaterialProperty {
     Density,
     /// Rough price.
     Price,
+    /// Share of the light that its surface reflects diffusely.
+    Reflectance,
+    /// Share of the light that its surface reflects about the mirror direction.
+    Gloss,
+    /// Share of the light that passes a sheet or a print of it.
+    Transmission,
 }
 
 impl MaterialProperty {
@@ -155,6 +163,9 @@ impl MaterialProperty {
             Self::Transparency => "transparency",
             Self::Density => "density",
             Self::Price => "price",
+            Self::Reflectance => "reflectance",
+            Self::Gloss => "gloss",
+            Self::Transmission => "transmission",
         }
     }
 
@@ -175,6 +186,9 @@ impl MaterialProperty {
             Self::Transparency => "clarity",
             Self::Density => "density",
             Self::Price => "price",
+            Self::Reflectance => "reflectance",
+            Self::Gloss => "gloss",
+            Self::Transmission => "transmission",
         }
     }
 
@@ -239,6 +253,58 @@ pub struct MaterialProperties {
     pub laser_kerf_mm: Option<f64>,
     /// Whether prints lift their corners off the bed while they cool.
     pub warps: Option<bool>,
+    /// Reflection and transmission of light.
+    pub optics: OpticalProperties,
+}
+
+/// Reflection and transmission of light by a part or a coat as it is made. Each figure is `None` where no source states
+/// it.
+///
+/// ```
+/// use fabkit_geometry::{OpticalFigure, OpticalProperties};
+///
+/// let red = OpticalFigure { value: [0.6, 0.2, 0.1], is_chosen: false, source: "measured".to_owned() };
+/// let paint = OpticalProperties { reflectance: Some(red), ..OpticalProperties::default() };
+/// assert!(paint.mean_reflectance().is_some_and(|mean| (mean - 0.3).abs() < 1e-12));
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OpticalProperties {
+    /// Diffuse reflectance for red, green and blue light, 0 to 1.
+    pub reflectance: Option<OpticalFigure<Rgb>>,
+    /// Reflection about the mirror direction.
+    pub gloss: Option<OpticalFigure<Gloss>>,
+    /// Share of the light that passes, 0 to 1, scattered or not.
+    pub transmission: Option<OpticalFigure<f64>>,
+}
+
+impl OpticalProperties {
+    /// Returns the diffuse reflectance as a camera without colours sees it; `None` if it is not known.
+    pub fn mean_reflectance(&self) -> Option<f64> {
+        let [red, green, blue] = self.reflectance.as_ref()?.value;
+        // Three equal numbers are their mean, without the rounding of a sum.
+        let is_grey = red == green && green == blue;
+        Some(if is_grey { red } else { (red + green + blue) / 3.0 })
+    }
+}
+
+/// Optical figure of a material with its source.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpticalFigure<T> {
+    /// Value, dimensionless.
+    pub value: T,
+    /// Whether it is a choice, rather than stated by a maker or a paper, or measured.
+    pub is_chosen: bool,
+    /// Source, or the reason of a choice.
+    pub source: String,
+}
+
+/// Reflection about the mirror direction (Blinn 1977).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gloss {
+    /// Share of the light, 0 to 1.
+    pub share: f64,
+    /// Exponent: 1 is nearly as wide as diffuse reflection, 1000 is polished.
+    pub exponent: f64,
 }
 
 /// Elastic properties of a rubber or a gel, at small strain.

@@ -68,6 +68,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             light_sources: vec![LightSourceGroup { body: "lamp".into(), colors }],
             effect: VisibleEffect::Thickness { layers: Vec::new() },
             camera: None,
+            diffuser: None,
         };
         // Mean over each cell, because shadow edges cross cells.
         let fine = SIDE * IN_CELL;

@@ -75,6 +75,7 @@ fn lamps() -> Result<Emitters, Box<dyn std::error::Error>> {
         light_sources: vec![LightSourceGroup { body: "lamp".into(), colors }],
         effect: VisibleEffect::Slopes { coat: "coat".into(), printed: None },
         camera: None,
+        diffuser: None,
     };
     Ok(Emitters::new(&sensor, &lighting)?)
 }

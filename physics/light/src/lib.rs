@@ -50,7 +50,9 @@ pub use fit::{fit_positive, linear_fit};
 pub use fluorescence::fluorescence;
 pub use image_sensor_noise::{ImageSensorNoise, draw_drift, draw_normal};
 pub use layer_blur::LayerBlur;
-pub use light_sources::{Emitter, Emitters, LightingError, diffuse_path_ratio};
+pub use light_sources::{
+    DEFAULT_TRANSMITTANCE, Emitter, Emitters, LightingError, diffuse_path_ratio,
+};
 pub use planes::{Arrival, Planes};
 pub use raised_marker::{RaisedMarker, RaisedMarkerHit};
 pub use translucent_layer::TwoStream;

@@ -6,7 +6,7 @@ use fabkit_depth::ground_truth::{
 use fabkit_files::Error;
 use fabkit_geometry::{
     Lighting, Marker, Point3, Rgb, Scratch, Sensor, SurfacePoints, TouchSurface, Vector3,
-    VisibleEffect,
+    VisibleEffect, WHITE,
 };
 use fabkit_light::{Coat, Emitter, Emitters, RaisedMarker};
 use fabkit_scene::CastResult;
@@ -16,7 +16,8 @@ use rayon::prelude::*;
 use super::marker_index::{BoundingBall, MarkerIndex};
 use super::scene::surface_middle;
 use super::surface_table::{SurfaceGrid, SurfacePlace};
-use super::{CaptureError, LightConstants, RenderedLight, displaced_markers};
+use super::surfaces::USUAL_COAT;
+use super::{CameraGain, CaptureError, LightConstants, RenderedLight, displaced_markers};
 
 /// Distance beyond which markers that stand out of the coat throw no shadow, mm.
 const MARKER_SHADOW_MM: f64 = 2.5;
@@ -49,8 +50,11 @@ pub struct CoatScene<'a> {
     /// Whether markers are printed dark on the coat, rather than standing out of it.
     is_printed: bool,
     plan: SurfaceGrid,
-    /// Colour of each emitter.
+    /// Colour of each emitter's light that the coat sends back: gloss takes the coat's colour, as that of metal powder
+    /// does.
     colors: Vec<Rgb>,
+    /// Colour of the coat, relative to its mean.
+    tint: Rgb,
     /// Irradiance vectors at the table's places, place by place, in blocks of [`LANES`] emitters.
     arrives: Vec<Beams>,
     /// Unit directions towards the emitters at rest; `None` where no light arrives.
@@ -60,6 +64,7 @@ pub struct CoatScene<'a> {
     constants: &'a LightConstants,
     coat: Coat,
     pub(super) exposure: f64,
+    pub(super) camera_gain: CameraGain,
     words: [String; 2],
     /// Light and normal of each ray at rest, kept where many captures share the same rays.
     at_rest: Option<(Vec<Rgb>, Vec<Vector3<f64>>)>,
@@ -198,8 +203,8 @@ impl<'a> CoatScene<'a> {
                 comes_from.push((-both[0]).try_normalize(0.0));
             }
         }
-        let [diffuse, shine, exponent] = &constants.coat;
-        let coat = Coat { diffuse: diffuse.value, gloss: shine.value, exponent: exponent.value };
+        // A camera without colours sees the mean.
+        let tint = if lighting.is_colored() { constants.coat_tint } else { WHITE };
         let marks = match (printed, sensor.marks.len()) {
             (_, 0) => String::new(),
             (Some(_), count) => format!(" with {count} dark markers"),
@@ -214,13 +219,15 @@ impl<'a> CoatScene<'a> {
             is_printed: printed.is_some(),
             plan,
             colors,
+            tint,
             arrives,
             comes_from,
             soft_mm,
             mean: [0.0; 3],
             constants,
-            coat,
+            coat: coat_of(USUAL_COAT),
             exposure: 1.0,
+            camera_gain: CameraGain::NONE,
             words,
             at_rest: None,
         };
@@ -236,10 +243,24 @@ impl<'a> CoatScene<'a> {
         if own.mean.iter().all(|part| *part <= 0.0) {
             return Err(CaptureError::Dark { sensor: sensor.name.clone() }.into());
         }
-        let lit = own.shade(&middle, &-outward, &outward, 0.0, |_| false);
-        let brightest = lit.into_iter().fold(0.0, f64::max);
+        let brightest = |own: &Self| {
+            let lit = own.shade(&middle, &-outward, &outward, 0.0, |_| false);
+            lit.into_iter().fold(0.0, f64::max)
+        };
+        let usual = brightest(&own);
+        let tinted = |color: Rgb| [0, 1, 2].map(|part| tint[part] * color[part]);
+        own.coat = coat_of(constants.coat.each_ref().map(|constant| constant.value));
+        own.colors = own.colors.iter().copied().map(tinted).collect();
+        own.mean = tinted(own.mean);
+        let drawn = brightest(&own);
+        own.camera_gain = CameraGain::new(usual / drawn);
         if let Some(grey) = &constants.middle_grey {
-            own.exposure = grey.value / brightest;
+            own.exposure = if own.camera_gain.light_factor() < 1.0 {
+                // As much as the usual coat gets, amplified; a coat that sends back nothing stays black.
+                CameraGain::most() * grey.value / usual
+            } else {
+                grey.value / drawn
+            };
         }
         Ok(own)
     }
@@ -385,7 +406,7 @@ impl<'a> CoatScene<'a> {
             let at = place - inwards_mm * direction;
             let mut facing = -outward;
             let mut from = at + SHADOW_OFFSET_MM * facing;
-            let mut send = 1.0;
+            let mut send = [1.0; 3];
             if self.is_printed {
                 let is_in = |peg: &RaisedMarker| {
                     (peg.centre + peg.radius_mm * peg.axis - at).norm() < peg.radius_mm
@@ -393,7 +414,10 @@ impl<'a> CoatScene<'a> {
                 if pegs.near(&at).any(is_in) {
                     let [_, dark] = &self.constants.marks;
                     // The shading below uses the coat's diffuse reflectance, so the dark one is set relative to it.
-                    send = dark.value / self.coat.diffuse;
+                    send = self.tint.map(|tint| match tint * self.coat.diffuse {
+                        0.0 => 0.0,
+                        coat => dark.value / coat,
+                    });
                 }
             } else {
                 pegs.balls(&at, &from, balls);
@@ -418,11 +442,11 @@ impl<'a> CoatScene<'a> {
                     })
             };
             let light = self.shade(&rest, &facing, &direction, depth_mm, is_hidden);
-            light.map(|part| self.exposure * send * part)
+            [0, 1, 2].map(|part| self.exposure * send[part] * light[part])
         };
         let rays = (0..normals.len()).into_par_iter();
         let light = rays.map_init(Vec::new, ray).collect();
-        RenderedLight { light, thickness_mm: Vec::new(), marks }
+        RenderedLight { light, thickness_mm: Vec::new(), marks, not_known: Vec::new() }
     }
 
     /// Finds where a ray that grazes a marker's rim would meet the surface. Such a ray ends on the coat's solid without
@@ -505,6 +529,10 @@ impl<'a> CoatScene<'a> {
         }
         false
     }
+}
+
+fn coat_of([diffuse, gloss, exponent]: [f64; 3]) -> Coat {
+    Coat { diffuse, gloss, exponent }
 }
 
 /// Returns the lower quartile of a coat's thickness over the surface, mm: its thickness beside markers.

@@ -16,7 +16,8 @@ use fabkit_scene::press_simulation::MarkerDisplacement;
 use rayon::prelude::*;
 
 use super::scene::placed_solid;
-use super::{CaptureError, LightConstants, RenderedLight, reflectance};
+use super::surfaces::{USUAL_MARK, reflectance, unknown_in_view};
+use super::{CaptureError, LightConstants, RenderedLight};
 
 /// A sensor's display as seen by the camera above it.
 #[derive(Debug)]
@@ -47,8 +48,8 @@ impl<'a> ColumnScene<'a> {
         let mut sensor = sensor.clone();
         sensor.camera = camera.clone();
         sensor.bodies.retain(|body| body.name != *liquid);
-        // The background has the reflectance of a light marker and gets the same intensity.
-        let exposure = constants.mark_grey.value / constants.marks[0].value;
+        // A white background gets the intensity of a light marker.
+        let exposure = constants.mark_grey.value / USUAL_MARK;
         Ok(Self { sensor, liquid: compiled, columns, constants, exposure, rays: None })
     }
 
@@ -81,12 +82,12 @@ impl<'a> ColumnScene<'a> {
                 &own
             }
         };
-        let [light, dark] = &self.constants.marks;
+        let [_, ground] = &self.constants.marks;
         // Reflectance of each body on which rays may end.
         let sends: Vec<f64> = rays
             .seen_by_names()
             .iter()
-            .map(|name| reflectance(self.sensor.body(name), [light.value, dark.value]))
+            .map(|name| reflectance(self.sensor.body(name), ground))
             .collect();
         let per_mm = self.constants.dye_per_mm.value;
         let ray = |scratch: &mut Scratch, i: usize| -> Rgb {
@@ -97,7 +98,8 @@ impl<'a> ColumnScene<'a> {
             [back, back * left, back * left]
         };
         let light = (0..rays.len()).into_par_iter().map_init(Scratch::default, ray).collect();
-        Ok(RenderedLight { light, thickness_mm: Vec::new(), marks })
+        let not_known = unknown_in_view(&self.sensor, rays, &[]);
+        Ok(RenderedLight { light, thickness_mm: Vec::new(), marks, not_known })
     }
 
     /// Returns the length of a ray in the liquid, mm.

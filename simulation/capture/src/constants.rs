@@ -1,10 +1,11 @@
 //! Optical constants of captures, with their sources.
 
-use fabkit_geometry::{
-    Assembly, Body, BodyKind, CompiledSolid, OpticalClarity, Sensor, Vector3, VisibleEffect,
-};
-use fabkit_light::{ImageSensorNoise, TwoStream};
+use fabkit_checks::UnknownProperty;
+use fabkit_geometry::{Rgb, Sensor, Vector3, VisibleEffect};
+use fabkit_light::{DEFAULT_TRANSMITTANCE, ImageSensorNoise, TwoStream};
 use serde_json::{Value, json};
+
+use super::surfaces::{CameraGain, Surfaces, merged};
 
 /// Provenance of a constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,6 +16,8 @@ pub enum Provenance {
     Measured,
     /// Fitted; the constant's source states to which data.
     Fitted,
+    /// Stated of a material; the constant's source says by whom.
+    Stated,
 }
 
 impl Provenance {
@@ -23,6 +26,7 @@ impl Provenance {
             Self::Chosen => "chosen",
             Self::Measured => "measured",
             Self::Fitted => "fitted",
+            Self::Stated => "stated",
         }
     }
 }
@@ -38,6 +42,8 @@ pub struct Constant {
     pub known: Provenance,
     /// Description of the source.
     pub source: String,
+    /// Property of a drawn material that no source states, for which the value stands.
+    pub unknown: Option<UnknownProperty>,
 }
 
 /// Optical constants of captures in any lighting.
@@ -69,6 +75,10 @@ pub struct LightConstants {
     pub bounce: Constant,
     /// Diffuse share, specular share and specular exponent of a reflective coat.
     pub coat: [Constant; 3],
+    /// Diffuse reflectance of the coat for red, green and blue light, relative to its mean.
+    pub coat_tint: Rgb,
+    /// Share of the light that passes the diffuser; `None` for sensors without one.
+    pub diffuser: Option<Constant>,
     /// Attenuation of the exciting light in glowing layers, 1/mm.
     pub uv_per_mm: Constant,
     /// Shift of the core of the layers' mold, sensor frame, mm. Layers are thinner on the side towards which it is
@@ -76,7 +86,7 @@ pub struct LightConstants {
     pub core_off_mm: Vector3<f64>,
     /// Absorption of green and blue light in dyed liquid, 1/mm.
     pub dye_per_mm: Constant,
-    /// Reflectances of light markers and of their dark background.
+    /// Reflectances of light markers and of their dark background, or of dark ink on a coat.
     pub marks: [Constant; 2],
     /// Intensity of the brightest marker at rest, for which the exposure is set.
     pub mark_grey: Constant,
@@ -95,42 +105,9 @@ pub struct LightConstants {
 
 /// Largest intensity of the surface at rest after exposure.
 const MAX_INTENSITY: f64 = 235.0;
-/// Reflectances of dark walls, of white walls and of walls of unknown colour. Chosen: black plastic reflects 4 to 7 %,
-/// white plastic 80 to 90 %.
-const WALL_REFLECTANCES: [f64; 3] = [0.05, 0.85, 0.3];
-
-/// Returns the light from repeated reflections between a sensor's walls, relative to the direct light. For walls of
-/// reflectance r it is r + r^2 + ... = r / (1 - r), as in an integrating sphere.
-fn repeated_reflections(sensor: &Sensor) -> Constant {
-    let is_wall = |body: &&Body| {
-        let in_use = body.placements.iter().any(|place| place.assembly == Assembly::sensor());
-        in_use && matches!(body.kind, BodyKind::Made(_)) && body.clarity() == OpticalClarity::Opaque
-    };
-    // The largest opaque body is taken as the one that encloses the light.
-    let volume_mm3 = |body: &&Body| {
-        CompiledSolid::new(&body.solid)
-            .map_or(0.0, |solid| solid.bounds().size_mm().iter().product())
-    };
-    let walls = sensor.bodies.iter().filter(is_wall);
-    let wall = walls.max_by(|a, b| volume_mm3(a).total_cmp(&volume_mm3(b)));
-    let [dark, white, unknown] = WALL_REFLECTANCES;
-    let part = match wall.and_then(|wall| wall.substance.is_dark) {
-        Some(true) => dark,
-        Some(false) => white,
-        None => unknown,
-    };
-    let (name, material) = wall.map_or(("no wall", "nothing"), |wall| (&wall.name, &wall.material));
-    Constant {
-        name: "bounce",
-        value: part / (1.0 - part),
-        known: Provenance::Chosen,
-        source: format!("{name} of {material} sends back {:.0} % of what meets it", 100.0 * part),
-    }
-}
-
 impl LightConstants {
-    /// Returns the default constants: those of R-Tac0's published unit, with the repeated reflections of the sensor's
-    /// own walls.
+    /// Returns the default constants: those of R-Tac0's published unit, with the reflection of the sensor's own coat,
+    /// markers and walls, as far as their materials state it.
     pub fn for_sensor(sensor: &Sensor) -> Self {
         use Provenance::{Chosen, Fitted, Measured};
         let constant = |name, value, known, source: &str| Constant {
@@ -138,22 +115,20 @@ impl LightConstants {
             value,
             known,
             source: source.to_owned(),
+            unknown: None,
         };
+        let surfaces = Surfaces::from_sensor(sensor);
         const PINS: &str = "R-Tac0's published captures of pins, 15, by `fit-light`; 2.4 grey rms are left of profiles; layer_grey and scatter_per_mm are known as their product alone";
-        const COATS: &str =
-            "silicone with aluminium powder and a little white: between matt paint and satin metal";
         const PAIRS: &str = "differences of R-Tac0's published captures, 1.2 grey rms a pair after the JPEG of quality 70 in which they came";
         Self {
             scatter_per_mm: constant("scatter_per_mm", 0.14, Fitted, PINS),
             layer_grey: constant("layer_grey", 921.0, Fitted, PINS),
             ground_grey: constant("ground_grey", 17.0, Fitted, PINS),
             spread_mm: constant("spread_mm", 0.4, Fitted, PINS),
-            bounce: repeated_reflections(sensor),
-            coat: [
-                constant("coat_diffuse", 0.45, Chosen, COATS),
-                constant("coat_shine", 0.15, Chosen, COATS),
-                constant("coat_exponent", 12.0, Chosen, COATS),
-            ],
+            bounce: surfaces.bounce,
+            coat: surfaces.coat,
+            coat_tint: surfaces.coat_tint,
+            diffuser: surfaces.diffuser,
             uv_per_mm: constant(
                 "uv_per_mm",
                 0.5,
@@ -167,10 +142,7 @@ impl LightConstants {
                 Chosen,
                 "red food dye: a tenth passes a sheet of 3 mm",
             ),
-            marks: [
-                constant("marks_send_back", 0.85, Chosen, "white paint and white resin"),
-                constant("ground_sends_back", 0.05, Chosen, "black rubber and black paint"),
-            ],
+            marks: surfaces.marks,
             mark_grey: constant("mark_grey", 220.0, Chosen, "bright, and below white"),
             middle_grey: Some(constant(
                 "middle_grey",
@@ -209,9 +181,15 @@ impl LightConstants {
             }
             VisibleEffect::Markers { .. } => self.marks.iter().chain([&self.bounce]).collect(),
             VisibleEffect::LiquidColumns { .. } => {
-                self.marks.iter().chain([&self.dye_per_mm]).collect()
+                vec![&self.marks[1], &self.dye_per_mm]
             }
         };
+        // The light that excites fluorescence passes no diffuser, and that of columns is the room's.
+        let is_diffused = !matches!(
+            shows,
+            VisibleEffect::Fluorescence { .. } | VisibleEffect::LiquidColumns { .. }
+        );
+        all.extend(self.diffuser.iter().filter(|_| is_diffused));
         // These matter whatever the lighting shows.
         all.extend([&self.beside_grey, &self.read_noise, &self.shot_noise, &self.drift]);
         match shows {
@@ -222,6 +200,36 @@ impl LightConstants {
             _ => all.extend(&self.middle_grey),
         }
         all
+    }
+
+    /// Returns the properties of drawn materials that images of a lighting depend on and no source states, by property
+    /// and material.
+    ///
+    /// ```
+    /// use fabkit_capture::{LightConstants, find_lighting};
+    ///
+    /// # let yaml = fabkit_designs::builtin_yaml("digit-like").ok_or("no such sensor")?;
+    /// # let project = fabkit_fixtures::load("digit-like.yaml", yaml, &["shell.material=PETG".to_owned()])?;
+    /// let sensor = &project.design.sensor;
+    /// let unknown = LightConstants::for_sensor(sensor).not_known(&find_lighting(sensor, None)?.effect);
+    /// // Nobody says which colour this PETG has.
+    /// assert_eq!(unknown.len(), 1);
+    /// assert_eq!(unknown[0].subject(), "reflectance of PETG");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn not_known(&self, shows: &VisibleEffect) -> Vec<UnknownProperty> {
+        merged(self.all(shows).into_iter().filter_map(|constant| constant.unknown.clone()))
+    }
+
+    /// Returns the camera's gain over usual materials for light that passes the diffuser.
+    pub(super) fn diffuser_gain(&self) -> CameraGain {
+        match &self.diffuser {
+            // Fitted constants hold the unit's own exposure.
+            Some(passes) if self.middle_grey.is_some() => {
+                CameraGain::new(DEFAULT_TRANSMITTANCE / passes.value)
+            }
+            _ => CameraGain::NONE,
+        }
     }
 
     /// Returns the factor on all light that puts the middle of the surface at `middle_grey`, given its relative
@@ -256,9 +264,14 @@ impl LightConstants {
         TwoStream { scatter_per_mm: self.scatter_per_mm.value }
     }
 
-    /// Returns the noise model of the chip.
-    pub fn chip(&self) -> ImageSensorNoise {
-        ImageSensorNoise { read_noise: self.read_noise.value, shot_noise: self.shot_noise.value }
+    /// Returns the noise model of the chip at a gain. The gain amplifies the noise in the dark with the light; an
+    /// intensity then stands for as many times fewer electrons, whose noise is their root.
+    pub fn chip(&self, gain: CameraGain) -> ImageSensorNoise {
+        let gain = gain.noise_gain();
+        ImageSensorNoise {
+            read_noise: gain * self.read_noise.value,
+            shot_noise: gain.sqrt() * self.shot_noise.value,
+        }
     }
 
     /// Returns the constants for what a lighting shows as JSON.

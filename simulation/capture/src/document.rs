@@ -1,5 +1,6 @@
 //! JSON documents and comments of captures.
 
+use fabkit_checks::UnknownProperty;
 use fabkit_designs::{Design, design_hash};
 use fabkit_fixtures::Project;
 use fabkit_geometry::VisibleEffect;
@@ -7,7 +8,7 @@ use fabkit_scene::ground_truth::Viewpoint;
 use fabkit_scene::press_simulation::marks_document;
 use serde_json::{Value, json};
 
-use super::{CaptureRequest, SimulatedCapture, lens, unit_document};
+use super::{CameraGain, CaptureRequest, SimulatedCapture, lens, unit_document};
 
 /// Returns what the simulation leaves out, as phrases for people.
 pub(super) fn omitted_effects(
@@ -43,6 +44,24 @@ pub(super) fn constants(design: &Design, capturing: &CaptureRequest<'_>) -> Valu
     all.into()
 }
 
+/// Returns the camera's gain over usual materials as JSON: needed, applied, and the most that is applied.
+pub(super) fn camera_gain_document(gain: CameraGain) -> Value {
+    json!({ "needed": gain.needed, "applied": gain.applied(), "most": CameraGain::most() })
+}
+
+/// Returns properties that no source states as JSON, with the keys of `fabkit check`.
+pub(super) fn unknown_document(not_known: &[UnknownProperty]) -> Value {
+    let one = |unknown: &UnknownProperty| {
+        json!({
+            "property": unknown.property.word(),
+            "material": unknown.material,
+            "bodies": unknown.bodies,
+            "remedy": unknown.remedy,
+        })
+    };
+    not_known.iter().map(one).collect()
+}
+
 /// Returns a capture as `fabkit capture --json` prints it (`fabkit-capture` version 1), without files.
 pub fn capture_document(
     project: &Project,
@@ -73,6 +92,8 @@ pub fn capture_document(
         "seed": capturing.seed,
         "unit": unit_document(project),
         "exposure": captured.exposure,
+        "camera_gain": camera_gain_document(captured.camera_gain),
+        "not_known": unknown_document(&captured.not_known),
         "drift_grey": captured.drift_grey,
         "jpeg_quality": capturing.jpeg_quality(&project.design.sensor),
         "range_grey": captured.range_grey(),

@@ -92,7 +92,7 @@ impl<'a> GlowScene<'a> {
         let rays: Vec<(Rgb, f64)> =
             places.par_iter().zip(map.label()).map_init(memory, ray).collect();
         let (light, thickness_mm) = rays.into_iter().unzip();
-        RenderedLight { light, thickness_mm, marks: Vec::new() }
+        RenderedLight { light, thickness_mm, marks: Vec::new(), not_known: Vec::new() }
     }
 
     /// Computes the light of a ray that meets the surface at `rest`, with all layers at `share` of their thickness at

@@ -8,7 +8,7 @@ use fabkit_scene::press_simulation::ContactSolution;
 use rayon::prelude::*;
 
 use super::scene::{LayerGeometry, path_length_mm};
-use super::{LightConstants, RenderedLight, ray_spacing_mm};
+use super::{CameraGain, LightConstants, RenderedLight};
 
 /// Difference of thickness below which layers count as evenly thick, mm.
 const EVEN_MM: f64 = 1e-6;
@@ -20,6 +20,7 @@ pub struct LayerScene<'a> {
     pub scene: LayerGeometry<'a>,
     pub(super) constants: &'a LightConstants,
     pub(super) exposure: f64,
+    pub(super) camera_gain: CameraGain,
     /// Distance between the surface points of neighbouring rays, mm, where maps are parts of an image.
     ray_mm: Option<f64>,
     /// Rays of the surface at rest, where they are kept.
@@ -80,7 +81,9 @@ impl<'a> LayerScene<'a> {
         let exposure =
             scene.middle_light_and_path().map_or(1.0, |[lit, mm]| constants.exposure(lit, mm))
                 * constants.exposure_limit_factor(scene.relative_peak());
-        Ok(Self { scene, constants, exposure, ray_mm: None, at_rest: None })
+        let camera_gain = constants.diffuser_gain();
+        let exposure = exposure * camera_gain.light_factor();
+        Ok(Self { scene, constants, exposure, camera_gain, ray_mm: None, at_rest: None })
     }
 
     /// Uses the ray spacing of `map` for maps that are parts of an image of the same resolution.
@@ -122,7 +125,7 @@ impl<'a> LayerScene<'a> {
         }
         let light: Vec<Rgb> = grey.into_iter().map(|grey| [grey; 3]).collect();
         let thickness_mm = rays.into_iter().map(|(_, mm)| mm).collect();
-        RenderedLight { light, thickness_mm, marks: Vec::new() }
+        RenderedLight { light, thickness_mm, marks: Vec::new(), not_known: Vec::new() }
     }
 
     /// Computes the intensities of one surface for each of several sets of constants. The geometry is traced once; rays
@@ -213,4 +216,35 @@ impl<'a> LayerScene<'a> {
             + constants.layer_grey.value * constants.layer().reflectance(met.path_mm);
         (self.exposure * met.lit * sent, met.thickness_mm)
     }
+}
+
+/// Returns the median distance, mm, between the surface points of neighbouring rays in a row; infinity without any.
+///
+/// ```
+/// use fabkit_capture::ray_spacing_mm;
+/// use fabkit_scene::{Cast, press_simulation::ContactModel};
+///
+/// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
+/// # let project = fabkit_fixtures::load("gelsight-like.yaml", yaml, &[])?;
+/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
+/// # let viewpoint = viewpoint.resized([64, 48])?;
+/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
+/// let spacing_mm = |samples| {
+///     let cast = Cast { samples, ..Cast::at_rest(ContactModel::Rigid) };
+///     scene.cast(&cast, 0, |seen| Ok::<_, fabkit_files::Error>(ray_spacing_mm(seen.map)))
+/// };
+/// // 64 pixels span some 19 mm; twice as many rays are half as far apart.
+/// assert!((spacing_mm(1)? - 19.0 / 64.0).abs() < 0.03);
+/// assert!((spacing_mm(2)? - 0.5 * spacing_mm(1)?).abs() < 0.01);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn ray_spacing_mm(map: &DepthMap<'_>) -> f64 {
+    let places: Vec<_> = map.point_in_sensor().collect();
+    let width = map.width_px() as usize;
+    // Pairs across the surface's outline have no distance on it.
+    let both = |pair: &[usize; 2]| pair.iter().all(|i| map.label()[*i] != NO_LABEL);
+    let beside = (1..places.len()).filter(|i| i % width != 0).map(|i| [i - 1, i]).filter(both);
+    let mut apart: Vec<f64> = beside.map(|[a, b]| (places[b] - places[a]).norm()).collect();
+    apart.sort_by(f64::total_cmp);
+    apart.get(apart.len() / 2).copied().unwrap_or(f64::INFINITY)
 }

@@ -44,6 +44,7 @@ mod renderer;
 mod scene;
 mod skin;
 mod surface_table;
+mod surfaces;
 mod thickness_change;
 mod unit;
 
@@ -51,8 +52,8 @@ pub mod light_fit;
 pub mod live;
 pub mod plausibility;
 
-use fabkit_depth::ground_truth::DepthMap;
-use fabkit_geometry::{Body, Lighting, Marker, Rgb, Sensor, Vector3, VisibleEffect};
+use fabkit_checks::UnknownProperty;
+use fabkit_geometry::{Lighting, Marker, Rgb, Sensor, Vector3, VisibleEffect};
 use fabkit_light::{ImageSensorNoise, LightingError, draw_drift};
 use fabkit_optics::ViewStacks;
 use rayon::prelude::*;
@@ -67,12 +68,13 @@ pub use pack::{OpticsPack, SLOPE_BINS, optics_pack};
 pub use renderer::Renderer;
 pub use scene::LayerGeometry;
 pub use skin::SkinView;
+pub use surfaces::CameraGain;
 pub use unit::{Unit, unit_document};
 
 pub use self::coat::CoatScene;
 use self::glow_layers::GlowScene;
 use self::jpeg_roundtrip::jpeg_roundtrip;
-pub use self::layers::{LayerScene, RestRay};
+pub use self::layers::{LayerScene, RestRay, ray_spacing_mm};
 use self::lens::LensEffects;
 use self::marks::MarkScene;
 pub use self::scene::{placed_solid, surface_middle};
@@ -234,6 +236,10 @@ pub struct SimulatedCapture {
     pub thickness_mm: Vec<f64>,
     /// Factor on all light.
     pub exposure: f64,
+    /// Gain of the camera over the exposure that suits usual materials.
+    pub camera_gain: CameraGain,
+    /// Properties of drawn materials that the image depends on and no source states; usual ones stand for them.
+    pub not_known: Vec<UnknownProperty>,
     /// Offset of the intensity of the whole image by drift.
     pub drift_grey: f64,
     /// Description of what the lighting shows.
@@ -266,6 +272,8 @@ pub struct RenderedLight {
     thickness_mm: Vec<f64>,
     /// Same as [`SimulatedCapture::marks`].
     marks: Vec<MarkerDisplacement>,
+    /// Properties of bodies behind markers that no source states.
+    not_known: Vec<UnknownProperty>,
 }
 
 impl RenderedLight {
@@ -342,6 +350,23 @@ impl<'a> LightingRenderer<'a> {
         }
     }
 
+    fn camera_gain(&self) -> CameraGain {
+        match self {
+            Self::Layers(layers) => layers.camera_gain,
+            Self::Coat(coat) => coat.camera_gain,
+            Self::Glow(_) => CameraGain::NONE,
+            Self::Marks(marks) => marks.camera_gain,
+        }
+    }
+
+    /// Returns properties of bodies behind markers that no source states, where the view is kept.
+    fn unknown_in_view(&self) -> Vec<UnknownProperty> {
+        match self {
+            Self::Marks(marks) => marks.unknown_in_view(),
+            Self::Layers(_) | Self::Coat(_) | Self::Glow(_) => Vec::new(),
+        }
+    }
+
     /// Returns descriptions of what is shown and of the light sources.
     fn words(&self) -> [String; 2] {
         match self {
@@ -375,7 +400,7 @@ impl CaptureRequest<'_> {
             let painted = painter.paint(scene, &self.cast, &seen)?.with_lens(lens.as_ref());
             let size_px = [seen.map.width_px(), seen.map.height_px()];
             let size_px = size_px.map(|side| side / self.cast.samples);
-            let words = (painter.words(), painter.exposure());
+            let words = (painter.words(), painter.exposure(), painter.camera_gain());
             let elastic = seen.answer.map(fabkit_scene::press_simulation::solution_document);
             let mark_pixels = project_markers(&scene.viewpoint, scene.sights(), &painted.marks);
             let captured = self.record(sensor, painted, size_px, words)?;
@@ -410,14 +435,17 @@ impl CaptureRequest<'_> {
         sensor: &Sensor,
         painted: RenderedLight,
         size_px: [u32; 2],
-        ([shown, lamps], exposure): ([String; 2], f64),
+        ([shown, lamps], exposure, camera_gain): ([String; 2], f64, CameraGain),
     ) -> Result<SimulatedCapture, Error> {
+        let of_constants = self.constants.not_known(&self.lighting.effect);
         Ok(SimulatedCapture {
             size_px,
             channels: self.channels(),
-            grey: self.pixel_intensities(sensor, &painted.light, size_px)?,
+            grey: self.pixel_intensities(sensor, (&painted.light, camera_gain), size_px)?,
             thickness_mm: painted.thickness_mm,
             exposure,
+            camera_gain,
+            not_known: surfaces::merged(of_constants.into_iter().chain(painted.not_known)),
             drift_grey: self.drift_grey(),
             shown,
             light_sources: lamps,
@@ -441,12 +469,12 @@ impl CaptureRequest<'_> {
         sensor.jpeg_quality.filter(|_| self.seed.is_some())
     }
 
-    /// Computes the intensities of all pixels: means over the samples, with drift and noise, quantised as by the chip,
+    /// Computes the intensities of all pixels from the light and the camera's gain: means over the samples, with drift and noise, quantised as by the chip,
     /// and compressed where the camera sends JPEG.
     fn pixel_intensities(
         &self,
         sensor: &Sensor,
-        light: &[Rgb],
+        light: (&[Rgb], CameraGain),
         size_px: [u32; 2],
     ) -> Result<Vec<f64>, Error> {
         let taken = self.chip_intensities(sensor, light, size_px);
@@ -459,13 +487,13 @@ impl CaptureRequest<'_> {
     fn chip_intensities(
         &self,
         sensor: &Sensor,
-        light: &[Rgb],
+        (light, gain): (&[Rgb], CameraGain),
         [width, height]: [u32; 2],
     ) -> Vec<f64> {
         let samples = self.cast.samples as usize;
         let drift_grey = self.drift_grey();
         let (chip, seed) = match self.seed {
-            Some(seed) => (self.constants.chip(), seed),
+            Some(seed) => (self.constants.chip(gain), seed),
             None => (ImageSensorNoise::IDEAL, 0),
         };
         let (width, height) = (width as usize, height as usize);
@@ -493,19 +521,6 @@ impl CaptureRequest<'_> {
 
 /// Memory per ray while a capture is rendered, bytes: light before and after the lens, thickness, spread, and the image.
 const LIGHT_BYTES: u64 = 80;
-
-/// Returns the reflectance of a body, given those of light and dark bodies. Dark holds for the surface and for rays
-/// that meet nothing; bodies of unknown colour get [`UNKNOWN_REFLECTANCE`].
-fn reflectance(body: Option<&Body>, [light, dark]: [f64; 2]) -> f64 {
-    match body.map(|body| body.substance.is_dark) {
-        None | Some(Some(true)) => dark,
-        Some(Some(false)) => light,
-        Some(None) => UNKNOWN_REFLECTANCE,
-    }
-}
-
-/// Reflectance of bodies of unknown colour: neither white nor black. Chosen.
-const UNKNOWN_REFLECTANCE: f64 = 0.3;
 
 /// Returns a sensor's markers at their places during a press; at rest without a solution.
 ///
@@ -561,36 +576,4 @@ pub fn project_markers(
 ) -> Vec<Option<[f64; 2]>> {
     let place = |moved: &MarkerDisplacement| Some(moved.mark.point + moved.displacement_mm?);
     project_points(viewpoint, sights, &marks.iter().map(place).collect::<Vec<_>>())
-}
-
-/// Returns the median distance, mm, between the surface points of neighbouring rays in a row; infinity without any.
-///
-/// ```
-/// use fabkit_capture::ray_spacing_mm;
-/// use fabkit_scene::{Cast, press_simulation::ContactModel};
-///
-/// # let yaml = fabkit_designs::builtin_yaml("gelsight-like").ok_or("no such sensor")?;
-/// # let project = fabkit_fixtures::load("gelsight-like.yaml", yaml, &[])?;
-/// # let viewpoint = fabkit_scene::ground_truth::Viewpoint::new(&project.design.sensor.camera, None, None)?;
-/// # let viewpoint = viewpoint.resized([64, 48])?;
-/// # let scene = fabkit_scene::SensorView::new(std::sync::Arc::new(project), viewpoint)?;
-/// let spacing_mm = |samples| {
-///     let cast = Cast { samples, ..Cast::at_rest(ContactModel::Rigid) };
-///     scene.cast(&cast, 0, |seen| Ok::<_, fabkit_files::Error>(ray_spacing_mm(seen.map)))
-/// };
-/// // 64 pixels span some 19 mm; twice as many rays are half as far apart.
-/// assert!((spacing_mm(1)? - 19.0 / 64.0).abs() < 0.03);
-/// assert!((spacing_mm(2)? - 0.5 * spacing_mm(1)?).abs() < 0.01);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-pub fn ray_spacing_mm(map: &DepthMap<'_>) -> f64 {
-    use fabkit_depth::ground_truth::NO_LABEL;
-    let places: Vec<_> = map.point_in_sensor().collect();
-    let width = map.width_px() as usize;
-    // Pairs across the surface's outline have no distance on it.
-    let both = |pair: &[usize; 2]| pair.iter().all(|i| map.label()[*i] != NO_LABEL);
-    let beside = (1..places.len()).filter(|i| i % width != 0).map(|i| [i - 1, i]).filter(both);
-    let mut apart: Vec<f64> = beside.map(|[a, b]| (places[b] - places[a]).norm()).collect();
-    apart.sort_by(f64::total_cmp);
-    apart.get(apart.len() / 2).copied().unwrap_or(f64::INFINITY)
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use fabkit_checks::UnknownProperty;
 use fabkit_depth::ground_truth::PixelRays;
 use fabkit_files::Error;
 use fabkit_geometry::{
@@ -15,7 +16,8 @@ use fabkit_scene::press_simulation::MarkerDisplacement;
 use rayon::prelude::*;
 
 use super::scene::placed_solid;
-use super::{CaptureError, LightConstants, RenderedLight, displaced_markers, reflectance};
+use super::surfaces::{USUAL_MARK, reflectance, unknown_in_view};
+use super::{CameraGain, CaptureError, LightConstants, RenderedLight, displaced_markers};
 
 /// Radius around a marker's visible centre within which its solid lies, in marker radii.
 const SOLID_RADII: f64 = 2.5;
@@ -42,6 +44,7 @@ pub(super) struct MarkScene<'a> {
     emitters: Emitters,
     constants: &'a LightConstants,
     pub(super) exposure: f64,
+    pub(super) camera_gain: CameraGain,
     /// View and irradiance, kept where many captures share the same rays.
     kept: Option<RestMarkers>,
 }
@@ -126,6 +129,7 @@ impl<'a> MarkScene<'a> {
             emitters,
             constants,
             exposure: 1.0,
+            camera_gain: CameraGain::new(USUAL_MARK / constants.marks[0].value),
             kept: None,
         };
         let at_rest = own.place_markers(&displaced_markers(sensor, None));
@@ -136,7 +140,7 @@ impl<'a> MarkScene<'a> {
         if brightest <= 0.0 {
             return Err(CaptureError::Dark { sensor: sensor.name.clone() }.into());
         }
-        own.exposure = constants.mark_grey.value / brightest;
+        own.exposure = own.camera_gain.light_factor() * constants.mark_grey.value / brightest;
         Ok(own)
     }
 
@@ -145,6 +149,14 @@ impl<'a> MarkScene<'a> {
             format!("positions of {} markers", self.sensor.marks.len()),
             self.emitters.description.clone(),
         ]
+    }
+
+    /// Returns properties of bodies in the kept view that no source states.
+    pub(super) fn unknown_in_view(&self) -> Vec<UnknownProperty> {
+        let kept = self.kept.as_ref();
+        kept.map_or_else(Vec::new, |kept| {
+            unknown_in_view(self.sensor, &kept.view.rays, &self.lamps)
+        })
     }
 
     /// Keeps the view for several captures with the same rays.
@@ -265,7 +277,8 @@ impl<'a> MarkScene<'a> {
         };
         let memory = || (Scratch::default(), Tracer::new(stack));
         let light = (0..rays.len()).into_par_iter().map_init(memory, ray).collect();
-        Ok(RenderedLight { light, thickness_mm: Vec::new(), marks })
+        let not_known = unknown_in_view(self.sensor, rays, &self.lamps);
+        Ok(RenderedLight { light, thickness_mm: Vec::new(), marks, not_known })
     }
 
     /// Finds the first marker on a ray: distance along the ray, mm, normal there, and the marker.
@@ -306,11 +319,11 @@ impl<'a> MarkScene<'a> {
         rays: &PixelRays,
         stack: &OpticalStack,
     ) -> Background {
-        let [light, dark] = &self.constants.marks;
+        let [_, dark] = &self.constants.marks;
         let sends = |name: &String| match self.lamps.contains(name) {
             true => f64::INFINITY,
             // The surface is seen through the layers that the markers stand on, so it counts as background.
-            false => reflectance(self.sensor.body(name), [light.value, dark.value]),
+            false => reflectance(self.sensor.body(name), dark),
         };
         let sends: Vec<f64> = rays.seen_by_names().iter().map(sends).collect();
         let (width, height) = (rays.width_px() as usize, rays.height_px() as usize);

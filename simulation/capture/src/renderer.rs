@@ -1,5 +1,6 @@
 //! Renderer for many captures of one sensor.
 
+use fabkit_checks::UnknownProperty;
 use fabkit_depth::ground_truth::{DepthMap, ReferenceSurface, StandardDeviations};
 use fabkit_files::Error;
 use fabkit_geometry::Lighting;
@@ -8,6 +9,8 @@ use fabkit_scene::press_simulation::{ContactModel, ContactSolution};
 use fabkit_scene::{Cast, CastResult, SensorView};
 use serde_json::{Value, json};
 
+use super::document::{camera_gain_document, unknown_document};
+use super::surfaces::merged;
 use super::{CaptureRequest, LensEffects, LightConstants, LightingRenderer};
 
 /// A sensor, its camera and its lighting, with everything that no press changes computed once.
@@ -117,7 +120,13 @@ impl<'a> Renderer<'a> {
         let capturing = CaptureRequest { seed, ..self.capturing.clone() };
         let samples = self.capturing.cast.samples;
         let size_px = [map.width_px(), map.height_px()].map(|side| side / samples);
-        capturing.pixel_intensities(sensor, &painted.light, size_px)
+        capturing.pixel_intensities(sensor, (&painted.light, self.painter.camera_gain()), size_px)
+    }
+
+    /// Returns the properties of drawn materials that images depend on and no source states, by property and material.
+    pub fn not_known(&self) -> Vec<UnknownProperty> {
+        let of_constants = self.capturing.constants.not_known(&self.capturing.lighting.effect);
+        merged(of_constants.into_iter().chain(self.painter.unknown_in_view()))
     }
 
     /// Returns as JSON what is shown, the light sources, the constants and what is left out.
@@ -131,6 +140,8 @@ impl<'a> Renderer<'a> {
             "shown": shown,
             "lamps": lamps,
             "exposure": self.painter.exposure(),
+            "camera_gain": camera_gain_document(self.painter.camera_gain()),
+            "not_known": unknown_document(&self.not_known()),
             "constants": super::document::constants(design, &self.capturing),
             "left_out": super::document::omitted_effects(&lighting.effect, super::lens::omitted_effects(&design.sensor, lighting)),
         })

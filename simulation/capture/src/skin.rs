@@ -16,8 +16,8 @@ use fabkit_scene::{Cast, SceneError};
 
 use super::columns::{ColumnScene, column_ends};
 use super::{
-    CaptureRequest, LensEffects, LightConstants, MarkScene, RenderedLight, SimulatedCapture,
-    project_markers,
+    CameraGain, CaptureRequest, LensEffects, LightConstants, MarkScene, RenderedLight,
+    SimulatedCapture, project_markers,
 };
 
 /// Default distance of nodes, mm.
@@ -83,11 +83,11 @@ impl<'a> SkinScene<'a> {
         }
     }
 
-    /// Returns descriptions of what is shown and of the light sources, and the exposure.
-    fn words(&self) -> ([String; 2], f64) {
+    /// Returns descriptions of what is shown and of the light sources, the exposure, and the camera's gain.
+    fn words(&self) -> ([String; 2], f64, CameraGain) {
         match self {
-            Self::Columns(scene) => (scene.words(), scene.exposure),
-            Self::Marks(scene) => (scene.words(), scene.exposure),
+            Self::Columns(scene) => (scene.words(), scene.exposure, CameraGain::NONE),
+            Self::Marks(scene) => (scene.words(), scene.exposure, scene.camera_gain),
         }
     }
 }
@@ -117,7 +117,8 @@ pub fn render_skin(
         let capturing =
             CaptureRequest { cast: cast.clone(), lighting, constants: &constants, seed };
         let painted = scene.paint(viewpoint, cast.samples, moved)?.with_lens(lens.as_ref());
-        capturing.pixel_intensities(sensor, &painted.light, size_px)
+        let (.., gain) = scene.words();
+        capturing.pixel_intensities(sensor, (&painted.light, gain), size_px)
     };
     presses.into_iter().map(image).collect()
 }

@@ -32,6 +32,7 @@ pub fn slope_lighting(
         }],
         effect: VisibleEffect::Slopes { coat: coat.into(), printed: printed.map(String::from) },
         camera: None,
+        diffuser: None,
     }
 }
 

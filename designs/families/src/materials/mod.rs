@@ -10,6 +10,7 @@ mod adhesion;
 mod bonds;
 mod catalogue;
 mod elasticity;
+mod optics;
 mod stock;
 mod units;
 
@@ -32,7 +33,7 @@ pub(crate) use stock::{StockCatalogue, StockMaterial};
 pub(crate) use units::split_number;
 pub use units::{
     Celsius, Current, Density, Euros, Force, Hardness, Hours, Kelvin, Mass, Minutes, Percent,
-    Pressure, PriceByMass, Scale, Viscosity, Voltage, Wavelength,
+    Pressure, PriceByMass, Reflectance, Scale, Viscosity, Voltage, Wavelength,
 };
 
 /// Room temperature, degrees Celsius, the default temperature of a cure.
@@ -156,6 +157,13 @@ parameters! {
         clarity: Option<Clarity>,
         /// Brightness of the cured material: `dark` or `light`, where a camera tells it from another one.
         shade: Option<Shade>,
+        /// Diffuse reflectance of the cured material, seen through what it coats: one percentage, or three of red, green
+        /// and blue light.
+        reflectance: Option<Reflectance> = 0.0..=100.0,
+        /// Share of the light that the cured material reflects about the mirror direction.
+        gloss: Option<Percent> = 0.0..=100.0,
+        /// Width of the gloss as Blinn's exponent: 1 is nearly as wide as diffuse reflection, 1000 is polished.
+        gloss_exponent: Option<f64> = 1.0..=10000.0,
         /// True if the mixture is degassed in a vacuum before pouring; false if not given.
         degas: Option<bool>,
         /// Source of these data.
@@ -197,6 +205,12 @@ pub(crate) fn is_dark(material: &str) -> Option<bool> {
     let cast = Catalogue::builtin().find(material).and_then(|cast| cast.material().figures.shade);
     let shade = cast.or_else(|| StockCatalogue::builtin().shade(material));
     shade.map(|shade| shade == Shade::Dark)
+}
+
+/// Returns the transparency of a thin, printed diffuser: translucent unless its material's name or the built-in catalogue
+/// says that no light passes.
+pub(crate) fn diffuser_transparency(material: &str) -> Optics {
+    StockCatalogue::builtin().diffuser_transparency(material)
 }
 
 /// Origin of a material's description.
@@ -348,6 +362,7 @@ fn castable_properties(castable: &Castable) -> MaterialProperties {
         usd_per_kg: figures.price.map(|PriceByMass(usd_per_kg)| usd_per_kg),
         laser_kerf_mm: None,
         warps: None,
+        optics: optics::optics_of_castable(castable.material()),
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::{Arc, LazyLock};
 
 use fabkit_geometry::{
     Body, BodyKind, CureMechanism, Length, MaterialClass, MaterialProperties, OpticalClarity,
-    Process, SofteningPoint,
+    OpticalFigure, OpticalProperties, Process, SofteningPoint,
 };
 use fabkit_text::{
     Dialect, LocatedProblem, Setting, TextLayer, TextPlace, YamlEntry, read_mapping, take_format,
@@ -13,7 +13,8 @@ use fabkit_text::{
 
 use super::catalogue::MATERIALS;
 use super::{
-    Celsius, Clarity, Density, Hardness, Pressure, PriceByMass, Viscosity, elasticity, shore,
+    Celsius, Clarity, Density, Hardness, Percent, Pressure, PriceByMass, Reflectance, Viscosity,
+    elasticity, optics, shore,
 };
 use crate::user_catalogue::named_sections::{
     LayeredSections, RawSection, SectionKind, key_of, read, read_sections,
@@ -105,6 +106,10 @@ sections! {
         clarity: Option<Clarity>,
         /// Brightness, where the name of the material decides it.
         shade: Option<Shade>,
+        /// Diffuse reflectance: one percentage, or three of red, green and blue light.
+        reflectance: Option<Reflectance> = 0.0..=100.0,
+        /// Share of the light that passes a sheet or a print of it as diffusers have, scattered or not.
+        transmission: Option<Percent> = 0.0..=100.0,
         /// Softening temperature.
         softens: Option<Celsius> = 0.0..=2000.0,
         /// Density of the solid material.
@@ -133,6 +138,10 @@ sections! {
         surface: Option<SurfaceTreatment>,
         /// True for words that say nothing of the material: `sheet`, `on`.
         filler: Option<bool>,
+        /// Diffuse reflectance that the words state.
+        reflectance: Option<Reflectance> = 0.0..=100.0,
+        /// Share of the light that passes, as the words state it.
+        transmission: Option<Percent> = 0.0..=100.0,
     }
 }
 
@@ -158,7 +167,7 @@ static BUILTIN: LazyLock<StockCatalogue> = LazyLock::new(|| {
 });
 
 /// Words beside names in the built-in file.
-static QUALIFIER_TABLE: LazyLock<Vec<Qualifier>> = LazyLock::new(|| {
+static QUALIFIER_TABLE: LazyLock<Vec<(Qualifier, OpticalProperties)>> = LazyLock::new(|| {
     let place = TextPlace::new(TextLayer::Base, BUILTIN_FILE, STOCK.dialect);
     let mut found = Vec::new();
     let mut entries =
@@ -169,7 +178,11 @@ static QUALIFIER_TABLE: LazyLock<Vec<Qualifier>> = LazyLock::new(|| {
         rows.extend(read::<Qualifier>(QUALIFIERS, &raw.name, &raw.place, stack, &mut found));
     }
     debug_assert!(found.is_empty(), "{found:#?}");
-    rows.into_iter().map(|(row, _)| row).collect()
+    let with_optics = |(row, settings): (Qualifier, Vec<Setting>)| {
+        let optics = optics::optics_of_row(row.reflectance, row.transmission, &settings, None);
+        (row, optics)
+    };
+    rows.into_iter().map(with_optics).collect()
 });
 
 /// Removes the sections below a key of a file.
@@ -190,6 +203,7 @@ fn take_sections(
 struct StockEntry {
     name: String,
     material: StockMaterial,
+    optics: OpticalProperties,
     /// Values that a file states, with their sources; empty for built-in entries.
     settings: Vec<Setting>,
 }
@@ -210,6 +224,8 @@ struct StockName<'a> {
     clarity: Option<Clarity>,
     shade: Option<Shade>,
     surface: Option<SurfaceTreatment>,
+    /// Optics of the words beside the entry's name.
+    optics: OpticalProperties,
 }
 
 impl StockCatalogue {
@@ -241,6 +257,13 @@ impl StockCatalogue {
             let name = first.name.clone();
             let read = read::<StockMaterial>(MATERIALS, &name, &last.place, stack, found);
             let Some((material, mut settings)) = read else { continue };
+            let source = material.source.as_deref();
+            let optics = optics::optics_of_row(
+                material.reflectance,
+                material.transmission,
+                &settings,
+                source,
+            );
             settings.retain(|setting| {
                 let is_text = setting.path.ends_with(".source") || setting.path.ends_with(".note");
                 &*last.place.file != BUILTIN_FILE && !setting.is_default && !is_text
@@ -251,6 +274,7 @@ impl StockCatalogue {
                 let entry = StockEntry {
                     name: name.clone(),
                     material: material.clone(),
+                    optics: optics.clone(),
                     settings: settings.clone(),
                 };
                 by_key.insert(key, entry);
@@ -334,9 +358,11 @@ impl StockCatalogue {
                 class: is_resin.then_some(MaterialClass::Resin),
                 inhibited_cures: is_resin.then(|| inhibited(true)),
                 is_dark,
+                optics: name.optics,
                 ..MaterialProperties::default()
             };
         };
+        let optics = name.combined_optics();
         let class = material.sort.class();
         let shore = material.hardness.map(shore);
         MaterialProperties {
@@ -361,6 +387,7 @@ impl StockCatalogue {
             usd_per_kg: material.price.map(|PriceByMass(usd_per_kg)| usd_per_kg),
             laser_kerf_mm: material.kerf.map(Length::mm),
             warps: material.warps,
+            optics,
             ..MaterialProperties::default()
         }
     }
@@ -383,7 +410,15 @@ impl StockCatalogue {
     pub fn window_transparency(&self, material: &str) -> Option<OpticalClarity> {
         let name = self.read_name(material);
         // Frost scatters whatever colour is named beside it, and a pigment is named beside a clear material.
-        name.clarity.or(name.entry?.material.clarity).map(Clarity::optical)
+        name.clarity.or_else(|| name.entry?.material.clarity).map(Clarity::optical)
+    }
+
+    /// Returns the transparency of a thin part that spreads light: opaque if its material passes none, else translucent.
+    pub fn diffuser_transparency(&self, material: &str) -> OpticalClarity {
+        match self.read_name(material).combined_optics().transmission {
+            Some(OpticalFigure { value: 0.0, .. }) => OpticalClarity::Opaque,
+            _ => OpticalClarity::Translucent,
+        }
     }
 
     /// Returns the transparency of a printed part whose material is called clear or translucent: translucent, because
@@ -400,7 +435,7 @@ impl StockCatalogue {
     /// Returns the brightness of a material: that of the words beside its name, else its own.
     pub fn shade(&self, material: &str) -> Option<Shade> {
         let name = self.read_name(material);
-        name.shade.or(name.entry?.material.shade)
+        name.shade.or_else(|| name.entry?.material.shade)
     }
 
     /// Returns whether `to`, a key of `bonds`, means the material of a body: its class, its entry by any name, or the
@@ -426,7 +461,7 @@ impl StockCatalogue {
                 if own.is_empty() { (beside.join(" "), own) } else { (own.join(" "), beside) }
             }
         };
-        beside.retain(|word| qualifier(word).is_some_and(|row| row.filler != Some(true)));
+        beside.retain(|word| qualifier(word).is_some_and(|row| row.0.filler != Some(true)));
         beside.sort_unstable();
         (name, beside)
     }
@@ -439,6 +474,17 @@ impl StockCatalogue {
     }
 }
 
+impl StockName<'_> {
+    /// Returns the optics that the words state, and for the rest those of the entry.
+    fn combined_optics(&self) -> OpticalProperties {
+        let figures = self.entry.map(|entry| &entry.material);
+        let shade = self.shade.or(figures.and_then(|figures| figures.shade));
+        let clarity = self.clarity.or(figures.and_then(|figures| figures.clarity));
+        let entry = self.entry.map(|entry| entry.optics.clone()).unwrap_or_default();
+        optics::combined_optics((&self.optics, self.clarity), entry, (shade, clarity))
+    }
+}
+
 /// Splits a list with commas.
 fn items(list: Option<&str>) -> impl Iterator<Item = &str> {
     list.into_iter().flat_map(|list| list.split(',')).map(str::trim)
@@ -447,7 +493,7 @@ fn items(list: Option<&str>) -> impl Iterator<Item = &str> {
 /// Returns what the words beside a material's name say, as far as a table explains them.
 fn explain(words: &[String]) -> StockName<'static> {
     let mut said = StockName::default();
-    for row in words.iter().filter_map(|word| qualifier(word)) {
+    for (row, optics) in words.iter().filter_map(|word| qualifier(word)) {
         // Pigment stops light that a finish would scatter, and frost scatters light that clear material would pass.
         said.clarity = match (said.clarity, row.clarity) {
             (Some(Clarity::Opaque), _) | (_, Some(Clarity::Opaque)) => Some(Clarity::Opaque),
@@ -460,13 +506,20 @@ fn explain(words: &[String]) -> StockName<'static> {
             (Some(SurfaceTreatment::Bare), _) => Some(SurfaceTreatment::Bare),
             (known, new) => new.or(known),
         };
+        said.optics.reflectance = said.optics.reflectance.or_else(|| optics.reflectance.clone());
+        // Light passes pigment and finish in turn: at most what either lets through.
+        let share = |figure: &OpticalFigure<f64>| figure.value;
+        said.optics.transmission = match (said.optics.transmission, optics.transmission.clone()) {
+            (Some(known), Some(new)) if share(&new) < share(&known) => Some(new),
+            (known, new) => known.or(new),
+        };
     }
     said
 }
 
 /// Finds the row of a word that may stand beside a material's name.
-fn qualifier(word: &str) -> Option<&'static Qualifier> {
-    QUALIFIER_TABLE.iter().find(|row| row.words.iter().any(|known| known == word))
+fn qualifier(word: &str) -> Option<&'static (Qualifier, OpticalProperties)> {
+    QUALIFIER_TABLE.iter().find(|(row, _)| row.words.iter().any(|known| known == word))
 }
 
 /// Splits a name into words in lower case. Hyphens and plus signs belong to words.
@@ -525,6 +578,19 @@ mod tests {
         assert_eq!(window("acrylic frosted on both sides"), Some(OpticalClarity::Translucent));
         assert_eq!(window("black acrylic, frosted"), Some(OpticalClarity::Opaque));
         assert_eq!(window("unobtainium"), None);
+    }
+
+    #[test]
+    fn a_colour_counts_beside_a_name_that_no_entry_has() {
+        let stock = StockCatalogue::builtin();
+        assert!(stock.shade("black unobtainium").is_some_and(|shade| shade == Shade::Dark));
+        assert!(
+            stock.window_transparency("frosted unobtainium") == Some(OpticalClarity::Translucent)
+        );
+        assert!(
+            stock.shade("unobtainium").is_none()
+                && stock.window_transparency("unobtainium").is_none()
+        );
     }
 
     #[test]

@@ -156,6 +156,83 @@ impl Percent {
     }
 }
 
+/// Diffuse reflectance for red, green and blue light, percent.
+///
+/// ```
+/// use fabkit_designs::materials::Reflectance;
+/// use fabkit_designs::parameters::Scalar;
+/// let read = |text| Reflectance::parse(text).map_err(|refusal| refusal.says);
+/// assert_eq!(read("85 %")?, Reflectance([85.0; 3]));
+/// assert_eq!(read("60 %, 20 %, 10 %")?.to_string(), "60 %, 20 %, 10 %");
+/// assert!(read("60 %, 20 %").is_err());
+/// # Ok::<(), String>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reflectance(pub [f64; 3]);
+
+impl Reflectance {
+    /// Returns the values as fractions of 1.
+    pub fn shares(self) -> [f64; 3] {
+        self.0.map(|percent| Percent(percent).share())
+    }
+}
+
+impl fmt::Display for Reflectance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [red, green, blue] = self.0.map(Percent);
+        if red == green && green == blue {
+            write!(f, "{red}")
+        } else {
+            write!(f, "{red}, {green}, {blue}")
+        }
+    }
+}
+
+impl Scalar for Reflectance {
+    const KIND: ValueKind = ValueKind::Text;
+    type Limits = RangeInclusive<f64>;
+
+    /// Parses one percentage, or three of red, green and blue light with commas between them.
+    fn parse(text: &str) -> Result<Self, Refusal> {
+        let parts = text.split(',').map(<Percent as Scalar>::parse);
+        let parts = parts.map(|part| part.map(|Percent(percent)| percent));
+        match parts.collect::<Result<Vec<f64>, _>>()?[..] {
+            [grey] => Ok(Self([grey; 3])),
+            [red, green, blue] => Ok(Self([red, green, blue])),
+            _ => Err(Refusal::new(
+                "is neither one percentage nor three",
+                "write `85 %`, or `60 %, 20 %, 10 %` for red, green and blue light",
+            )),
+        }
+    }
+
+    fn is_within(&self, limits: &Self::Limits) -> bool {
+        self.0.iter().all(|percent| limits.contains(percent))
+    }
+
+    fn nearest(&self, limits: &Self::Limits) -> Option<Self> {
+        Some(Self(self.0.map(|percent| percent.max(*limits.start()).min(*limits.end()))))
+    }
+
+    fn show(&self) -> String {
+        self.to_string()
+    }
+
+    fn allowed(limits: &Self::Limits) -> String {
+        <Percent as Scalar>::allowed(limits)
+    }
+
+    fn must_be(limits: &Self::Limits) -> String {
+        <Percent as Scalar>::must_be(limits)
+    }
+
+    fn schema(_: &Self::Limits) -> Json {
+        let percent = format!("{NUMBER} *%");
+        let pattern = format!("^{percent}( *, *{percent} *, *{percent})?$");
+        Json::from_iter([("type", "string"), ("pattern", &pattern)])
+    }
+}
+
 /// Durometer scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {

@@ -107,6 +107,12 @@ fn write(
         text += &format!("; `{mark}` moves farthest, {mm:.3} mm");
     }
     text += &format!("\nlit by {}\n", captured.light_sources);
+    if let Some(gain) = captured.camera_gain.phrase() {
+        text += &format!("{gain}\n");
+    }
+    for unknown in &captured.not_known {
+        text += &format!("not known: {}; {}\n", unknown.subject(), unknown.remedy);
+    }
     Ok(Outcome { text, json, failed: false })
 }
 

@@ -68,6 +68,8 @@ pub fn optics_pack(
     document["design_hash"] = json!(design_hash(&project.design));
     document["light"] = json!(lighting.name);
     document["constants"] = constants.document(&lighting.effect);
+    document["not_known"] =
+        super::document::unknown_document(&constants.not_known(&lighting.effect));
     document["left_out"] = json!(super::document::omitted_effects(
         &lighting.effect,
         vec![super::lens::OMITTED_EFFECTS]

@@ -9,6 +9,7 @@ mod giving_way;
 mod implausible;
 mod lens_effects;
 mod markers_against_themselves;
+mod materials_in_images;
 mod optics;
 mod presses;
 mod pressing;

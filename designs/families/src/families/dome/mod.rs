@@ -104,7 +104,9 @@ fn build_sensor(p: &Dome, header: &Header) -> Sensor {
         circuits: vec![electronics::circuit(p, &layout)],
         press_fits: press_fits(p, &Joints::new(p, &layout)),
         touch: Some(touch.into()),
-        lightings: vec![thickness_lighting([parameters::TRANSLUCENT_GEL])],
+        lightings: vec![
+            thickness_lighting([parameters::TRANSLUCENT_GEL]).through(parameters::DIFFUSER),
+        ],
         jpeg_quality: u8::try_from(p.camera.jpeg_quality).ok().filter(|quality| *quality > 0),
         visible_bodies: visible_layers(
             &[(parameters::TRANSLUCENT_GEL, &p.translucent_gel.material)],

@@ -1,8 +1,7 @@
 //! Shell, holders and base, and the elastomers on the shell.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, Color, Landmark, OpticalClarity, Path, Placement, Pose, Process, Profile,
-    Solid,
+    Body, CUT_OVERLAP_MM, Color, Landmark, Path, Placement, Pose, Process, Profile, Solid,
 };
 
 use super::molds::{self, Boundary, flange_openings, keys, tip_vent};
@@ -15,7 +14,7 @@ use crate::blocks::{
 };
 use crate::chain_builder::{AssemblyName, Name, SENSOR, flipped};
 use crate::fits::Fit;
-use crate::materials::window_transparency;
+use crate::materials::{diffuser_transparency, window_transparency};
 
 // ------ Housing ------
 //
@@ -145,21 +144,12 @@ fn diffuser(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Body {
         &p.diffuser.material,
         -28.0,
     )
-    .with_clarity(diffuser_clarity(&p.diffuser.material))
+    .with_clarity(diffuser_transparency(&p.diffuser.material))
     .colored(WHITE)
     .with_bed_orientation(flipped())
     .with_landmarks(landmarks_at("uv hole", &uv))
     .with_handles(1 + p.leds.pairs as i32)
     .notes(["white resin; the plate on the bed, holes over the UV LEDs"])
-}
-
-/// Clarity of a printed diffuser: thin resin spreads light, unless a pigment makes it opaque.
-fn diffuser_clarity(material: &str) -> OpticalClarity {
-    if material.to_lowercase().contains("black") {
-        OpticalClarity::Opaque
-    } else {
-        OpticalClarity::Translucent
-    }
 }
 
 /// Returns the post that carries the camera through board and diffuser. The camera's cable leaves it below.

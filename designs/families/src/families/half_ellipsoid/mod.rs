@@ -163,12 +163,13 @@ fn derived_dimensions(p: &HalfEllipsoid) -> Vec<(String, String)> {
 const INK_RESPONSES: [Rgb; 2] = [[1.0, 0.15, 0.05], [0.05, 0.25, 1.0]];
 
 /// Returns two lightings: white light for shape, in which both inks scatter alike, and ultraviolet light for markers,
-/// in which each ink glows in its own colour.
+/// in which each ink glows in its own colour. The ultraviolet light passes through holes of the diffuser.
 fn sensor_lightings(p: &HalfEllipsoid) -> Vec<Lighting> {
     let layers: Vec<String> = housing::elastomer_names(p).into_iter().map(String::from).collect();
     let glowing = layers.iter().cloned().zip(INK_RESPONSES).collect();
     vec![
-        Lighting::from_body("white", parameters::WHITE_LED, VisibleEffect::Thickness { layers }),
+        Lighting::from_body("white", parameters::WHITE_LED, VisibleEffect::Thickness { layers })
+            .through(parameters::DIFFUSER),
         Lighting::from_body(
             "uv",
             parameters::UV_LED,

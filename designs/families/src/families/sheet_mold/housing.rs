@@ -369,6 +369,7 @@ pub fn display_lighting(p: &SheetMold, layout: &SheetMoldLayout) -> Lighting {
             sensor_from_camera: layout.sensor_from_display.then_in(above),
             ..camera
         }),
+        diffuser: None,
     }
 }
 

@@ -191,7 +191,7 @@ fn a_network_says_what_it_was_trained_to_say() {
     assert!(text.contains("net.onnx was trained for rtac0 on nothing"), "{text}");
     // All of the darker image counts as contact without a comparison: that is said.
     let found = run(&["pressed.png", "darker.png", "--force", "--json"]);
-    assert_eq!(found.code, Some(1), "{}", found.stderr);
+    assert_eq!(found.code, Some(0), "{}", found.stderr);
     let json = found.json();
     assert_eq!(json["plausibility"]["findings"][0]["code"], "contact_everywhere");
     is_near(&json["files"][0]["deepest_mm"], 2.0 * 25.0 / 50.0);

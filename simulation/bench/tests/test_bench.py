@@ -284,14 +284,14 @@ def test_extended_sensor_runs_the_same_experiments(monkeypatch, tmp_path) -> Non
     path = tmp_path / "mine.yaml"
     path.write_text("format: 1\nextends: rtac0\nname: mine\ncamera: {frame_rate: 200}\n")
     assert bench.experiments(str(path)) == bench.experiments("rtac0")
-    monkeypatch.setitem(dome.FAMILY.experiments, "light", at_rest)
+    monkeypatch.setitem(_run._family(fabkit.load("rtac0")).experiments, "light", at_rest)
     report = bench.run(str(path), rows=["light"])
     assert report.sensor == "mine"
     assert [row.paper for row in report.rows] == [0.5]
 
 
 def test_the_command(capsys, monkeypatch, tmp_path) -> None:
-    monkeypatch.setitem(dome.FAMILY.experiments, "light", at_rest)
+    monkeypatch.setitem(_run._family(fabkit.load("rtac0")).experiments, "light", at_rest)
     asked = ["rtac0", "--rows", "light", "--quiet"]
     assert main([*asked, "--json", "-o", str(tmp_path)]) == 0
     assert json.loads(capsys.readouterr().out)["sensor"] == "rtac0"

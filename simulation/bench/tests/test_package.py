@@ -66,5 +66,5 @@ def test_the_readme_runs(capsys) -> None:
     assert len(blocks) == 1
     exec(compile(blocks[0], "README.md", "exec"), {})
     assert len(capsys.readouterr().out.splitlines()) == len(
-        fabkit_bench.run("rtac0", rows=["slip"]).rows
+        fabkit_bench.run("shadowtac", rows=["linear"]).rows
     )

@@ -28,6 +28,10 @@ rule! {
 
 fn apply(case: &RuleInput<'_>) -> RuleResult {
     let found = [examine(case.sensor, case.scene), overlapping_steps::examine(case.sensor)];
+    // Molds are as much larger as the layer in them shrinks: drawn with no shrinkage where none is stated.
+    for layer in pours(case.sensor).filter_map(|(_, pour)| case.sensor.body(&pour.layer)) {
+        case.questions.cast_shrinkage(Rule::Chain, layer);
+    }
     Ok((found.concat(), case.sensor.chain.len()))
 }
 

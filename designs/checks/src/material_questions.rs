@@ -44,7 +44,7 @@ impl UnknownProperty {
     /// Creates the statement that a property of a body's material is not known, and what would settle it.
     pub fn of_body(property: MaterialProperty, body: &Body) -> Self {
         let material = material_name(body);
-        let remedy = remedy(property, &material, body.kind == BodyKind::Cast);
+        let remedy = property.remedy(&material, body.kind == BodyKind::Cast);
         Self { property, material, bodies: vec![body.name.clone()], rules: Vec::new(), remedy }
     }
 
@@ -115,6 +115,11 @@ impl MaterialQuestions {
     /// Asks for the viscosity of a mixture, Pa s.
     pub(crate) fn viscosity_pa_s(&self, rule: Rule, body: &Body) -> Option<f64> {
         self.note(rule, body, MaterialProperty::Viscosity, body.substance.viscosity_pa_s)
+    }
+
+    /// Asks for the linear shrinkage of a layer on curing, as a fraction.
+    pub(crate) fn cast_shrinkage(&self, rule: Rule, body: &Body) -> Option<f64> {
+        self.note(rule, body, MaterialProperty::Shrinkage, body.substance.cast_shrinkage)
     }
 
     /// Asks whether a body is dark.
@@ -188,22 +193,6 @@ fn material_name(body: &Body) -> String {
     match body.stock {
         Some(stock) if body.material.is_empty() => stock.to_owned(),
         _ => body.material.clone(),
-    }
-}
-
-/// Returns what would settle a property of a material, as an instruction.
-fn remedy(property: MaterialProperty, material: &str, is_cast: bool) -> String {
-    let key = match property {
-        MaterialProperty::Elasticity => "youngs_modulus`, `modulus` or `hardness",
-        _ => property.key(is_cast),
-    };
-    match material {
-        "" => "state what it is made of".to_owned(),
-        _ if is_cast => format!("state `{key}` of `{material}` below `materials:`"),
-        _ => format!(
-            "name a material of the list that docs/reference/own.md gives, or state `{key}` of \
-             `{material}` below `materials:`"
-        ),
     }
 }
 

@@ -127,6 +127,8 @@ pub enum MaterialProperty {
     Strength,
     /// Viscosity of the mixture before curing.
     Viscosity,
+    /// Linear shrinkage on curing, by which molds are made larger.
+    Shrinkage,
     /// Whether its colour is dark or light.
     Shade,
     /// Young's modulus of a soft layer.
@@ -157,6 +159,7 @@ impl MaterialProperty {
             Self::Hardness => "hardness",
             Self::Strength => "strength",
             Self::Viscosity => "viscosity",
+            Self::Shrinkage => "shrinkage",
             Self::Shade => "shade",
             Self::Elasticity => "Young's modulus",
             Self::Softening => "softening temperature",
@@ -180,6 +183,7 @@ impl MaterialProperty {
             Self::Hardness => "hardness",
             Self::Strength => "strength",
             Self::Viscosity => "viscosity",
+            Self::Shrinkage => "shrinkage",
             Self::Shade => "shade",
             Self::Elasticity => "youngs_modulus",
             Self::Softening => "softens",
@@ -237,6 +241,8 @@ pub struct MaterialProperties {
     pub tear_strength_mpa: Option<f64>,
     /// Viscosity of the mixture before curing, Pa s.
     pub viscosity_pa_s: Option<f64>,
+    /// Linear shrinkage on curing, as a fraction, if it is cast.
+    pub cast_shrinkage: Option<f64>,
     /// Whether it is dark, where its colour provides contrast.
     pub is_dark: Option<bool>,
     /// Refractive index for visible light, against vacuum.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use fabkit_geometry::{Angle, Length};
 
 use crate::expression::Formula;
-use crate::place::{LocatedProblem, TextPlace, WrittenText, WrittenValue};
+use crate::place::{LocatedProblem, TextPlace, WrittenText, WrittenValue, WrittenValues};
 use crate::tree::{YamlContent, YamlEntry, YamlNode};
 use crate::unknown_path::{describe_alternatives, find_similar_paths};
 use crate::{
@@ -39,7 +39,8 @@ pub struct ParameterTable {
     fields: Arc<Vec<FieldDeclaration>>,
     /// Place of the whole document.
     pub root: TextPlace,
-    values: BTreeMap<String, WrittenValue>,
+    /// Values, shared by the copies that are made to try other values.
+    values: WrittenValues,
     sections: BTreeMap<String, TextPlace>,
     /// Paths where something unreadable was written: already reported, so not reported as missing.
     broken: BTreeSet<String>,
@@ -68,11 +69,16 @@ impl ParameterTable {
 
     /// Returns the value written at a path.
     pub(crate) fn value(&self, path: &str) -> Option<&WrittenValue> {
-        self.values.get(path)
+        self.values.get(path).map(Arc::as_ref)
+    }
+
+    /// Returns the value written at a path, to be kept.
+    pub(crate) fn shared_value(&self, path: &str) -> Option<Arc<WrittenValue>> {
+        self.values.get(path).cloned()
     }
 
     /// Returns all written values, by path.
-    pub(crate) fn values(&self) -> &BTreeMap<String, WrittenValue> {
+    pub(crate) fn values(&self) -> &WrittenValues {
         &self.values
     }
 
@@ -83,7 +89,7 @@ impl ParameterTable {
         values: Vec<(Option<usize>, String)>,
         formula: Formula,
     ) {
-        let Some(written) = self.values.get_mut(path) else { return };
+        let Some(written) = self.values.get_mut(path).map(Arc::make_mut) else { return };
         for (item, value) in values {
             match (item, &mut written.text) {
                 (None, text) => *text = WrittenText::Scalar(value),
@@ -163,7 +169,7 @@ impl ParameterTable {
     }
 
     /// Returns the written values, by path.
-    pub fn into_values(self) -> BTreeMap<String, WrittenValue> {
+    pub fn into_values(self) -> WrittenValues {
         self.values
     }
 
@@ -176,8 +182,8 @@ impl ParameterTable {
     }
 
     /// Writes one value over the present one.
-    pub(crate) fn set(&mut self, path: &str, written: WrittenValue) {
-        self.values.insert(path.to_owned(), written);
+    pub(crate) fn set(&mut self, path: &str, written: impl Into<Arc<WrittenValue>>) {
+        self.values.insert(path.to_owned(), written.into());
     }
 
     /// Returns the field declared at a path, if there is one.
@@ -203,7 +209,7 @@ impl ParameterTable {
 
     /// Returns the value written at a path, if any.
     pub fn written(&self, path: &str) -> Option<&WrittenValue> {
-        self.values.get(path)
+        self.value(path)
     }
 
     /// Merges the entries of one text at the height of `layer`: over lower layers, but below `layer` itself and those
@@ -532,7 +538,7 @@ fn names(fields: &[FieldDeclaration]) -> String {
 }
 
 /// Returns every path that `formula` depends on, directly or through other expressions.
-fn collect_inputs(values: &BTreeMap<String, WrittenValue>, formula: &Formula) -> BTreeSet<String> {
+fn collect_inputs(values: &WrittenValues, formula: &Formula) -> BTreeSet<String> {
     let mut all = BTreeSet::new();
     let mut next: Vec<&String> = formula.inputs.iter().collect();
     while let Some(path) = next.pop() {
@@ -548,10 +554,7 @@ fn collect_inputs(values: &BTreeMap<String, WrittenValue>, formula: &Formula) ->
 
 /// Returns the plain inputs of `formula`, direct or indirect, that were written in a layer above the expression: those
 /// the user has just changed.
-pub(crate) fn find_changed_inputs(
-    values: &BTreeMap<String, WrittenValue>,
-    formula: &Formula,
-) -> Vec<String> {
+pub(crate) fn find_changed_inputs(values: &WrittenValues, formula: &Formula) -> Vec<String> {
     let mut changed: Vec<String> = collect_inputs(values, formula).into_iter().collect();
     let below = formula.layer;
     changed.retain(|path| {

@@ -1,5 +1,6 @@
 //! Places of values in files, the values as written, and the problems found there.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::expression::Formula;
@@ -112,6 +113,9 @@ pub struct WrittenValue {
     /// Expression that the text was computed from, if any.
     pub formula: Option<Formula>,
 }
+
+/// Written values by path. Copies share the values.
+pub type WrittenValues = BTreeMap<String, Arc<WrittenValue>>;
 
 impl WrittenValue {
     /// Creates a value that is not computed.

@@ -254,8 +254,8 @@ impl Reader {
     }
 
     /// Returns the value at a path. A path that is neither written nor broken is recorded as missing.
-    fn find_written(&mut self, path: &str) -> Option<WrittenValue> {
-        let written = self.document.value(path).cloned();
+    fn find_written(&mut self, path: &str) -> Option<Arc<WrittenValue>> {
+        let written = self.document.shared_value(path);
         if written.is_none() && !self.document.is_unreadable(path) {
             self.missing.push(path.to_owned());
         }
@@ -427,9 +427,12 @@ pub(crate) fn read_scalar_text<T: Scalar>(
     limits: &T::Limits,
     place: &TextPlace,
 ) -> Result<T, Box<LocatedProblem>> {
-    let written = crate::to_printable(text.trim());
-    let (message, hint, code, instead) = match T::parse(text) {
+    let parsed = match T::parse(text) {
         Ok(value) if value.is_within(limits) => return Ok(value),
+        parsed => parsed,
+    };
+    let written = crate::to_printable(text.trim());
+    let (message, hint, code, instead) = match parsed {
         Ok(value) => {
             let message = format!("{path} is {written}; it must be {}", T::must_be(limits));
             let nearest = value.nearest(limits).map(|value| value.show());

@@ -3,11 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
 use std::panic::Location;
+use std::sync::Arc;
 
 use fabkit_geometry::{Angle, Length};
 
 use crate::parameter_table::find_changed_inputs;
-use crate::place::{LocatedProblem, TextPlace, WrittenText, WrittenValue};
+use crate::place::{LocatedProblem, TextPlace, WrittenText, WrittenValue, WrittenValues};
 use crate::suggest::join_words;
 use crate::{
     InvalidDesign, Parameter, ProblemFacts, SourceKind, TextLayer, UNKNOWN_PARAMETER, to_printable,
@@ -136,7 +137,7 @@ const MESSAGE_LENGTH: usize = 180;
 /// Collector of violated rules, each at the place where the value was written.
 #[derive(Clone, Debug)]
 pub struct RuleReport {
-    written: BTreeMap<String, WrittenValue>,
+    written: Arc<WrittenValues>,
     found: Vec<LocatedProblem>,
     limits: BTreeMap<LimitId, f64>,
     /// Problems that come from [`RuleReport::require`] instead of a limit: index of the problem and location of the rule in
@@ -206,7 +207,12 @@ struct BrokenLimit {
 
 impl RuleReport {
     /// Creates a report from the values and the problems found while reading.
-    pub(crate) fn new(written: BTreeMap<String, WrittenValue>, found: Vec<LocatedProblem>) -> Self {
+    pub(crate) fn new(written: WrittenValues, found: Vec<LocatedProblem>) -> Self {
+        Self::with_shared(Arc::new(written), found)
+    }
+
+    /// Creates a report from values that other reports have, too.
+    fn with_shared(written: Arc<WrittenValues>, found: Vec<LocatedProblem>) -> Self {
         Self {
             written,
             found,
@@ -315,7 +321,7 @@ impl RuleReport {
         // Looked up even if the rule holds, so that a wrong path panics in any case.
         let (place, text) = self.find_item(path);
         if !holds {
-            let found = place.problem(path, &text, message());
+            let found = place.problem(path, &text.to_printable(), message());
             self.required.push((self.found.len(), Location::caller()));
             self.found.push(found.hint(hint()).code("rule_broken"));
         }
@@ -340,9 +346,9 @@ impl RuleReport {
         // Rounded down, so that the recommended value satisfies the limit.
         let works = ((limit + TOLERANCE) * Q::STEPS_PER_UNIT).floor() / Q::STEPS_PER_UNIT;
         // A limit of 0 or less cannot be recommended: other values have left no room.
-        let offer = (works > 0.0).then(|| format!("at most {}", format_with_unit::<Q>(works)));
+        let offer = || (works > 0.0).then(|| format!("at most {}", format_with_unit::<Q>(works)));
         let missing = value.value() - limit;
-        self.check_limit((holds, missing), path, value.to_string(), limit, offer, because);
+        self.check_limit((holds, missing), path, value, limit, offer, because);
     }
 
     /// Requires `value` to be at most `limit`, where 0 means that the part is absent. With no room at all, 0 is
@@ -361,9 +367,9 @@ impl RuleReport {
         let limit = limit.max(0.0);
         let holds = value.value() <= limit + TOLERANCE;
         let works = ((limit + TOLERANCE) * Q::STEPS_PER_UNIT).floor() / Q::STEPS_PER_UNIT;
-        let offer = Some(format!("at most {}", format_with_unit::<Q>(works)));
+        let offer = || Some(format!("at most {}", format_with_unit::<Q>(works)));
         let missing = value.value() - limit;
-        self.check_limit((holds, missing), path, value.to_string(), limit, offer, because);
+        self.check_limit((holds, missing), path, value, limit, offer, because);
     }
 
     /// Requires `value`, written at `path`, to be at least `limit`; otherwise like [`RuleReport::at_most`].
@@ -381,9 +387,9 @@ impl RuleReport {
         let holds = value.value() >= limit - TOLERANCE;
         // Rounded up, so that the recommended value satisfies the limit.
         let works = ((limit - TOLERANCE) * Q::STEPS_PER_UNIT).ceil() / Q::STEPS_PER_UNIT;
-        let offer = Some(format!("at least {}", format_with_unit::<Q>(works)));
+        let offer = || Some(format!("at least {}", format_with_unit::<Q>(works)));
         let missing = limit - value.value();
-        self.check_limit((holds, missing), path, value.to_string(), limit, offer, because);
+        self.check_limit((holds, missing), path, value, limit, offer, because);
     }
 
     /// Checks a limit and records it, whether or not it holds. `missing` is the distance beyond the limit.
@@ -392,9 +398,9 @@ impl RuleReport {
         &mut self,
         (holds, missing): (bool, f64),
         path: &str,
-        value: String,
+        value: impl Display,
         limit: f64,
-        offer: Option<String>,
+        offer: impl FnOnce() -> Option<String>,
         because: impl Display,
     ) {
         let mut constraint = (Location::caller(), path.to_owned(), 0);
@@ -412,9 +418,9 @@ impl RuleReport {
             let named = Vec::new();
             self.broken.push(BrokenLimit {
                 constraint,
-                value,
+                value: value.to_string(),
                 excess: missing,
-                limit: offer,
+                limit: offer(),
                 because,
                 found,
                 inputs: named,
@@ -456,7 +462,7 @@ impl RuleReport {
                 break;
             }
             parameters.neighbours(path, &(), share, &mut |input, neighbour| {
-                let mut report = Self::new(self.written.clone(), Vec::new());
+                let mut report = Self::with_shared(Arc::clone(&self.written), Vec::new());
                 check(&neighbour, &mut report);
                 self.add_moved_input(&report, input, &unknown, &mut from);
             });
@@ -570,23 +576,39 @@ impl RuleReport {
         format!("{path} is {value} in {}{line}", written.place.file)
     }
 
-    /// Returns the place and one-line text of a value, or of an item of a list.
-    fn find_item(&self, path: &str) -> (&TextPlace, String) {
+    /// Returns place and text of a value, or of an item of a list.
+    fn find_item(&self, path: &str) -> (&TextPlace, ItemText<'_>) {
         let item = path.strip_suffix(']').and_then(|path| path.rsplit_once('['));
         if let Some((list, index)) = item
             && let WrittenText::List(items) = &self.written(list).text
             && let Some((text, place)) = index.parse().ok().and_then(|i: usize| items.get(i))
         {
-            return (place, to_printable(text));
+            return (place, ItemText::Item(text));
         }
         let written = self.written(path);
-        (&written.place, written.text.to_printable())
+        (&written.place, ItemText::Whole(&written.text))
     }
 
     /// Returns the value at a path; panics if there is none.
     fn written(&self, path: &str) -> &WrittenValue {
         let written = self.written.get(path);
         written.unwrap_or_else(|| panic!("`{path}` is not a parameter of this family"))
+    }
+}
+
+/// Text of a value, or of an item of a list.
+enum ItemText<'a> {
+    Item(&'a str),
+    Whole(&'a WrittenText),
+}
+
+impl ItemText<'_> {
+    /// Formats the text on one line.
+    fn to_printable(&self) -> String {
+        match self {
+            Self::Item(text) => to_printable(text),
+            Self::Whole(text) => text.to_printable(),
+        }
     }
 }
 

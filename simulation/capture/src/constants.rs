@@ -5,46 +5,8 @@ use fabkit_geometry::{Rgb, Sensor, Vector3, VisibleEffect};
 use fabkit_light::{DEFAULT_TRANSMITTANCE, ImageSensorNoise, TwoStream};
 use serde_json::{Value, json};
 
+use super::provenance::{Constant, Provenance};
 use super::surfaces::{CameraGain, Surfaces, merged};
-
-/// Provenance of a constant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Provenance {
-    /// Not known; a plausible value.
-    Chosen,
-    /// Measured.
-    Measured,
-    /// Fitted; the constant's source states to which data.
-    Fitted,
-    /// Stated of a material; the constant's source says by whom.
-    Stated,
-}
-
-impl Provenance {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Chosen => "chosen",
-            Self::Measured => "measured",
-            Self::Fitted => "fitted",
-            Self::Stated => "stated",
-        }
-    }
-}
-
-/// A constant with its provenance.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Constant {
-    /// Name with unit, as in outputs.
-    pub name: &'static str,
-    /// Numeric value.
-    pub value: f64,
-    /// Provenance of the value.
-    pub known: Provenance,
-    /// Description of the source.
-    pub source: String,
-    /// Property of a drawn material that no source states, for which the value stands.
-    pub unknown: Option<UnknownProperty>,
-}
 
 /// Optical constants of captures in any lighting.
 ///

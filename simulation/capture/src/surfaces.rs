@@ -8,7 +8,7 @@ use fabkit_geometry::{
 };
 use fabkit_light::DEFAULT_TRANSMITTANCE;
 
-use super::{Constant, Provenance};
+use super::provenance::{Constant, Provenance};
 
 /// Diffuse share, specular share and specular exponent of a usual reflective coat, to which exposures refer, and which
 /// stands for coats of unknown reflection. Chosen: silicone with aluminium powder, between matt paint and satin metal.

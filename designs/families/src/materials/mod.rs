@@ -11,7 +11,9 @@ mod bonds;
 mod catalogue;
 mod elasticity;
 mod optics;
+mod qualifiers;
 mod stock;
+mod stock_file;
 mod units;
 
 use std::ops::Deref;
@@ -28,7 +30,7 @@ use crate::{choices, parameters};
 pub(crate) use adhesion::{assign_substances, find_adhesions};
 pub(crate) use bonds::{add_bonds, check_kinds};
 pub(crate) use catalogue::{Catalogue, MATERIALS};
-pub use stock::Shade;
+pub use qualifiers::Shade;
 pub(crate) use stock::{StockCatalogue, StockMaterial};
 pub(crate) use units::split_number;
 pub use units::{
@@ -354,6 +356,7 @@ fn castable_properties(castable: &Castable) -> MaterialProperties {
         shore: figures.hardness.map(shore),
         tear_strength_mpa: figures.strength.map(|Pressure(kpa)| kpa / 1e3),
         viscosity_pa_s: figures.viscosity.map(|Viscosity(pa_s)| pa_s),
+        cast_shrinkage: figures.shrinkage.map(Percent::share),
         is_dark: figures.shade.map(|shade| shade == Shade::Dark),
         refractive_index: figures.refractive_index,
         softening_point: None,

@@ -7,17 +7,19 @@ use fabkit_geometry::{
     Body, BodyKind, CureMechanism, Length, MaterialClass, MaterialProperties, OpticalClarity,
     OpticalFigure, OpticalProperties, Process, SofteningPoint,
 };
-use fabkit_text::{
-    Dialect, LocatedProblem, Setting, TextLayer, TextPlace, YamlEntry, read_mapping, take_format,
-};
+use fabkit_text::{LocatedProblem, Setting};
 
 use super::catalogue::MATERIALS;
+use super::qualifiers::{
+    Qualities, Shade, SurfaceTreatment, explain, has_meaning, is_explained, words,
+};
+use super::stock_file::{BUILTIN_FILE, DIALECT, read_builtin};
 use super::{
     Celsius, Clarity, Density, Hardness, Percent, Pressure, PriceByMass, Reflectance, Viscosity,
     elasticity, optics, shore,
 };
 use crate::user_catalogue::named_sections::{
-    LayeredSections, RawSection, SectionKind, key_of, read, read_sections,
+    LayeredSections, RawSection, SectionKind, key_of, read,
 };
 use crate::{choices, sections};
 
@@ -65,26 +67,6 @@ impl StockClass {
     }
 }
 
-choices! {
-    /// Brightness of a material, where a camera tells it from another one.
-    pub enum Shade {
-        /// Black or nearly so.
-        Dark = "dark",
-        /// White or of bright metal.
-        Light = "light",
-    }
-}
-
-choices! {
-    /// Treatment of a surface, which decides whether the material below it inhibits cures.
-    pub enum SurfaceTreatment {
-        /// Varnished, painted, baked: nothing of the material reaches the liquid.
-        Sealed = "sealed",
-        /// As it was made, whatever a step says.
-        Bare = "bare",
-    }
-}
-
 sections! {
     /// Properties of a material that parts are printed, cut or milled from. Unknown properties are left out.
     pub struct StockMaterial {
@@ -125,78 +107,17 @@ sections! {
         /// Advice on using the material.
         note: Option<String> = 0..=500,
     }
-
-    /// Words that stand beside the name of a material, and what they say of it.
-    pub struct Qualifier {
-        /// Words in lower case.
-        words: Vec<String> = (1..=64, 1..=40),
-        /// Transparency that the words state.
-        clarity: Option<Clarity>,
-        /// Brightness that the words state.
-        shade: Option<Shade>,
-        /// Treatment of the surface that the words state.
-        surface: Option<SurfaceTreatment>,
-        /// True for words that say nothing of the material: `sheet`, `on`.
-        filler: Option<bool>,
-        /// Diffuse reflectance that the words state.
-        reflectance: Option<Reflectance> = 0.0..=100.0,
-        /// Share of the light that passes, as the words state it.
-        transmission: Option<Percent> = 0.0..=100.0,
-    }
 }
 
-/// Dialect of the built-in file, which gives messages their nouns.
-const STOCK: SectionKind =
-    SectionKind { key: "stock", dialect: &Dialect::new("file of stock", 1, "") };
-
-const QUALIFIERS: SectionKind = SectionKind { key: "qualifiers", dialect: STOCK.dialect };
-
-const BUILTIN_FILE: &str = "stock.yaml (built-in)";
+const STOCK: SectionKind = SectionKind { key: "stock", dialect: &DIALECT };
 
 /// Entries of the built-in file.
 static BUILTIN: LazyLock<StockCatalogue> = LazyLock::new(|| {
-    let place = TextPlace::new(TextLayer::Base, BUILTIN_FILE, STOCK.dialect);
     let mut found = Vec::new();
-    let mut entries =
-        read_mapping(include_str!("../../stock.yaml"), &place, &mut found).unwrap_or_default();
-    take_format(&mut entries, &place, &mut found);
-    let raws = take_sections(STOCK, &mut entries, &place, &mut found);
-    let catalogue = StockCatalogue::from_sections(raws, &mut found);
+    let catalogue = StockCatalogue::from_sections(read_builtin(STOCK, &mut found), &mut found);
     debug_assert!(found.is_empty(), "{found:#?}");
     catalogue
 });
-
-/// Words beside names in the built-in file.
-static QUALIFIER_TABLE: LazyLock<Vec<(Qualifier, OpticalProperties)>> = LazyLock::new(|| {
-    let place = TextPlace::new(TextLayer::Base, BUILTIN_FILE, STOCK.dialect);
-    let mut found = Vec::new();
-    let mut entries =
-        read_mapping(include_str!("../../stock.yaml"), &place, &mut found).unwrap_or_default();
-    let mut rows = Vec::new();
-    for raw in take_sections(QUALIFIERS, &mut entries, &place, &mut found) {
-        let stack = vec![(raw.place.clone(), raw.entries)];
-        rows.extend(read::<Qualifier>(QUALIFIERS, &raw.name, &raw.place, stack, &mut found));
-    }
-    debug_assert!(found.is_empty(), "{found:#?}");
-    let with_optics = |(row, settings): (Qualifier, Vec<Setting>)| {
-        let optics = optics::optics_of_row(row.reflectance, row.transmission, &settings, None);
-        (row, optics)
-    };
-    rows.into_iter().map(with_optics).collect()
-});
-
-/// Removes the sections below a key of a file.
-fn take_sections(
-    noun: SectionKind,
-    entries: &mut Vec<YamlEntry>,
-    place: &TextPlace,
-    found: &mut Vec<LocatedProblem>,
-) -> Vec<RawSection> {
-    match entries.iter().position(|entry| entry.key == noun.key) {
-        Some(at) => read_sections(noun, entries.remove(at), place, found),
-        None => Vec::new(),
-    }
-}
 
 /// A material of the catalogue with the name under which messages know it.
 #[derive(Clone, Debug, PartialEq)]
@@ -221,11 +142,8 @@ pub(crate) struct StockCatalogue {
 struct StockName<'a> {
     /// Entry of the catalogue; `None` if no entry has this name.
     entry: Option<&'a StockEntry>,
-    clarity: Option<Clarity>,
-    shade: Option<Shade>,
-    surface: Option<SurfaceTreatment>,
-    /// Optics of the words beside the entry's name.
-    optics: OpticalProperties,
+    /// What the words beside the entry's name say.
+    beside: Qualities,
 }
 
 impl StockCatalogue {
@@ -283,30 +201,35 @@ impl StockCatalogue {
         Self { raws: Arc::new(raws), by_key: Arc::new(by_key) }
     }
 
-    /// Returns whether a section of `materials:` is about a material of this kind: it says `sort`, changes an entry, or
-    /// extends one.
-    pub fn owns(&self, raw: &RawSection, others: &[RawSection]) -> bool {
-        let is_entry = |name: &str| self.by_key.contains_key(&key_of(name));
-        let extends = |raw: &RawSection| {
-            let base = raw.entries.iter().find(|entry| entry.key == "extends")?;
-            base.value.text().map(str::to_owned)
-        };
-        let mut raw = raw;
-        // A chain of sections that extend each other ends after as many steps as there are sections.
-        for _ in 0..=others.len() {
-            if raw.entries.iter().any(|entry| entry.key == "sort") || is_entry(&raw.name) {
-                return true;
+    /// Splits the sections of `materials:` into those about materials of this kind, which say `sort`, change an entry, or
+    /// extend one, and those about what is cast.
+    pub fn split(&self, sections: Vec<RawSection>) -> (Vec<RawSection>, Vec<RawSection>) {
+        let mut extending: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+        let mut first: BTreeMap<String, usize> = BTreeMap::new();
+        let mut is_stock = vec![false; sections.len()];
+        let mut next = Vec::new();
+        for (i, section) in sections.iter().enumerate() {
+            let (key, base) = (key_of(&section.name), section.base());
+            let is_entry = |key: &String| self.by_key.contains_key(key);
+            let says_sort = section.entries.iter().any(|entry| entry.key == "sort");
+            if says_sort || is_entry(&key) || base.as_ref().is_some_and(is_entry) {
+                next.push(i);
+            } else if let Some(base) = base {
+                extending.entry(base).or_default().push(i);
             }
-            let Some(base) = extends(raw) else { return false };
-            if is_entry(&base) {
-                return true;
-            }
-            match others.iter().find(|other| key_of(&other.name) == key_of(&base)) {
-                Some(next) => raw = next,
-                None => return false,
+            first.entry(key).or_insert(i);
+        }
+        // What extends a name extends the first section of that name.
+        while let Some(i) = next.pop() {
+            let key = key_of(&sections[i].name);
+            if !std::mem::replace(&mut is_stock[i], true) && first.get(&key) == Some(&i) {
+                next.extend(extending.remove(&key).into_iter().flatten());
             }
         }
-        false
+        let (stock, cast): (Vec<_>, Vec<_>) =
+            sections.into_iter().zip(is_stock).partition(|(_, is_stock)| *is_stock);
+        let sections = |pairs: Vec<(RawSection, bool)>| pairs.into_iter().map(|(one, _)| one);
+        (sections(stock).collect(), sections(cast).collect())
     }
 
     /// Finds the entry that a name means, and the words beside it, each of which a table explains. With any other word it
@@ -322,7 +245,7 @@ impl StockCatalogue {
                 let to = from + length;
                 let entry = self.by_key.get(&words[from..to].join(" "))?;
                 let beside = [&words[..from], &words[to..]].concat();
-                beside.iter().all(|word| qualifier(word).is_some()).then_some((entry, beside))
+                beside.iter().all(|word| is_explained(word)).then_some((entry, beside))
             })
         })
     }
@@ -330,8 +253,8 @@ impl StockCatalogue {
     /// Reads the name of a material. A colour of an unknown material is a colour nevertheless.
     fn read_name(&self, text: &str) -> StockName<'_> {
         match self.find_entry(text) {
-            Some((entry, beside)) => StockName { entry: Some(entry), ..explain(&beside) },
-            None => explain(&words(text)),
+            Some((entry, words)) => StockName { entry: Some(entry), beside: explain(&words) },
+            None => StockName { entry: None, beside: explain(&words(text)) },
         }
     }
 
@@ -346,10 +269,10 @@ impl StockCatalogue {
     /// Returns the properties of a body that is not cast from a material of the catalogue.
     pub fn properties(&self, body: &Body) -> MaterialProperties {
         let name = self.name_of_body(body);
-        let is_dark = name.shade.map(|shade| shade == Shade::Dark);
+        let is_dark = name.beside.shade.map(|shade| shade == Shade::Dark);
         // A resin printer prints resin, whatever its maker calls it.
         let is_resin = matches!(body.kind, BodyKind::Made(Process::Sla | Process::PolyJet));
-        let is_sealed = name.surface == Some(SurfaceTreatment::Sealed);
+        let is_sealed = name.beside.surface == Some(SurfaceTreatment::Sealed);
         let inhibited = |inhibits: bool| {
             if inhibits && !is_sealed { vec![CureMechanism::Platinum] } else { Vec::new() }
         };
@@ -358,7 +281,7 @@ impl StockCatalogue {
                 class: is_resin.then_some(MaterialClass::Resin),
                 inhibited_cures: is_resin.then(|| inhibited(true)),
                 is_dark,
-                optics: name.optics,
+                optics: name.beside.optics,
                 ..MaterialProperties::default()
             };
         };
@@ -402,7 +325,7 @@ impl StockCatalogue {
 
     /// Returns whether the name of a body's material says that it is left bare, whatever a step does to it.
     pub fn is_bare(&self, body: &Body) -> bool {
-        self.name_of_body(body).surface == Some(SurfaceTreatment::Bare)
+        self.name_of_body(body).beside.surface == Some(SurfaceTreatment::Bare)
     }
 
     /// Returns the transparency of a window cut from a sheet or made of resin: that of the words beside its material's
@@ -410,7 +333,7 @@ impl StockCatalogue {
     pub fn window_transparency(&self, material: &str) -> Option<OpticalClarity> {
         let name = self.read_name(material);
         // Frost scatters whatever colour is named beside it, and a pigment is named beside a clear material.
-        name.clarity.or_else(|| name.entry?.material.clarity).map(Clarity::optical)
+        name.beside.clarity.or_else(|| name.entry?.material.clarity).map(Clarity::optical)
     }
 
     /// Returns the transparency of a thin part that spreads light: opaque if its material passes none, else translucent.
@@ -425,17 +348,18 @@ impl StockCatalogue {
     /// print layers scatter light. `None` if the name does not suggest that light passes.
     pub fn print_transparency(&self, body: &Body) -> Option<OpticalClarity> {
         let name = self.name_of_body(body);
-        let own = || name.entry.filter(|_| name.shade.is_none())?.material.clarity;
+        let own = || name.entry.filter(|_| name.beside.shade.is_none())?.material.clarity;
         let passes = |clarity: &Clarity| *clarity != Clarity::Opaque;
-        let is_painted = name.surface == Some(SurfaceTreatment::Sealed);
-        let of_words = name.clarity.or_else(|| own().filter(|clarity| *clarity == Clarity::Clear));
+        let is_painted = name.beside.surface == Some(SurfaceTreatment::Sealed);
+        let of_words =
+            name.beside.clarity.or_else(|| own().filter(|clarity| *clarity == Clarity::Clear));
         of_words.filter(passes).filter(|_| !is_painted).map(|_| OpticalClarity::Translucent)
     }
 
     /// Returns the brightness of a material: that of the words beside its name, else its own.
     pub fn shade(&self, material: &str) -> Option<Shade> {
         let name = self.read_name(material);
-        name.shade.or_else(|| name.entry?.material.shade)
+        name.beside.shade.or_else(|| name.entry?.material.shade)
     }
 
     /// Returns whether `to`, a key of `bonds`, means the material of a body: its class, its entry by any name, or the
@@ -455,13 +379,13 @@ impl StockCatalogue {
         let (name, mut beside) = match self.find_entry(text) {
             Some((entry, beside)) => (entry.name.clone(), beside),
             None => {
-                let is_beside = |word: &String| qualifier(word).is_some();
+                let is_beside = |word: &String| is_explained(word);
                 let (beside, own): (Vec<_>, Vec<_>) = words(text).into_iter().partition(is_beside);
                 // A material that is named by its colour alone keeps it.
                 if own.is_empty() { (beside.join(" "), own) } else { (own.join(" "), beside) }
             }
         };
-        beside.retain(|word| qualifier(word).is_some_and(|row| row.0.filler != Some(true)));
+        beside.retain(|word| has_meaning(word));
         beside.sort_unstable();
         (name, beside)
     }
@@ -478,10 +402,10 @@ impl StockName<'_> {
     /// Returns the optics that the words state, and for the rest those of the entry.
     fn combined_optics(&self) -> OpticalProperties {
         let figures = self.entry.map(|entry| &entry.material);
-        let shade = self.shade.or(figures.and_then(|figures| figures.shade));
-        let clarity = self.clarity.or(figures.and_then(|figures| figures.clarity));
+        let shade = self.beside.shade.or(figures.and_then(|figures| figures.shade));
+        let clarity = self.beside.clarity.or(figures.and_then(|figures| figures.clarity));
         let entry = self.entry.map(|entry| entry.optics.clone()).unwrap_or_default();
-        optics::combined_optics((&self.optics, self.clarity), entry, (shade, clarity))
+        optics::combined_optics((&self.beside.optics, self.beside.clarity), entry, (shade, clarity))
     }
 }
 
@@ -490,48 +414,10 @@ fn items(list: Option<&str>) -> impl Iterator<Item = &str> {
     list.into_iter().flat_map(|list| list.split(',')).map(str::trim)
 }
 
-/// Returns what the words beside a material's name say, as far as a table explains them.
-fn explain(words: &[String]) -> StockName<'static> {
-    let mut said = StockName::default();
-    for (row, optics) in words.iter().filter_map(|word| qualifier(word)) {
-        // Pigment stops light that a finish would scatter, and frost scatters light that clear material would pass.
-        said.clarity = match (said.clarity, row.clarity) {
-            (Some(Clarity::Opaque), _) | (_, Some(Clarity::Opaque)) => Some(Clarity::Opaque),
-            (Some(Clarity::Translucent), _) => Some(Clarity::Translucent),
-            (known, new) => new.or(known),
-        };
-        said.shade = said.shade.or(row.shade);
-        // `uncoated` outweighs a sealing word in the same name.
-        said.surface = match (said.surface, row.surface) {
-            (Some(SurfaceTreatment::Bare), _) => Some(SurfaceTreatment::Bare),
-            (known, new) => new.or(known),
-        };
-        said.optics.reflectance = said.optics.reflectance.or_else(|| optics.reflectance.clone());
-        // Light passes pigment and finish in turn: at most what either lets through.
-        let share = |figure: &OpticalFigure<f64>| figure.value;
-        said.optics.transmission = match (said.optics.transmission, optics.transmission.clone()) {
-            (Some(known), Some(new)) if share(&new) < share(&known) => Some(new),
-            (known, new) => known.or(new),
-        };
-    }
-    said
-}
-
-/// Finds the row of a word that may stand beside a material's name.
-fn qualifier(word: &str) -> Option<&'static (Qualifier, OpticalProperties)> {
-    QUALIFIER_TABLE.iter().find(|(row, _)| row.words.iter().any(|known| known == word))
-}
-
-/// Splits a name into words in lower case. Hyphens and plus signs belong to words.
-fn words(text: &str) -> Vec<String> {
-    let text = text.to_lowercase();
-    let words = text.split(|c: char| !(c.is_alphanumeric() || matches!(c, '-' | '+')));
-    words.filter(|word| !word.is_empty()).map(str::to_owned).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::materials::qualifiers;
     use fabkit_geometry::Solid;
 
     fn body(process: Process, material: &str) -> Body {
@@ -547,7 +433,7 @@ mod tests {
         let text = include_str!("../../stock.yaml");
         let rows = text.lines().filter(|line| line.starts_with("  ") && line.contains(": {"));
         assert_eq!(
-            StockCatalogue::builtin().raws.len() + QUALIFIER_TABLE.len(),
+            StockCatalogue::builtin().raws.len() + qualifiers::row_count(),
             rows.filter(|line| !line.trim_start().starts_with('#')).count()
         );
         for (key, entry) in StockCatalogue::builtin().by_key.iter() {

@@ -1,10 +1,8 @@
 //! Layering of a sensor's file, the files it extends and defaults into one document.
 
-use std::collections::BTreeMap;
-
 use fabkit_text::{
     FieldDeclaration, InvalidDesign, LocatedProblem, ParameterTable, Problem, ProblemFacts,
-    TextLayer, TextPlace, WrittenValue, YamlContent, YamlEntry,
+    TextLayer, TextPlace, WrittenValues, YamlContent, YamlEntry,
 };
 use fabkit_text::{apply_overrides, join, read_mapping, take_format};
 use fabkit_text::{find_similar, suggestion, take_word, to_printable};
@@ -162,10 +160,7 @@ impl Registry {
     }
 
     /// Returns the family of a built-in sensor and the values, by path, of its file and the files it extends.
-    pub(super) fn builtin_values(
-        &self,
-        sensor: &str,
-    ) -> Option<(FamilyEntry, BTreeMap<String, WrittenValue>)> {
+    pub(super) fn builtin_values(&self, sensor: &str) -> Option<(FamilyEntry, WrittenValues)> {
         let place = TextPlace::new(TextLayer::Base, sensor, &SENSOR);
         let yaml = self.builtin_yaml(sensor)?;
         let layers = self.layers(yaml, place.clone(), &[], &mut Vec::new())?;

@@ -59,7 +59,8 @@ impl Registry {
             ("reference", TemplateBase::Family(_)) => Some(yaml("")),
             _ => None,
         };
-        let value = |path: &str| given(path).or_else(|| values.get(path).map(yaml_of));
+        let value =
+            |path: &str| given(path).or_else(|| values.get(path).map(|written| yaml_of(written)));
         let (own, inherited): (Vec<FieldDeclaration>, Vec<FieldDeclaration>) =
             Header::fields().into_iter().partition(|field| given(field.name).is_some());
         let parameters = [inherited, family.parameters()].concat();

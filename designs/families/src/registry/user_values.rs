@@ -1,10 +1,10 @@
 //! Values of a design that its user set.
 
-use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use fabkit_text::{
     FieldDeclaration, InvalidDesign, ParameterTable, Section, TextLayer, TextPlace, ValueKind,
-    WrittenValue, to_printable,
+    WrittenValue, WrittenValues, to_printable,
 };
 
 use super::layers::{LayeredDocument, OtherSections, lay_defaults};
@@ -86,7 +86,7 @@ impl Registry {
             .collect();
         // Built-in sensors have a name. A file that extends none has values that the design cannot be without.
         let extends_builtin = base.contains_key("name");
-        let is_other = |(path, written): &(&String, &WrittenValue)| match base.get(*path) {
+        let is_other = |(path, written): &(&String, &Arc<WrittenValue>)| match base.get(*path) {
             Some(base) => base.text.to_printable() != written.text.to_printable(),
             None => extends_builtin,
         };
@@ -110,11 +110,11 @@ impl Registry {
         text: SensorText,
         extension: &Extension,
         field: FieldDeclaration,
-    ) -> BTreeMap<String, WrittenValue> {
+    ) -> WrittenValues {
         let place = TextPlace::new(TextLayer::File, text.file, &SENSOR);
         let layers = self.layers(text.yaml, place.clone(), text.bases, &mut Vec::new());
         // What is wrong with the texts is reported where they are read.
-        let Some(layers) = layers else { return BTreeMap::new() };
+        let Some(layers) = layers else { return WrittenValues::new() };
         let mut document = ParameterTable::new(layers.family.all_fields(), place);
         layers.family.lay_defaults(&mut document);
         document.add_field(field);

@@ -85,8 +85,7 @@ impl UserCatalogue {
             }
         }
         let builtin = StockCatalogue::builtin();
-        let (stock, materials): (Vec<_>, Vec<_>) =
-            materials.iter().cloned().partition(|raw| builtin.owns(raw, &materials));
+        let (stock, materials) = builtin.split(materials);
         let materials = Catalogue::builtin().with(materials, found);
         let stock = builtin.with(stock, found);
         Self {

@@ -42,8 +42,13 @@ pub(crate) struct RawSection {
 impl RawSection {
     /// Returns whether the section extends that name.
     pub fn extends(&self, name: &str) -> bool {
-        let base = self.entries.iter().find(|entry| entry.key == "extends");
-        base.and_then(|entry| entry.value.text()).is_some_and(|base| key_of(base) == key_of(name))
+        self.base().is_some_and(|base| base == key_of(name))
+    }
+
+    /// Returns the [`key_of`] the name that the section extends.
+    pub fn base(&self) -> Option<String> {
+        let base = self.entries.iter().find(|entry| entry.key == "extends")?;
+        base.value.text().map(key_of)
     }
 }
 

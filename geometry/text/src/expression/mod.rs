@@ -11,7 +11,7 @@ mod parse;
 mod quantity;
 mod resolve;
 
-pub(crate) use resolve::resolve;
+pub(crate) use resolve::{find_dependents, resolve};
 
 use std::collections::BTreeSet;
 
@@ -149,6 +149,20 @@ impl Term {
                 let used = if is_plain(&of.text) { of } else { otherwise };
                 used.collect_names(is_plain, names);
             }
+        }
+    }
+
+    /// Visits every name, whether or not its value is used.
+    fn visit_names(&self, visit: &mut dyn FnMut(&str)) {
+        match &self.kind {
+            TermKind::Quantity(_) => {}
+            TermKind::Name(name) => visit(name),
+            TermKind::Negative(inner) => inner.visit_names(visit),
+            TermKind::Binary(_, left, right) | TermKind::Given(left, right) => {
+                left.visit_names(visit);
+                right.visit_names(visit);
+            }
+            TermKind::Call(_, values) => values.iter().for_each(|value| value.visit_names(visit)),
         }
     }
 

@@ -67,12 +67,61 @@ pub(crate) fn resolve(document: &mut ParameterTable) {
     document.found.extend(found);
     for (path, values) in values {
         // A name with an expression is not plain, although its value is known by now.
-        let is_plain = |name: &str| !entries.contains_key(name);
-        document.replace_expressions(&path, values, build_formula(&entries[&path], &is_plain));
+        let is_plain = |name: &str| {
+            let is_computed = document.value(name).is_some_and(|written| written.formula.is_some());
+            !entries.contains_key(name) && !is_computed
+        };
+        let formula = build_formula(&entries[&path], &is_plain);
+        document.replace_expressions(&path, values, formula);
     }
     for path in broken {
         document.mark_unreadable(&path);
     }
+}
+
+/// Expression as it stands in the table of values.
+struct WrittenExpression<'a> {
+    path: &'a str,
+    /// Item number, for lists.
+    item: Option<usize>,
+    text: &'a str,
+    place: &'a TextPlace,
+}
+
+/// Lists every expression that has not been replaced by its value.
+fn written_expressions(document: &ParameterTable) -> impl Iterator<Item = WrittenExpression<'_>> {
+    document.values().iter().flat_map(move |(path, written)| {
+        let texts: Vec<(Option<usize>, &str, &TextPlace)> = match &written.text {
+            WrittenText::Scalar(text) => vec![(None, text, &written.place)],
+            WrittenText::List(items) => {
+                let items = items.iter().enumerate();
+                items.map(|(i, (text, place))| (Some(i), text.as_str(), place)).collect()
+            }
+        };
+        // Only numbers are expressions: a title may begin with `=`.
+        let is_number = || match document.field(path).map(|field| &field.shape) {
+            Some(FieldShape::Value { kind, .. }) => Dimension::of(*kind).is_some(),
+            _ => false,
+        };
+        let expression = move |(item, text, place)| {
+            let text = expression_text(text).filter(|_| is_number())?;
+            Some(WrittenExpression { path: path.as_str(), item, text, place })
+        };
+        texts.into_iter().filter_map(expression)
+    })
+}
+
+/// Returns the paths whose expressions name a parameter, by that parameter; `None` if an expression cannot be read.
+pub(crate) fn find_dependents(
+    document: &ParameterTable,
+) -> Option<BTreeMap<String, BTreeSet<String>>> {
+    let mut dependents: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for WrittenExpression { path, text, .. } in written_expressions(document) {
+        parse::parse(text).ok()?.visit_names(&mut |name| {
+            dependents.entry(name.to_owned()).or_default().insert(path.to_owned());
+        });
+    }
+    Some(dependents)
 }
 
 /// Builds the formula that is kept beside the values.
@@ -87,34 +136,16 @@ fn build_formula(entries: &[ExpressionEntry], is_plain: &dyn Fn(&str) -> bool) -
 impl Resolver<'_> {
     /// Finds and parses every expression.
     fn collect(&mut self) {
-        for (path, written) in self.document.values() {
-            let Some(FieldShape::Value { kind, .. }) = self.document.field(path).map(|f| &f.shape)
-            else {
-                continue;
-            };
-            // Only numbers are expressions: a title may begin with `=`.
-            if Dimension::of(*kind).is_none() {
-                continue;
-            }
-            let texts: Vec<_> = match &written.text {
-                WrittenText::Scalar(text) => vec![(None, text, &written.place)],
-                WrittenText::List(items) => {
-                    let items = items.iter().enumerate();
-                    items.map(|(i, (text, place))| (Some(i), text, place)).collect()
+        for WrittenExpression { path, item, text, place } in written_expressions(self.document) {
+            match parse::parse(text) {
+                Ok(term) => {
+                    let (text, place) = (collapse_spaces(text), place.clone());
+                    let entry = ExpressionEntry { item, text, place, term };
+                    self.entries.entry(path.to_owned()).or_default().push(entry);
                 }
-            };
-            for (item, text, place) in texts {
-                let Some(text) = expression_text(text) else { continue };
-                match parse::parse(text) {
-                    Ok(term) => {
-                        let (text, place) = (collapse_spaces(text), place.clone());
-                        let entry = ExpressionEntry { item, text, place, term };
-                        self.entries.entry(path.clone()).or_default().push(entry);
-                    }
-                    Err(wrong) => {
-                        self.found.push(problem(path, text, place, wrong));
-                        self.unreadable.insert(path.clone());
-                    }
+                Err(wrong) => {
+                    self.found.push(problem(path, text, place, wrong));
+                    self.unreadable.insert(path.to_owned());
                 }
             }
         }
@@ -172,9 +203,14 @@ impl Resolver<'_> {
         }
     }
 
-    /// Returns whether a parameter has an expression, evaluated or not.
+    /// Returns whether the value of a parameter is computed here, or has been.
     fn is_expression(&self, name: &str) -> bool {
         self.entries.contains_key(name) || self.states.contains_key(name)
+    }
+
+    /// Returns whether an earlier call has replaced a parameter's expression by its value.
+    fn is_replaced(&self, name: &str) -> bool {
+        self.document.value(name).is_some_and(|written| written.formula.is_some())
     }
 
     /// Returns kind and dimension of a name in an expression; fails unless it is a single number.
@@ -270,7 +306,8 @@ impl NameLookup for Resolver<'_> {
 
     fn plain(&mut self, name: &str) -> Result<Option<Quantity>, Failure> {
         self.kind_and_dimension(name)?;
-        match (self.is_expression(name), self.unreadable.contains(name)) {
+        let is_computed = self.is_expression(name) || self.is_replaced(name);
+        match (is_computed, self.unreadable.contains(name)) {
             (true, _) => Ok(None),
             (false, true) => Err(Failure::ReportedElsewhere),
             (false, false) => self.plain_value(name).map(Some),

@@ -7,7 +7,8 @@ fn report() -> RuleReport {
     let place = TextPlace::new(TextLayer::File, "x.yaml", &const { Dialect::new("thing", 1, "") });
     let text = WrittenText::Scalar("1 mm".into());
     let source = ValueSource::user("");
-    let written = BTreeMap::from([("wall".to_owned(), WrittenValue::new(place, text, source))]);
+    let written =
+        BTreeMap::from([("wall".to_owned(), WrittenValue::new(place, text, source).into())]);
     RuleReport::new(written, Vec::new())
 }
 
@@ -60,7 +61,7 @@ fn a_limit_is_stated_for_the_parameter_that_it_names() {
     let source = ValueSource::user("");
     let written = ["a", "box.a"].map(|path| {
         let text = WrittenText::Scalar("1".into());
-        (path.to_owned(), WrittenValue::new(place.clone(), text, source.clone()))
+        (path.to_owned(), WrittenValue::new(place.clone(), text, source.clone()).into())
     });
     let mut report = RuleReport::new(written.into(), Vec::new());
     struct Boxed {
@@ -126,7 +127,7 @@ fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
     let written = <Crate as crate::Section>::fields().into_iter().map(|field| {
         let text = WrittenText::Scalar("1".into());
         let written = WrittenValue::new(place.clone(), text, source.clone());
-        (field.name.to_owned(), written)
+        (field.name.to_owned(), written.into())
     });
     let mut report = RuleReport::new(written.collect(), Vec::new());
     let p = Crate {
@@ -151,7 +152,7 @@ fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
         let room_mm = (p.width.mm() - 10.0).max(0.0);
         report.at_most("wall", p.wall, room_mm, "it fits");
     };
-    let mut report = RuleReport::new(report.written, Vec::new());
+    let mut report = RuleReport::with_shared(report.written, Vec::new());
     drained(&p, &mut report);
     report.find_limit_inputs("", &p, drained);
     assert_eq!(report.found[0].problem.hint.as_deref(), Some("change `width`"));
@@ -160,7 +161,7 @@ fn a_limit_names_all_that_it_follows_from_and_nothing_else() {
     let absent = |p: &Crate, report: &mut RuleReport| {
         report.at_most_or_absent("wall", p.wall, p.width.mm() - 10.0, "it fits");
     };
-    let mut report = RuleReport::new(report.written, Vec::new());
+    let mut report = RuleReport::with_shared(report.written, Vec::new());
     absent(&p, &mut report);
     report.find_limit_inputs("", &p, absent);
     let hint = "write at most 0 mm, or change `width`";

@@ -54,8 +54,8 @@ pub(super) struct SimulatedPatch {
     lit: f64,
     /// Length of the camera's path in the layer, at rest and pressed, mm; row by row.
     paths_mm: Vec<[f64; 2]>,
-    /// Apparent magnification of each place.
-    magnification: Vec<f64>,
+    /// Bin of each place, by its apparent distance from the middle; beyond the last bin there are more numbers.
+    bin_of_place: Vec<usize>,
 }
 
 impl SimulatedPatch {
@@ -94,8 +94,13 @@ impl SimulatedPatch {
             let larger = 1.0 - outwards_mm * raster.nearer_per_mm;
             (paths_mm(&rest, &outward, outwards_mm - lower_mm), larger)
         });
-        let (paths_mm, larger) = paths.unzip();
-        Ok(Self { raster, lit: scene.lit.irradiance(surface), paths_mm, magnification: larger })
+        let (paths_mm, larger): (Vec<_>, Vec<f64>) = paths.unzip();
+        let bin = |(i, larger): (usize, f64)| {
+            let [u, v] = raster.place_mm(i);
+            (larger * u.hypot(v) / raster.bin_mm) as usize
+        };
+        let bin_of_place = larger.into_iter().enumerate().map(bin).collect();
+        Ok(Self { raster, lit: scene.lit.irradiance(surface), paths_mm, bin_of_place })
     }
 
     /// Returns the loss of intensity against rest by distance from the middle, for the intensity of an infinitely thick
@@ -106,7 +111,7 @@ impl SimulatedPatch {
         law: TwoStream,
         spread_mm: f64,
     ) -> Vec<f64> {
-        let Raster { step_mm, bin_mm, bins, .. } = self.raster;
+        let Raster { step_mm, bins, .. } = self.raster;
         let side = self.raster.side();
         let darker = |[rest, now]: &[f64; 2]| law.reflectance(*rest) - law.reflectance(*now);
         let raw: Vec<f64> = self.paths_mm.iter().map(darker).collect();
@@ -115,33 +120,67 @@ impl SimulatedPatch {
             .collect();
         // The sum of the truncated kernel normalises it.
         let all = 2.0 * weights[1..].iter().sum::<f64>() + weights[0];
-        // The Gaussian is separable: rows are filtered first, then columns. Places beyond the border repeat the last
-        // one.
-        let spread = |from: &[f64], stride: usize, along: &dyn Fn(usize) -> usize| -> Vec<f64> {
-            (0..side * side)
-                .map(|i| {
-                    let at = along(i) as isize;
-                    let place = |k: isize| {
-                        let inside = (at + k).clamp(0, side as isize - 1) - at;
-                        from[(i as isize + inside * stride as isize) as usize]
-                    };
-                    let beside = (1..=MOST_SPREAD as isize)
-                        .map(|k| weights[k as usize] * (place(k) + place(-k)));
-                    (weights[0] * place(0) + beside.sum::<f64>()) / all
-                })
-                .collect()
-        };
-        let rows = spread(&raw, 1, &|i| i % side);
-        let both = spread(&rows, side, &|i| i / side);
+        // The Gaussian is separable: rows are filtered first, then columns.
+        let blur = Blur { side, weights: &weights, all };
+        let both = blur.along_columns(&blur.along_rows(&raw));
         let (mut sums, mut counts) = (vec![0.0; bins], vec![0.0; bins]);
-        for (i, value) in both.iter().enumerate() {
-            let [u, v] = self.raster.place_mm(i);
-            let bin = (self.magnification[i] * u.hypot(v) / bin_mm) as usize;
-            if bin < bins {
-                sums[bin] += value;
-                counts[bin] += 1.0;
+        for (value, bin) in both.iter().zip(&self.bin_of_place) {
+            if *bin < bins {
+                sums[*bin] += value;
+                counts[*bin] += 1.0;
             }
         }
         (0..bins).map(|bin| self.lit * layer_grey * sums[bin] / counts[bin]).collect()
+    }
+}
+
+/// Symmetric filter of a square of places along one direction. Beyond the border, the last place is repeated.
+struct Blur<'a> {
+    side: usize,
+    /// Weight of the place itself, and of those to either side of it by distance.
+    weights: &'a [f64],
+    /// Sum of all weights.
+    all: f64,
+}
+
+impl Blur<'_> {
+    /// Filters along rows.
+    fn along_rows(&self, from: &[f64]) -> Vec<f64> {
+        let reach = self.weights.len() - 1;
+        let mut padded = vec![0.0; self.side + 2 * reach];
+        let mut to = Vec::with_capacity(from.len());
+        for row in from.chunks_exact(self.side) {
+            padded[..reach].fill(row[0]);
+            padded[reach..reach + self.side].copy_from_slice(row);
+            padded[reach + self.side..].fill(row[self.side - 1]);
+            let shifted = |by: usize| &padded[by..by + self.side];
+            self.push_sums(&mut to, |k| [shifted(reach + k), shifted(reach - k)]);
+        }
+        to
+    }
+
+    /// Filters along columns.
+    fn along_columns(&self, from: &[f64]) -> Vec<f64> {
+        let mut to = Vec::with_capacity(from.len());
+        for row in 0..self.side {
+            let at = |row: usize| &from[row * self.side..][..self.side];
+            let last = self.side - 1;
+            self.push_sums(&mut to, |k| [at((row + k).min(last)), at(row.saturating_sub(k))]);
+        }
+        to
+    }
+
+    /// Appends one filtered row, given the rows at a distance to either side. Whole rows are added at a time, so that
+    /// the compiler works on several places at once.
+    fn push_sums<'r>(&self, to: &mut Vec<f64>, beside: impl Fn(usize) -> [&'r [f64]; 2]) {
+        let mut sums = vec![0.0; self.side];
+        for (k, weight) in self.weights.iter().enumerate().skip(1) {
+            let [after, before] = beside(k);
+            for ((sum, after), before) in sums.iter_mut().zip(after).zip(before) {
+                *sum += weight * (after + before);
+            }
+        }
+        let [middle, _] = beside(0);
+        to.extend(middle.iter().zip(sums).map(|(at, sum)| (self.weights[0] * at + sum) / self.all));
     }
 }

@@ -14,5 +14,6 @@ mod modules;
 mod new;
 mod own;
 mod own_family;
+mod random_materials;
 mod touch_surface;
 mod value_effects;

@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 use serde_json::Value;
 
 use crate::run::{WORKSPACE, cargo, fabkit};
+use crate::samples::{SLOWNESS, Samples};
 
 /// Test programs started first, the longest before the others.
 const LONG_TESTS: [&str; 8] =
@@ -23,8 +24,8 @@ pub struct Tests {
     pub exclusive: Vec<Command>,
 }
 
-/// Builds all test programs.
-pub fn build() -> Result<Tests, String> {
+/// Builds all test programs, which look at samples of these sizes.
+pub fn build(samples: Samples) -> Result<Tests, String> {
     let mut build = cargo();
     build.args(["test", "--release", "--no-run", "--lib", "--bins", "--tests"]);
     build.arg("--message-format=json").args(WORKSPACE);
@@ -41,6 +42,7 @@ pub fn build() -> Result<Tests, String> {
     let (mut alone, mut beside_others) = (Vec::new(), Vec::new());
     for program in &programs {
         let mut command = program.command(&fabkit);
+        command.env(SLOWNESS, samples.slowness().to_string());
         if program.name == EXCLUSIVE_TEST {
             command.arg("--test-threads=1");
             alone.push(command);

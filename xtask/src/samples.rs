@@ -9,6 +9,9 @@ use std::time::{Duration, Instant};
 /// themselves.
 pub const FULL: &str = "FABKIT_FULL";
 
+/// Environment variable of the tests: divisor of their sample sizes.
+pub const SLOWNESS: &str = "FABKIT_SLOWNESS";
+
 /// Duration of [`measure_speed`] on the gate's fast machine, in the debug build that `cargo xtask` runs; in release it is 85 ms.
 const FAST_DURATION: Duration = Duration::from_millis(150);
 
@@ -47,6 +50,14 @@ impl Samples {
         match self {
             Self::Full => full,
             Self::Part { slowness } => usual.div_ceil(slowness),
+        }
+    }
+
+    /// Returns the divisor of sample sizes.
+    pub fn slowness(self) -> usize {
+        match self {
+            Self::Full => 1,
+            Self::Part { slowness } => slowness,
         }
     }
 

@@ -28,7 +28,7 @@ Runs the same tests on every machine. Where many things differ little, it looks 
                      sensors, and a few designs for each of the others
 
 How quick the machine is, measured before anything begins, halves or quarters what kernels, slicer,
-variants and rays are given, and nothing else. With --full, or FABKIT_FULL=1, all of it is looked at:
+variants and rays are given, and how many sensors, presses and wrong designs the tests look at. With --full, or FABKIT_FULL=1, all of it is looked at:
 hours on two cores.
 ";
 
@@ -101,7 +101,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     }
     let samples = Samples::choose();
     build_workspace()?;
-    let tests = crate::rust_tests::build()?;
+    let tests = crate::rust_tests::build(samples)?;
     let mut side_by_side = Vec::new();
     if in_ci() {
         side_by_side.push(task("lint")?);

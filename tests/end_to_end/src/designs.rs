@@ -15,12 +15,24 @@ pub fn is_full() -> bool {
     env::var_os("FABKIT_FULL").is_some_and(|value| value == "1")
 }
 
+/// Returns the divisor of sample sizes that `cargo xtask test` has found for this machine: 1 on a quick one, 2 or 4 on
+/// slow ones, from `FABKIT_SLOWNESS`.
+pub fn slowness() -> usize {
+    let stated = env::var("FABKIT_SLOWNESS").ok().and_then(|text| text.parse().ok());
+    stated.filter(|slowness| *slowness > 0 && !is_full()).unwrap_or(1)
+}
+
 /// Returns the names of the built-in sensors under test: the first of each family, or all with [`is_full`]. The others
 /// differ from it in numbers only, and `fabkit check` is always run on all of them.
 pub fn tested_sensors() -> Vec<&'static str> {
     let mut families = BTreeSet::new();
     let is_new = |name: &&str| is_full() || families.insert(build_design(name, &[]).family);
     builtin_names().into_iter().filter(is_new).collect()
+}
+
+/// Returns [`tested_sensors`], or every second or fourth of them on a slow machine, for tests that take seconds of each.
+pub fn sampled_sensors() -> Vec<&'static str> {
+    tested_sensors().into_iter().step_by(slowness()).collect()
 }
 
 /// Builds the sensors of [`tested_sensors`] with their own values.
@@ -66,9 +78,10 @@ pub fn builtin_fixtures() -> Vec<Design> {
     fixtures
 }
 
-/// Returns the cases that a test covers: the first and every third after it, or all with [`is_full`].
+/// Returns the cases that a test covers: the first and every third after it, fewer on a slow machine, or all with
+/// [`is_full`].
 pub fn sample_cases<T>(cases: &[T]) -> Vec<&T> {
-    cases.iter().step_by(if is_full() { 1 } else { 3 }).collect()
+    cases.iter().step_by(if is_full() { 1 } else { 3 * slowness() }).collect()
 }
 
 /// Returns the bodies under test: all of them, except that of the hundred halves of a fixture, which differ only in

@@ -8,7 +8,7 @@ mod rules;
 pub use command::{Run, binary, command, fabkit, read_folder};
 pub use designs::{
     build_design, builtin_designs, builtin_fixtures, is_full, sample_bodies, sample_cases,
-    tested_sensors,
+    sampled_sensors, slowness, tested_sensors,
 };
 pub use rules::{check, find_findings, motions};
 

@@ -5,7 +5,7 @@ use std::fs;
 
 use fabkit_application::designs::{Design, REGISTRY};
 use fabkit_application::source::Source;
-use fabkit_tests::{Run, fabkit, read_folder, tested_sensors};
+use fabkit_tests::{Run, fabkit, read_folder, sampled_sensors};
 
 #[path = "../../../../fabkit/application/examples/own_part.rs"]
 #[allow(dead_code)]
@@ -93,7 +93,7 @@ fn files_of_a_new_sensor_are_those_of_the_example() {
 #[test]
 fn what_extends_a_sensor_lists_all_that_it_may_change() {
     let root = tempfile::tempdir().unwrap();
-    for sensor in tested_sensors() {
+    for sensor in sampled_sensors() {
         let name = format!("{sensor}-x");
         fabkit(root.path(), &["new", &name, "--extends", sensor]).ok();
         let place = root.path().join(format!("{name}.yaml"));

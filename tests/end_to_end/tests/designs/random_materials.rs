@@ -80,7 +80,7 @@ fn what_could_turn_a_check_red_is_asked_for_where_it_is_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let mut random = Random(53);
     let (mut asked, mut materials) = (0, 0);
-    for _ in 0..if is_full() { 100 } else { 8 } {
+    for _ in 0..if is_full() { 100 } else { 6 } {
         let is_cast = random.below(3) > 0;
         let (place, base, figures) = if is_cast {
             let place = LAYERS[random.below(LAYERS.len())];

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use fabkit_tests::{fabkit, tested_sensors};
+use fabkit_tests::{fabkit, sampled_sensors};
 
 /// What a reader sees of a page: no tags, scripts or drawings.
 fn text_of(html: &str) -> String {
@@ -137,7 +137,7 @@ fn lengths_have_digits_that_can_be_measured() {
     assert_eq!(long_numbers("600 × 300 × 0.10000000000000009 mm").len(), 1);
     assert!(long_numbers("0.125 mm, arXiv 2308.14277").is_empty());
     let root = tempfile::tempdir().unwrap();
-    for sensor in tested_sensors() {
+    for sensor in sampled_sensors() {
         fabkit(root.path(), &["guide", sensor, "-o", sensor, "-q"]).ok();
         let page = fs::read_to_string(root.path().join(sensor).join("index.html")).unwrap();
         let text = text_of(&page);

@@ -59,7 +59,7 @@ fn a_bridge_depends_on_the_process_and_on_the_machine() {
 
 #[test]
 fn what_ships_bridges_or_says_where_supports_go() {
-    fabkit_tests::tested_sensors().into_par_iter().for_each(|name| {
+    fabkit_tests::sampled_sensors().into_par_iter().for_each(|name| {
         let found = find_findings(&build_design(name, &[]).sensor, &[Rule::Overhang]).unwrap();
         assert!(found.is_empty(), "{name}: {found:#?}");
     });

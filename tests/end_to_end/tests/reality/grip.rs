@@ -51,7 +51,7 @@ fn molds_without_slots_and_edges_are_found() {
 
 #[test]
 fn what_ships_comes_apart() {
-    fabkit_tests::tested_sensors().into_par_iter().for_each(|name| {
+    fabkit_tests::sampled_sensors().into_par_iter().for_each(|name| {
         assert_eq!(stuck(&build_design(name, &[]).sensor), [], "{name}");
     });
     assert_eq!(stuck(&build_design("rtac0", &["molds.route=printed"]).sensor), []);

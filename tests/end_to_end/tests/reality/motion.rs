@@ -123,7 +123,7 @@ fn what_cannot_get_to_its_place_is_found() {
 
 #[test]
 fn what_ships_gets_to_its_place() {
-    fabkit_tests::tested_sensors().into_par_iter().for_each(|name| {
+    fabkit_tests::sampled_sensors().into_par_iter().for_each(|name| {
         let found = motions(&build_design(name, &[]).sensor).unwrap();
         assert!(found.is_empty(), "{name}: {found:#?}");
     });
@@ -210,7 +210,7 @@ fn kept(project: &fabkit_fixtures::Project, fixture: &str) -> Vec<Finding> {
 
 #[test]
 fn fixtures_are_mounted_on_whole_sensors() {
-    fabkit_tests::tested_sensors().into_par_iter().for_each(|name| {
+    fabkit_tests::sampled_sensors().into_par_iter().for_each(|name| {
         let project = project(name);
         for fixture in project.fixture_names() {
             let found = kept(&project, fixture);

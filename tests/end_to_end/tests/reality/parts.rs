@@ -28,7 +28,7 @@ fn wrong(findings: Vec<Finding>) -> Vec<Finding> {
 
 #[test]
 fn what_ships_is_labelled_and_stands() {
-    fabkit_tests::tested_sensors().into_par_iter().for_each(|name| {
+    fabkit_tests::sampled_sensors().into_par_iter().for_each(|name| {
         let sensor = sensor(name, &[]);
         let found = find_findings(&sensor, &[Rule::Labels, Rule::Standing]).unwrap();
         let found = wrong(found);

@@ -102,3 +102,17 @@ def view(given: str | tuple[float, float] | None) -> str | None:
 
 def _shape(name: str, given: NDArray[Any], wanted: str) -> InvalidInputError:
     return invalid(f"{name} has the shape {given.shape}; it must be {wanted}")
+
+
+def image(picture: ArrayLike, name: str) -> NDArray[np.float32]:
+    """Convert an image to rows x columns x channels, float32 from 0 to 1."""
+    given = np.asarray(picture)
+    if given.dtype.kind == "u":
+        given = given / np.float32(np.iinfo(given.dtype).max)
+    elif given.dtype.kind != "f":
+        raise invalid(f"{name} has the dtype {given.dtype}; it must be unsigned or floating point")
+    if given.ndim == 2:
+        given = given[:, :, None]
+    if given.ndim != 3 or given.shape[2] not in (1, 3):
+        raise invalid(f"{name} has the shape {given.shape}; it must be (rows, columns[, 3])")
+    return np.ascontiguousarray(given, dtype=np.float32)

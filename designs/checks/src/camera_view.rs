@@ -29,8 +29,8 @@ rule! {
              few pixels; light from outside; markers at the image's edge; and, for rays through \
              the drawn bodies, the visible fractions of surface and markers and the bodies that \
              hide the rest (a note), a middle of the surface or markers that are not visible, and \
-             a body that hides much (warnings); a diffuser that stops the light, and a coat too \
-             dark to show its slopes (a warning)",
+             a body that hides much (warnings); a diffuser that stops the light, and one that \
+             spreads none or a coat too dark to show its slopes (warnings)",
     limit: "a third hidden, two thirds outside, 100 px for a surface, half a pixel for a marker, \
              3 % at the edge, which is a maker's tolerance of the view and of the chip's \
              position; for refracted rays a tenth of that third of the surface which is nearest \

@@ -1,6 +1,6 @@
-//! Illumination: diffusers that stop the light, and coats too dark to show their slopes.
+//! Illumination: diffusers that stop the light or spread none, and coats too dark to show their slopes.
 
-use fabkit_geometry::{Body, Sensor, VisibleEffect};
+use fabkit_geometry::{Body, OpticalClarity, Sensor, VisibleEffect};
 
 use crate::finding::{Finding, Severity};
 use crate::material_questions::MaterialQuestions;
@@ -21,6 +21,7 @@ pub(crate) fn examine(sensor: &Sensor, questions: &MaterialQuestions) -> Vec<Fin
         let body = |name: &String| sensor.body(name);
         let diffuser = lighting.diffuser.as_ref().and_then(body);
         findings.extend(diffuser.and_then(|body| dark_diffuser(body, lighting.name, questions)));
+        findings.extend(diffuser.and_then(|body| clear_diffuser(body, lighting.name, questions)));
         if let VisibleEffect::Slopes { coat, .. } = &lighting.effect {
             findings.extend(body(coat).and_then(|body| dark_coat(body, lighting.name, questions)));
         }
@@ -43,6 +44,20 @@ fn dark_diffuser(body: &Body, light: &str, questions: &MaterialQuestions) -> Opt
     let fix = "take a frosted or white translucent material";
     let finding = Finding::error(Rule::Sight, message, fix).about_bodies([body.name.as_str()]);
     Some(finding.with_measurement(100.0 * passes, 100.0 * LEAST_TRANSMISSION, "%"))
+}
+
+/// Finds a diffuser that spreads nothing: the light reaches the surface as if there were none.
+fn clear_diffuser(body: &Body, light: &str, questions: &MaterialQuestions) -> Option<Finding> {
+    if questions.transparency(Rule::Sight, body)? != OpticalClarity::Clear {
+        return None;
+    }
+    let message = format!(
+        "{} of {} is clear and spreads none of the `{light}` light: its light sources show as spots",
+        body.name, body.material
+    );
+    let fix = "take a frosted or white translucent material";
+    let finding = Finding::error(Rule::Sight, message, fix).with_severity(Severity::Warning);
+    Some(finding.about_bodies([body.name.as_str()]))
 }
 
 /// Compares the reflectance of a coat with the least that shows slopes.
@@ -114,6 +129,9 @@ mod tests {
         let (none, missing) = found(OpticalProperties::default(), OpticalClarity::Translucent);
         assert!(none.is_empty(), "{none:#?}");
         assert_eq!(missing, ["reflectance of paint", "transmission of ring"]);
+        let (clear, _) = found(optics(0.92, 0.45), OpticalClarity::Clear);
+        assert_eq!(clear.iter().map(|of| of.severity).collect::<Vec<_>>(), [Severity::Warning]);
+        assert!(clear[0].message.contains("ring of ring is clear"), "{}", clear[0].message);
         // An opaque ring stops everything, whatever its material is.
         let (opaque, missing) = found(OpticalProperties::default(), OpticalClarity::Opaque);
         assert!(opaque[0].message.contains("stops 100 %"), "{}", opaque[0].message);

@@ -380,7 +380,8 @@ class Sensor:
         known = self._known[2]
         given = np.asarray(images)
         is_one = given.ndim == np.asarray(reference).ndim
-        shown = [known.depth(_arrays.image(one, "images")) for one in (given[None] if is_one else given)]
+        several = given[None] if is_one else given
+        shown = [known.depth(_arrays.image(one, "images")) for one in several]
         depth_mm, contact = (np.stack([one[k] for one in shown]) for k in (0, 1))
         return (depth_mm[0], contact[0]) if is_one else (depth_mm, contact)
 
@@ -472,9 +473,8 @@ class MarkFollower:
         """
         given = np.asarray(images)
         is_one = given.ndim == self._colors
-        told = [
-            self._known.follow(_arrays.image(one, "images")) for one in (given[None] if is_one else given)
-        ]
+        several = given[None] if is_one else given
+        told = [self._known.follow(_arrays.image(one, "images")) for one in several]
         names = ("mark_px", "mark_moved_px", "mark_moved_mm", "mark_seen")
         found = [np.stack([one[name] for one in told]) for name in names]
         return Followed(*(array[0] if is_one else array for array in found))

@@ -24,6 +24,7 @@ mod error;
 mod files;
 pub mod ground_truth;
 pub mod legend;
+mod limits;
 mod press_checks;
 pub mod press_simulation;
 
@@ -35,12 +36,12 @@ use fabkit_fixtures::{Press, PressBody, Project};
 use fabkit_geometry::{Pose, TouchSurface};
 use fabkit_optics::{TILE, ViewStacks};
 
-pub use self::cast::{
-    Cast, CastResult, MARGIN_LIMITS_MM, MAX_RAYS, MAX_SAMPLES, MEMBRANE_LIMITS_MM, SIGMA_LIMITS_MM,
-    check_length,
-};
+pub use self::cast::{Cast, CastResult, check_length};
 pub use self::error::{SceneError, join_causes, unknown_press_hint};
 pub use self::files::{ViewpointFiles, read_camera_file, split_camera_path, viewpoint_from_files};
+pub use self::limits::{
+    MARGIN_LIMITS_MM, MAX_RAYS, MAX_SAMPLES, MEMBRANE_LIMITS_MM, SIGMA_LIMITS_MM,
+};
 use self::press_checks::PressApproach;
 use fabkit_files::Error;
 use fabkit_files::memory::{MemoryGrant, MemoryHint};

@@ -122,14 +122,20 @@ pub(crate) fn assign_substances(
     materials: &Catalogue,
     stock: &StockCatalogue,
 ) {
+    let diffusers: Vec<&String> =
+        sensor.lightings.iter().filter_map(|lighting| lighting.diffuser.as_ref()).collect();
     for body in &mut sensor.bodies {
         let known = materials.find(&body.material).map(castable_properties);
         // A family's own statement overrides what the material's name suggests.
         let told = body.substance.is_dark;
-        if body.has_unknown_transparency() {
+        if body.is_window || body.has_unknown_transparency() {
             // What a file states of the material of a window, or of a liquid that is no material for casting.
             let cast = materials.find(&body.material).and_then(|cast| cast.clarity());
             let clarity = cast.or_else(|| stock.window_transparency(&body.material));
+            clarity.into_iter().for_each(|clarity| body.set_clarity(clarity));
+        }
+        if diffusers.contains(&&body.name) {
+            let clarity = stock.diffuser_transparency(body);
             clarity.into_iter().for_each(|clarity| body.set_clarity(clarity));
         }
         let mut substance = known.unwrap_or_else(|| stock.properties(body));

@@ -209,12 +209,6 @@ pub(crate) fn is_dark(material: &str) -> Option<bool> {
     shade.map(|shade| shade == Shade::Dark)
 }
 
-/// Returns the transparency of a thin, printed diffuser: translucent unless its material's name or the built-in catalogue
-/// says that no light passes.
-pub(crate) fn diffuser_transparency(material: &str) -> Optics {
-    StockCatalogue::builtin().diffuser_transparency(material)
-}
-
 /// Origin of a material's description.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MaterialOrigin {

@@ -116,9 +116,16 @@ mod tests {
         ] {
             assert_eq!(optics(material), (reflectance, transmission), "{material}");
         }
-        let through = |material| StockCatalogue::builtin().diffuser_transparency(material);
-        assert_eq!(through("black resin"), OpticalClarity::Opaque);
-        assert_eq!(through("Vero Black"), OpticalClarity::Opaque);
-        assert_eq!(through("white resin"), OpticalClarity::Translucent);
+        let through = |process, material| {
+            let body = Body::made("ring", "", process, Solid::cylinder(9.0, 2.0));
+            StockCatalogue::builtin().diffuser_transparency(&body.with_material(material))
+        };
+        assert_eq!(through(Process::Sla, "black resin"), Some(OpticalClarity::Opaque));
+        assert_eq!(through(Process::PolyJet, "Vero Black"), Some(OpticalClarity::Opaque));
+        assert_eq!(through(Process::Sla, "white resin"), Some(OpticalClarity::Translucent));
+        assert_eq!(through(Process::Sla, "clear resin"), Some(OpticalClarity::Translucent));
+        assert_eq!(through(Process::Laser, "clear PMMA"), Some(OpticalClarity::Clear));
+        assert_eq!(through(Process::Laser, "white PMMA"), Some(OpticalClarity::Translucent));
+        assert_eq!(through(Process::Laser, "unobtainium"), None);
     }
 }

@@ -336,11 +336,20 @@ impl StockCatalogue {
         name.beside.clarity.or_else(|| name.entry?.material.clarity).map(Clarity::optical)
     }
 
-    /// Returns the transparency of a thin part that spreads light: opaque if its material passes none, else translucent.
-    pub fn diffuser_transparency(&self, material: &str) -> OpticalClarity {
-        match self.read_name(material).combined_optics().transmission {
-            Some(OpticalFigure { value: 0.0, .. }) => OpticalClarity::Opaque,
-            _ => OpticalClarity::Translucent,
+    /// Returns the transparency of a thin part that spreads light: opaque if its material passes none, clear if it is cut
+    /// from a clear sheet, else translucent: prints scatter, and so does white pigment. `None` for a sheet of a material
+    /// that nobody describes.
+    pub fn diffuser_transparency(&self, body: &Body) -> Option<OpticalClarity> {
+        let name = self.name_of_body(body);
+        if let Some(OpticalFigure { value: 0.0, .. }) = name.combined_optics().transmission {
+            return Some(OpticalClarity::Opaque);
+        }
+        if matches!(body.kind, BodyKind::Made(Process::Fdm | Process::Sla | Process::PolyJet)) {
+            return Some(OpticalClarity::Translucent);
+        }
+        match name.beside.clarity.or_else(|| name.entry?.material.clarity)? {
+            Clarity::Clear => Some(OpticalClarity::Clear),
+            _ => Some(OpticalClarity::Translucent),
         }
     }
 

@@ -14,8 +14,8 @@ fn strings(value: &Value) -> Vec<&str> {
 #[test]
 fn no_plate_or_sheet_of_any_sensor_or_fixture_mixes_materials() {
     let root = tempfile::tempdir().unwrap();
-    let mut plates = 0;
     for sensor in sample_cases(&SENSORS) {
+        let mut plates = 0;
         let arguments = ["export", sensor, "--fixtures", "--format=3mf,dxf", "--tolerance=0.1mm"];
         let few = ["--set", "fixtures.semi_domes.count=20", "--json"];
         let run = fabkit(root.path(), &[&arguments[..], &few].concat()).ok().json();
@@ -49,8 +49,8 @@ fn no_plate_or_sheet_of_any_sensor_or_fixture_mixes_materials() {
                 }
             }
         }
+        assert!(plates > 0, "{sensor} has no plate");
     }
-    assert!(plates > 5, "{plates}");
 }
 
 fn profile(process: &str, material: &str) -> String {

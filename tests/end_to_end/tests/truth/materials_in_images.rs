@@ -158,6 +158,35 @@ fn black_diffusers_are_found_in_every_family() {
     assert_eq!(families.len(), 2, "{families:?}");
 }
 
+/// A clear sheet spreads nothing, and white pigment does, whatever share of the light passes. The user's file decides what
+/// a name means.
+#[test]
+fn a_clear_sheet_is_no_diffuser_and_a_white_one_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let spots = |material: &str, stated: &str| {
+        let yaml = format!(
+            "format: 1\nextends: rtac0\nname: own\n{stated}diffuser: {{material: {material}}}\n"
+        );
+        std::fs::write(folder.path().join("own.yaml"), yaml).unwrap();
+        let run = fabkit(folder.path(), &["check", "own.yaml", "--json"]);
+        assert_eq!(run.code, Some(0), "{material}: {run:?}");
+        let json = run.json();
+        let mut messages =
+            json["findings"].as_array().unwrap().iter().map(|one| one["message"].as_str().unwrap());
+        (messages.any(|one| one.contains("spreads none of the `white` light")), subjects(&json))
+    };
+    assert!(spots("clear PMMA", "").0);
+    let (is_clear, open) = spots("white PMMA", "");
+    assert!(!is_clear && open.contains(&"transmission of white PMMA".to_owned()), "{open:?}");
+    let frosted =
+        "materials: {Lab sheet: {sort: acrylic, clarity: translucent, transmission: 60 %}}\n";
+    let (is_clear, open) = spots("Lab sheet", frosted);
+    assert!(!is_clear && !open.iter().any(|one| one.starts_with("trans")), "{open:?}");
+    assert!(spots("Lab sheet", &frosted.replace("translucent", "clear")).0);
+    let (_, open) = spots("Lab sheet", "materials: {Lab sheet: {sort: acrylic}}\n");
+    assert!(open.contains(&"transparency of Lab sheet".to_owned()), "{open:?}");
+}
+
 /// Every material that is cast, as the coat whose slopes are seen: its own numbers, or a line that they are not known.
 #[test]
 fn each_coat_of_the_catalogue_has_its_own_numbers_or_is_not_known() {

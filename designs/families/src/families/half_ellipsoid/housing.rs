@@ -1,7 +1,8 @@
 //! Shell, holders and base, and the elastomers on the shell.
 
 use fabkit_geometry::{
-    Body, CUT_OVERLAP_MM, Color, Landmark, Path, Placement, Pose, Process, Profile, Solid,
+    Body, CUT_OVERLAP_MM, Color, Landmark, OpticalClarity, Path, Placement, Pose, Process, Profile,
+    Solid,
 };
 
 use super::molds::{self, Boundary, flange_openings, keys, tip_vent};
@@ -14,7 +15,7 @@ use crate::blocks::{
 };
 use crate::chain_builder::{AssemblyName, Name, SENSOR, flipped};
 use crate::fits::Fit;
-use crate::materials::{diffuser_transparency, window_transparency};
+use crate::materials::window_transparency;
 
 // ------ Housing ------
 //
@@ -144,7 +145,7 @@ fn diffuser(p: &HalfEllipsoid, layout: &HalfEllipsoidLayout) -> Body {
         &p.diffuser.material,
         -28.0,
     )
-    .with_clarity(diffuser_transparency(&p.diffuser.material))
+    .with_clarity(OpticalClarity::Translucent)
     .colored(WHITE)
     .with_bed_orientation(flipped())
     .with_landmarks(landmarks_at("uv hole", &uv))

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use fabkit_geometry::{
-    Action, Body, BodyKind, CompiledSolid, Cure, MaterialClass, Mix, Opening, Point3, Pour, Ray,
-    Sensor, Spray, Step, Vector3,
+    Action, Body, BodyKind, CompiledSolid, Cure, Mix, Opening, Point3, Pour, Ray, Sensor, Spray,
+    Step, Vector3,
 };
 
 use crate::declaration::rule;
@@ -28,10 +28,8 @@ rule! {
 
 fn apply(case: &RuleInput<'_>) -> RuleResult {
     let found = [examine(case.sensor, case.scene), overlapping_steps::examine(case.sensor)];
-    // Molds are as much larger as the layer in them shrinks: drawn with no shrinkage where none is stated. What stays
-    // liquid fills its hollow.
-    let layers = pours(case.sensor).filter_map(|(_, pour)| case.sensor.body(&pour.layer));
-    for layer in layers.filter(|layer| layer.substance.class != Some(MaterialClass::Liquid)) {
+    // Molds are as much larger as the layer in them shrinks: drawn with no shrinkage where none is stated.
+    for layer in pours(case.sensor).filter_map(|(_, pour)| case.sensor.body(&pour.layer)) {
         case.questions.cast_shrinkage(Rule::Chain, layer);
     }
     Ok((found.concat(), case.sensor.chain.len()))

@@ -119,7 +119,12 @@ impl MaterialQuestions {
 
     /// Asks for the linear shrinkage of a layer on curing, as a fraction.
     pub(crate) fn cast_shrinkage(&self, rule: Rule, body: &Body) -> Option<f64> {
-        self.note(rule, body, MaterialProperty::Shrinkage, body.substance.cast_shrinkage)
+        let answer = match body.substance.class {
+            // What stays liquid fills its hollow.
+            Some(MaterialClass::Liquid) => Some(0.0),
+            _ => body.substance.cast_shrinkage,
+        };
+        self.note(rule, body, MaterialProperty::Shrinkage, answer)
     }
 
     /// Asks whether a body is dark.

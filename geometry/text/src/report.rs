@@ -5,8 +5,7 @@ use std::fmt::Display;
 use std::panic::Location;
 use std::sync::Arc;
 
-use fabkit_geometry::{Angle, Length};
-
+use crate::limited_quantity::LimitedQuantity;
 use crate::parameter_table::find_changed_inputs;
 use crate::place::{LocatedProblem, TextPlace, WrittenText, WrittenValue, WrittenValues};
 use crate::suggest::join_words;
@@ -20,53 +19,6 @@ const TOLERANCE: f64 = 1e-9;
 /// Relative changes of parameters that find out what a limit depends on: first a small one, yet far above rounding;
 /// then larger ones, for limits that are saturated by something else.
 const RELATIVE_CHANGES: [f64; 3] = [1e-5, 0.25, 1.0];
-
-/// Number with a unit for which limits can be stated.
-pub trait LimitedQuantity: Copy + Display {
-    /// Text behind the number, such as ` mm`.
-    const UNIT: &'static str;
-    /// Steps per unit: recommended values are whole multiples of 1 / `STEPS_PER_UNIT`.
-    const STEPS_PER_UNIT: f64;
-
-    /// Returns the number in that unit.
-    fn value(self) -> f64;
-}
-
-impl LimitedQuantity for Length {
-    const UNIT: &'static str = " mm";
-    const STEPS_PER_UNIT: f64 = 1e3;
-
-    fn value(self) -> f64 {
-        self.mm()
-    }
-}
-
-impl LimitedQuantity for Angle {
-    const UNIT: &'static str = " deg";
-    const STEPS_PER_UNIT: f64 = 10.0;
-
-    fn value(self) -> f64 {
-        self.deg()
-    }
-}
-
-impl LimitedQuantity for u32 {
-    const UNIT: &'static str = "";
-    const STEPS_PER_UNIT: f64 = 1.0;
-
-    fn value(self) -> f64 {
-        self.into()
-    }
-}
-
-impl LimitedQuantity for f64 {
-    const UNIT: &'static str = "";
-    const STEPS_PER_UNIT: f64 = 1e3;
-
-    fn value(self) -> f64 {
-        self
-    }
-}
 
 /// States limits, one expression each: the parameter, the limit in its unit, and the reason.
 ///

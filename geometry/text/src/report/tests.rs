@@ -1,3 +1,5 @@
+use fabkit_geometry::{Angle, Length};
+
 use super::*;
 use crate::layer::TextLayer;
 use crate::place::{TextPlace, WrittenText};

@@ -1,7 +1,7 @@
 //! `cargo xtask python`: tests the Python packages as their users get them, from wheels: fabkit-cad, and fabkit-bench,
 //! which its extra `bench` installs.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -19,6 +19,7 @@ pub fn run() -> Result<(), String> {
 /// Installs the packages and returns the commands that test them.
 pub fn checks() -> Result<Vec<Command>, String> {
     let folder = folder();
+    let lock = lock(&folder)?;
     let python = environment(&folder)?;
     let tool = |name: &str| {
         let mut command = Command::new(python.with_file_name(name));
@@ -36,6 +37,7 @@ pub fn checks() -> Result<Vec<Command>, String> {
             .arg(&python)
             .args(wheels),
     )?;
+    drop(lock);
     let mut pyright = tool("pyright");
     pyright.arg("--pythonpath").arg(&python);
     // Tests, and the examples in the docstrings of the installed packages.
@@ -52,6 +54,7 @@ pub fn checks() -> Result<Vec<Command>, String> {
 /// Installs the packages alone into a folder, for the `PYTHONPATH` of any interpreter.
 pub fn unpacked() -> Result<PathBuf, String> {
     let folder = folder();
+    let _lock = lock(&folder)?;
     let python = environment(&folder)?;
     let package = folder.join("package");
     check(
@@ -68,6 +71,15 @@ pub fn unpacked() -> Result<PathBuf, String> {
 
 fn folder() -> PathBuf {
     built_path("python", "").components().collect()
+}
+
+/// Waits until no other task builds or installs wheels here: the book runs beside the package's tests.
+fn lock(folder: &Path) -> Result<File, String> {
+    let failed = |e: std::io::Error| format!("{}: {e}", folder.display());
+    fs::create_dir_all(folder).map_err(failed)?;
+    let file = File::create(folder.join("lock")).map_err(failed)?;
+    file.lock().map_err(failed)?;
+    Ok(file)
 }
 
 /// Builds both wheels into an empty folder.

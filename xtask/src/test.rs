@@ -112,6 +112,9 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     }
     side_by_side.extend(tests.beside_others);
     side_by_side.push(crate::rust_tests::doc_tests()?);
+    if in_ci() {
+        side_by_side.push(task("book")?);
+    }
     match crate::python::environment() {
         Ok(python) => side_by_side.extend(oracles(&python, samples)?),
         Err(why) => skip("the outside oracles and other kernels", &why)?,

@@ -147,6 +147,8 @@ pub enum MaterialProperty {
     Gloss,
     /// Share of the light that passes a sheet or a print of it.
     Transmission,
+    /// Scattering coefficient of a translucent layer.
+    Scattering,
 }
 
 impl MaterialProperty {
@@ -169,6 +171,7 @@ impl MaterialProperty {
             Self::Reflectance => "reflectance",
             Self::Gloss => "gloss",
             Self::Transmission => "transmission",
+            Self::Scattering => "scattering",
         }
     }
 
@@ -193,6 +196,7 @@ impl MaterialProperty {
             Self::Reflectance => "reflectance",
             Self::Gloss => "gloss",
             Self::Transmission => "transmission",
+            Self::Scattering => "scattering",
         }
     }
 
@@ -281,6 +285,8 @@ pub struct OpticalProperties {
     pub gloss: Option<OpticalFigure<Gloss>>,
     /// Share of the light that passes, 0 to 1, scattered or not.
     pub transmission: Option<OpticalFigure<f64>>,
+    /// Scattering coefficient of a translucent layer: part of the light that turns back per millimetre, 1/mm.
+    pub scattering_per_mm: Option<OpticalFigure<f64>>,
 }
 
 impl OpticalProperties {
@@ -296,7 +302,7 @@ impl OpticalProperties {
 /// Optical figure of a material with its source.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpticalFigure<T> {
-    /// Value, dimensionless.
+    /// Value, dimensionless, or in the unit that the field's name gives.
     pub value: T,
     /// Whether it is a choice, rather than stated by a maker or a paper, or measured.
     pub is_chosen: bool,

@@ -17,7 +17,7 @@ use super::surfaces::{CameraGain, Surfaces, merged};
 /// # let project = fabkit_fixtures::load("rtac0.yaml", yaml, &[])?;
 /// let sensor = &project.design.sensor;
 /// let constants = LightConstants::for_sensor(sensor);
-/// assert_eq!(constants.scatter_per_mm.known, Provenance::Fitted);
+/// assert_eq!(constants.layer_grey.known, Provenance::Fitted);
 /// // Light that shows the thickness of layers depends on their scattering, and not on how a coat shines.
 /// let names: Vec<&str> = constants.all(&sensor.lightings[0].effect).iter().map(|one| one.name).collect();
 /// assert!(names.contains(&"scatter_per_mm") && !names.contains(&"coat_shine"));
@@ -80,10 +80,10 @@ impl LightConstants {
             unknown: None,
         };
         let surfaces = Surfaces::from_sensor(sensor);
-        const PINS: &str = "R-Tac0's published captures of pins, 15, by `fit-light`; 2.4 grey rms are left of profiles; layer_grey and scatter_per_mm are known as their product alone";
+        const PINS: &str = "R-Tac0's published captures of pins, 15, by `fit-light`; 2.4 grey rms are left of profiles; known as its product with the layer's scattering alone";
         const PAIRS: &str = "differences of R-Tac0's published captures, 1.2 grey rms a pair after the JPEG of quality 70 in which they came";
         Self {
-            scatter_per_mm: constant("scatter_per_mm", 0.14, Fitted, PINS),
+            scatter_per_mm: surfaces.scattering,
             layer_grey: constant("layer_grey", 921.0, Fitted, PINS),
             ground_grey: constant("ground_grey", 17.0, Fitted, PINS),
             spread_mm: constant("spread_mm", 0.4, Fitted, PINS),

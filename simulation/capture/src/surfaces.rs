@@ -13,6 +13,8 @@ use super::provenance::{Constant, Provenance};
 /// Diffuse share, specular share and specular exponent of a usual reflective coat, to which exposures refer, and which
 /// stands for coats of unknown reflection. Chosen: silicone with aluminium powder, between matt paint and satin metal.
 pub(super) const USUAL_COAT: [f64; 3] = [0.45, 0.15, 12.0];
+/// Scattering coefficient of a usual translucent gel, 1/mm, which stands for gels of unknown scattering.
+const USUAL_SCATTERING: f64 = 0.14;
 /// Reflectance of usual light markers, to which exposures refer.
 pub(super) const USUAL_MARK: f64 = 0.85;
 /// Reflectances of dark, of light and of other bodies whose material states none. Chosen: black plastic reflects 4 to
@@ -85,6 +87,8 @@ impl CameraGain {
 
 /// Reflection of the materials in images, as constants.
 pub(super) struct Surfaces {
+    /// Scattering coefficient of the layers whose thickness images show, 1/mm.
+    pub scattering: Constant,
     /// Diffuse share, specular share and specular exponent of the coat.
     pub coat: [Constant; 3],
     /// Diffuse reflectance of the coat for each colour, relative to its mean.
@@ -112,6 +116,7 @@ impl Surfaces {
             _ => [1.0; 3],
         };
         Self {
+            scattering: scattering_constant(sensor),
             coat: coat_constants(coat),
             coat_tint,
             marks: mark_constants(sensor),
@@ -146,6 +151,22 @@ fn constant_of_body<T>(
             Constant { name, value: assumed, known: Provenance::Chosen, source, unknown }
         }
     }
+}
+
+/// Returns the scattering coefficient of the layers whose thickness the sensor's images show. Layers of one lighting
+/// scatter alike, so the first that states nothing decides.
+fn scattering_constant(sensor: &Sensor) -> Constant {
+    const USUAL: &str = "Ecoflex 00-30 in R-Tac0's published captures";
+    let layers = sensor.lightings.iter().find_map(|lighting| match &lighting.effect {
+        VisibleEffect::Thickness { layers } => Some(layers),
+        _ => None,
+    });
+    let stated = |body: &&Body| body.substance.optics.scattering_per_mm.is_some();
+    let bodies = || layers.into_iter().flatten().filter_map(|name| sensor.body(name));
+    let body = bodies().find(|body| !stated(body)).or_else(|| bodies().next());
+    let figure = body.and_then(|body| body.substance.optics.scattering_per_mm.as_ref());
+    let of = (MaterialProperty::Scattering, body);
+    constant_of_body("scatter_per_mm", of, figure, |figure| figure.value, (USUAL_SCATTERING, USUAL))
 }
 
 /// Returns reflectance, gloss and exponent of the coat.

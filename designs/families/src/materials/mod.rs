@@ -35,7 +35,7 @@ pub(crate) use stock::{StockCatalogue, StockMaterial};
 pub(crate) use units::split_number;
 pub use units::{
     Celsius, Current, Density, Euros, Force, Hardness, Hours, Kelvin, Mass, Minutes, Percent,
-    Pressure, PriceByMass, Reflectance, Scale, Viscosity, Voltage, Wavelength,
+    Pressure, PriceByMass, Reflectance, Scale, Scattering, Viscosity, Voltage, Wavelength,
 };
 
 /// Room temperature, degrees Celsius, the default temperature of a cure.
@@ -166,6 +166,8 @@ parameters! {
         gloss: Option<Percent> = 0.0..=100.0,
         /// Width of the gloss as Blinn's exponent: 1 is nearly as wide as diffuse reflection, 1000 is polished.
         gloss_exponent: Option<f64> = 1.0..=10000.0,
+        /// Scattering coefficient of a translucent layer: part of the light that turns back per millimetre.
+        scattering: Option<Scattering> = 0.001..=100.0,
         /// True if the mixture is degassed in a vacuum before pouring; false if not given.
         degas: Option<bool>,
         /// Source of these data.

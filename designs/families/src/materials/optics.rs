@@ -3,7 +3,7 @@
 use fabkit_geometry::{Gloss, OpticalFigure, OpticalProperties};
 use fabkit_text::{Setting, SourceKind, ValueSource};
 
-use super::{Clarity, Material, Percent, Reflectance, Shade};
+use super::{Clarity, Material, Percent, Reflectance, Scattering, Shade};
 
 /// Exponent of a gloss that reflects nothing, where it does not matter.
 const NO_GLOSS_EXPONENT: f64 = 1.0;
@@ -22,6 +22,9 @@ pub(super) fn optics_of_castable(material: &Material) -> OpticalProperties {
             .map(|rgb| figure(rgb, source("reflectance"), figures.source.as_deref())),
         gloss,
         transmission: None,
+        scattering_per_mm: figures.scattering.map(|Scattering(per_mm)| {
+            figure(per_mm, source("scattering"), figures.source.as_deref())
+        }),
     }
 }
 
@@ -39,6 +42,7 @@ pub(super) fn optics_of_row(
         gloss: None,
         transmission: transmission
             .map(|percent| figure(percent.share(), source("transmission"), row_source)),
+        scattering_per_mm: None,
     }
 }
 
@@ -63,6 +67,7 @@ pub(super) fn combined_optics(
         reflectance: words.reflectance.clone().or(entry.reflectance),
         gloss: None,
         transmission: transmission.or_else(|| is_stopped.then(stopped)),
+        scattering_per_mm: None,
     }
 }
 

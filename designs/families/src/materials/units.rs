@@ -145,6 +145,8 @@ quantities! {
     Current "20 mA" ["mA" = 1.0, "A" = 1e3];
     /// Wavelength of light, nm.
     Wavelength "365 nm" ["nm" = 1.0];
+    /// Scattering coefficient, 1/mm.
+    Scattering "0.14 /mm" ["/mm" = 1.0, "1/mm" = 1.0, "/cm" = 0.1, "1/cm" = 0.1];
     /// Colour temperature of white light, K.
     Kelvin "4000 K" ["K" = 1.0];
 }

@@ -114,6 +114,7 @@ mod tests {
             reflectance: figure([reflectance; 3]),
             gloss: None,
             transmission: figure(transmission),
+            scattering_per_mm: None,
         };
         let (none, missing) = found(optics(0.5, 0.45), OpticalClarity::Translucent);
         assert!(none.is_empty() && missing.is_empty(), "{none:#?} {missing:?}");

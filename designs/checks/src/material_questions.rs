@@ -48,6 +48,25 @@ impl UnknownProperty {
         Self { property, material, bodies: vec![body.name.clone()], rules: Vec::new(), remedy }
     }
 
+    /// Joins statements about the same property of the same material, by property and material.
+    pub fn merged(unknown: impl IntoIterator<Item = Self>) -> Vec<Self> {
+        let mut all: Vec<Self> = Vec::new();
+        for one in unknown {
+            let is_same =
+                |known: &&mut Self| known.subject() == one.subject() && known.remedy == one.remedy;
+            match all.iter_mut().find(is_same) {
+                Some(known) => {
+                    known.bodies.extend(one.bodies);
+                    known.bodies.sort();
+                    known.bodies.dedup();
+                }
+                None => all.push(one),
+            }
+        }
+        all.sort_by(|a, b| (a.property, &a.material).cmp(&(b.property, &b.material)));
+        all
+    }
+
     /// Returns the text `PROPERTY of MATERIAL`.
     pub fn subject(&self) -> String {
         match &*self.material {

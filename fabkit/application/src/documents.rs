@@ -153,11 +153,12 @@ pub fn check(design: &Design, report: &CheckReport) -> Value {
         "rules": rules_json(report),
         "findings": report.findings.iter().map(finding_json).collect::<Vec<_>>(),
         "batches": report.batches.iter().map(batch).collect::<Vec<_>>(),
-        "not_known": report.not_known.iter().map(unknown_json).collect::<Vec<_>>(),
+        "not_known": report.not_known.iter().map(unknown_property).collect::<Vec<_>>(),
     })
 }
 
-fn unknown_json(unknown: &UnknownProperty) -> Value {
+/// Returns a property that no source states, with what would settle it.
+pub fn unknown_property(unknown: &UnknownProperty) -> Value {
     json!({
         "property": unknown.property.word(),
         "material": unknown.material,

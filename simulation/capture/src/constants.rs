@@ -6,7 +6,7 @@ use fabkit_light::{DEFAULT_TRANSMITTANCE, ImageSensorNoise, TwoStream};
 use serde_json::{Value, json};
 
 use super::provenance::{Constant, Provenance};
-use super::surfaces::{CameraGain, Surfaces, merged};
+use super::surfaces::{CameraGain, Surfaces};
 
 /// Optical constants of captures in any lighting.
 ///
@@ -77,7 +77,7 @@ impl LightConstants {
             value,
             known,
             source: source.to_owned(),
-            unknown: None,
+            unknown: Vec::new(),
         };
         let surfaces = Surfaces::from_sensor(sensor);
         const PINS: &str = "R-Tac0's published captures of pins, 15, by `fit-light`; 2.4 grey rms are left of profiles; known as its product with the layer's scattering alone";
@@ -180,7 +180,7 @@ impl LightConstants {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn not_known(&self, shows: &VisibleEffect) -> Vec<UnknownProperty> {
-        merged(self.all(shows).into_iter().filter_map(|constant| constant.unknown.clone()))
+        UnknownProperty::merged(self.all(shows).into_iter().flat_map(|one| one.unknown.clone()))
     }
 
     /// Returns the camera's gain over usual materials for light that passes the diffuser.

@@ -103,7 +103,7 @@ pub fn read_constants(sensor: &Sensor, path: &Path) -> Result<LightConstants, Er
     for ((constant, name), range) in parts.into_iter().zip(fitted).zip(RANGES) {
         (constant.value, constant.known) = (value(name, range)?, Provenance::Fitted);
         constant.source.clone_from(&source);
-        constant.unknown = None;
+        constant.unknown.clear();
     }
     Ok(constants)
 }

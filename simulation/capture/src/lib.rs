@@ -447,7 +447,7 @@ impl CaptureRequest<'_> {
             thickness_mm: painted.thickness_mm,
             exposure,
             camera_gain,
-            not_known: surfaces::merged(of_constants.into_iter().chain(painted.not_known)),
+            not_known: UnknownProperty::merged(of_constants.into_iter().chain(painted.not_known)),
             drift_grey: self.drift_grey(),
             shown,
             light_sources: lamps,

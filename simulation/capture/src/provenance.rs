@@ -37,6 +37,6 @@ pub struct Constant {
     pub known: Provenance,
     /// Description of the source.
     pub source: String,
-    /// Property of a drawn material that no source states, for which the value stands.
-    pub unknown: Option<UnknownProperty>,
+    /// Properties of drawn materials that no source states, for which the value stands.
+    pub unknown: Vec<UnknownProperty>,
 }

@@ -10,7 +10,6 @@ use fabkit_scene::{Cast, CastResult, SensorView};
 use serde_json::{Value, json};
 
 use super::document::{camera_gain_document, unknown_document};
-use super::surfaces::merged;
 use super::{CaptureRequest, LensEffects, LightConstants, LightingRenderer};
 
 /// A sensor, its camera and its lighting, with everything that no press changes computed once.
@@ -126,7 +125,7 @@ impl<'a> Renderer<'a> {
     /// Returns the properties of drawn materials that images depend on and no source states, by property and material.
     pub fn not_known(&self) -> Vec<UnknownProperty> {
         let of_constants = self.capturing.constants.not_known(&self.capturing.lighting.effect);
-        merged(of_constants.into_iter().chain(self.painter.unknown_in_view()))
+        UnknownProperty::merged(of_constants.into_iter().chain(self.painter.unknown_in_view()))
     }
 
     /// Returns as JSON what is shown, the light sources, the constants and what is left out.

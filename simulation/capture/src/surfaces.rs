@@ -140,7 +140,7 @@ fn constant_of_body<T>(
             value: value(figure),
             known: if figure.is_chosen { Provenance::Chosen } else { Provenance::Stated },
             source: figure.source.clone(),
-            unknown: None,
+            unknown: Vec::new(),
         },
         (None, body) => {
             let unknown = body.map(|body| UnknownProperty::of_body(property, body));
@@ -148,13 +148,14 @@ fn constant_of_body<T>(
                 Some(unknown) => format!("{} is not known; as {reason}", unknown.subject()),
                 None => reason.to_owned(),
             };
+            let unknown = unknown.into_iter().collect();
             Constant { name, value: assumed, known: Provenance::Chosen, source, unknown }
         }
     }
 }
 
 /// Returns the scattering coefficient of the layers whose thickness the sensor's images show. Layers of one lighting
-/// scatter alike, so the first that states nothing decides.
+/// scatter alike, so that one of unknown scattering leaves all of them unknown.
 fn scattering_constant(sensor: &Sensor) -> Constant {
     const USUAL: &str = "Ecoflex 00-30 in R-Tac0's published captures";
     let layers = sensor.lightings.iter().find_map(|lighting| match &lighting.effect {
@@ -163,10 +164,14 @@ fn scattering_constant(sensor: &Sensor) -> Constant {
     });
     let stated = |body: &&Body| body.substance.optics.scattering_per_mm.is_some();
     let bodies = || layers.into_iter().flatten().filter_map(|name| sensor.body(name));
-    let body = bodies().find(|body| !stated(body)).or_else(|| bodies().next());
+    let open = || bodies().filter(|body| !stated(body));
+    let body = open().next().or_else(|| bodies().next());
     let figure = body.and_then(|body| body.substance.optics.scattering_per_mm.as_ref());
-    let of = (MaterialProperty::Scattering, body);
-    constant_of_body("scatter_per_mm", of, figure, |figure| figure.value, (USUAL_SCATTERING, USUAL))
+    let (of, usual) = ((MaterialProperty::Scattering, body), (USUAL_SCATTERING, USUAL));
+    let mut constant = constant_of_body("scatter_per_mm", of, figure, |figure| figure.value, usual);
+    let unknown = |body| UnknownProperty::of_body(MaterialProperty::Scattering, body);
+    constant.unknown = open().map(unknown).collect();
+    constant
 }
 
 /// Returns reflectance, gloss and exponent of the coat.
@@ -267,7 +272,7 @@ fn repeated_reflections(sensor: &Sensor) -> Constant {
         value: part / (1.0 - part),
         known: Provenance::Chosen,
         source,
-        unknown,
+        unknown: unknown.into_iter().collect(),
     }
 }
 
@@ -304,25 +309,5 @@ pub(super) fn unknown_in_view(
     rays.seen_by().iter().for_each(|by| is_seen[usize::from(*by)] = true);
     let seen =
         names.iter().zip(is_seen).filter(|(name, is_seen)| *is_seen && !lamps.contains(name));
-    merged(seen.filter_map(|(name, _)| unknown_reflectance(sensor.body(name)?)))
-}
-
-/// Joins statements about the same property of the same material, by property and material.
-pub(super) fn merged(unknown: impl IntoIterator<Item = UnknownProperty>) -> Vec<UnknownProperty> {
-    let mut all: Vec<UnknownProperty> = Vec::new();
-    for one in unknown {
-        let is_same = |known: &&mut UnknownProperty| {
-            known.subject() == one.subject() && known.remedy == one.remedy
-        };
-        match all.iter_mut().find(is_same) {
-            Some(known) => {
-                known.bodies.extend(one.bodies);
-                known.bodies.sort();
-                known.bodies.dedup();
-            }
-            None => all.push(one),
-        }
-    }
-    all.sort_by(|a, b| (a.property, &a.material).cmp(&(b.property, &b.material)));
-    all
+    UnknownProperty::merged(seen.filter_map(|(name, _)| unknown_reflectance(sensor.body(name)?)))
 }

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use fabkit_capture::Renderer;
+use fabkit_checks::UnknownProperty;
 use fabkit_export::{ZarrArray, ZarrType, zarr_pack};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -31,6 +32,14 @@ impl HalfImages<'_> {
         match self {
             Self::Given(captures) => captures.channels(),
             Self::Simulated(studio, _) => studio.channels() as u32,
+        }
+    }
+
+    /// Returns the material properties that simulated images depend on and no source states.
+    pub fn not_known(&self) -> Vec<UnknownProperty> {
+        match self {
+            Self::Given(_) => Vec::new(),
+            Self::Simulated(studio, _) => studio.not_known(),
         }
     }
 

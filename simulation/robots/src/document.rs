@@ -1,5 +1,6 @@
 //! The file `robot.json`, with everything that robot formats cannot hold.
 
+use fabkit_checks::UnknownProperty;
 use fabkit_export::Robot;
 use fabkit_files::Error;
 use fabkit_mesh::Hull;
@@ -21,6 +22,8 @@ pub(super) struct RobotDocument<'a> {
     /// Fraction of the camera's image that the pinhole shows.
     pub shown_fraction: f64,
     pub hash: &'a str,
+    /// Densities for which chosen ones stand.
+    pub unknown: &'a [UnknownProperty],
 }
 
 impl RobotDocument<'_> {
@@ -52,7 +55,7 @@ impl RobotDocument<'_> {
             })
         });
         let total_kg: f64 = self.robot.links.iter().map(|link| link.inertia.mass_kg).sum();
-        let document = json!({
+        let mut document = json!({
             "format": "fabkit-robot",
             "version": 1,
             "sensor": self.robot.name,
@@ -117,6 +120,17 @@ impl RobotDocument<'_> {
                 "cameras of these formats are pinholes: no fisheye, no refraction; robot-rays.npz has the true rays, and where the pinhole sees what each pixel sees at rest",
             ],
         });
+        if !self.unknown.is_empty() {
+            let one = |unknown: &UnknownProperty| {
+                json!({
+                    "property": unknown.property.word(),
+                    "material": unknown.material,
+                    "bodies": unknown.bodies,
+                    "remedy": unknown.remedy,
+                })
+            };
+            document["not_known"] = self.unknown.iter().map(one).collect();
+        }
         serde_json::to_string_pretty(&document).map(|text| text + "\n").map_err(Error::bug)
     }
 }

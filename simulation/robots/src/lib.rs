@@ -51,6 +51,7 @@ use fabkit_scene::SceneError;
 use fabkit_scene::ground_truth::{Viewpoint, are_visible, project_points};
 
 pub use self::error::RobotError;
+pub use self::masses::unknown_densities;
 
 use self::bodies::{PlacedBody, link, place_bodies, visual_mesh};
 use self::camera::PixelPoints;
@@ -249,6 +250,7 @@ pub fn robot_files(design: &Design, formats: &[RobotFormat]) -> Result<Vec<Forei
         soft: touch.as_ref(),
         shown_fraction: pixels.shown_fraction(&robot.camera),
         hash: &hash,
+        unknown: &unknown_densities(sensor),
     };
     files.add("robot.json", "json", told.text()?.into_bytes());
     Ok(files.made)

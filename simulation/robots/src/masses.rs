@@ -1,7 +1,11 @@
 //! Masses of bodies.
 
+use fabkit_checks::UnknownProperty;
 use fabkit_export::Inertia;
-use fabkit_geometry::{Body, BodyKind, Matrix3, MechanicalRole, OpticalClarity, Vector3};
+use fabkit_geometry::{
+    Assembly, Body, BodyKind, MaterialProperty, Matrix3, MechanicalRole, OpticalClarity, Sensor,
+    Vector3,
+};
 
 /// Conversion from g/cm3 to kg/mm3.
 const KG_PER_MM3: f64 = 1e-6;
@@ -59,4 +63,27 @@ fn chosen_density(body: &Body) -> f64 {
         _ if body.clarity() == OpticalClarity::Clear => GLASS,
         _ => UNKNOWN,
     }
+}
+
+/// Returns the densities of made and cast bodies that no source states, by material. Masses of robot files take a chosen
+/// density in their place; that of bought components is no property of a named material.
+///
+/// ```
+/// # let yaml = fabkit_designs::builtin_yaml("rtac0").ok_or("no such sensor")?;
+/// let set = ["shell.material=unobtainium".to_owned()];
+/// let sensor = fabkit_designs::load("rtac0.yaml", yaml, &set, &["fixtures"])?.sensor;
+/// let unknown = fabkit_robots::unknown_densities(&sensor);
+/// assert_eq!(unknown[0].subject(), "density of unobtainium");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn unknown_densities(sensor: &Sensor) -> Vec<UnknownProperty> {
+    let known = fabkit_sweep::densities(sensor);
+    let in_sensor = |body: &&Body| {
+        body.kind != BodyKind::Bought
+            && body.placements.iter().any(|place| place.assembly == Assembly::sensor())
+    };
+    let open = sensor.bodies.iter().filter(in_sensor);
+    let open = open.filter(|body| !known.contains_key(body.name.as_str()));
+    let open = open.map(|body| UnknownProperty::of_body(MaterialProperty::Density, body));
+    UnknownProperty::merged(open)
 }

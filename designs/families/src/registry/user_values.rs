@@ -19,6 +19,9 @@ pub struct UserValue {
     pub text: String,
     /// Kind of the value; [`ValueKind::Text`] for values of the user's own sections.
     pub kind: ValueKind,
+    /// True if it stands in place of a value that somebody stated: that of a file which is extended, or of the user's own
+    /// file. False for a file that extends none, whose values are its own from the start.
+    pub replaces_value: bool,
 }
 
 impl Registry {
@@ -82,6 +85,7 @@ impl Registry {
                 path: path.into(),
                 text: to_printable(value),
                 kind: kind(path),
+                replaces_value: true,
             })
             .collect();
         // Built-in sensors have a name. A file that extends none has values that the design cannot be without.
@@ -98,6 +102,7 @@ impl Registry {
             path: path.clone(),
             text: written.text.to_printable(),
             kind: kind(path),
+            replaces_value: extends_builtin,
         }));
         values.retain(|value| !header.contains(&&*value.path));
         Ok(values)

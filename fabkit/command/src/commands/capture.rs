@@ -110,9 +110,6 @@ fn write(
     if let Some(gain) = captured.camera_gain.phrase() {
         text += &format!("{gain}\n");
     }
-    for unknown in &captured.not_known {
-        text += &format!("not known: {}; {}\n", unknown.subject(), unknown.remedy);
-    }
     Ok(Outcome { text, json, failed: false })
 }
 

@@ -6,7 +6,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use fabkit_application::capturing::Unit;
-use fabkit_application::dataset::{self, DatasetJob, DatasetPlan, WrittenDataset};
+use fabkit_application::dataset::{self, DatasetJob, WrittenDataset};
+use fabkit_application::documents;
 use fabkit_application::export::png;
 use fabkit_application::image::has_image_extension as is_image;
 use fabkit_application::progress::ProgressStep;
@@ -56,7 +57,7 @@ pub(super) fn run(args: &Dataset, global: &Global) -> Result<Outcome, Failure> {
             if let Some((path, bytes)) = sheet {
                 write_each([(path.to_owned(), &bytes[..])], &|| false)?;
             }
-            Ok(report(args, &scene, job.plan, &written, start))
+            Ok(report(args, &scene, job, &written, start))
         },
     )
 }
@@ -89,7 +90,7 @@ fn contact_sheet(path: &Path, job: &DatasetJob, seed: u64) -> Result<Vec<u8>, Fa
 fn report(
     args: &Dataset,
     scene: &SensorView,
-    plan: &DatasetPlan,
+    job: &DatasetJob,
     written: &WrittenDataset,
     start: Instant,
 ) -> Outcome {
@@ -122,11 +123,11 @@ fn report(
             untouched.join(", ")
         );
     }
-    let json = json!({
+    let mut json = json!({
         "format": "fabkit-dataset-report",
         "version": 1,
         "folder": folder,
-        "patterns": plan.patterns.len(),
+        "patterns": job.plan.patterns.len(),
         "halves": halves,
         "samples": samples,
         "materialised": args.options.materialise,
@@ -136,5 +137,8 @@ fn report(
         "halves_without_contact": untouched,
         "surface_seen": scene.coverage.to_json(),
     });
+    if let Some(images) = job.captures {
+        json["not_known"] = images.not_known().iter().map(documents::unknown_property).collect();
+    }
     Outcome { text, json, failed: false }
 }

@@ -12,10 +12,10 @@ use fabkit_application::exports::{
 };
 use fabkit_application::packaging::{self, GUIDE_FOLDER, Terms};
 use fabkit_application::progress::ProgressStep;
-use fabkit_application::robots::robot_files;
+use fabkit_application::robots::{robot_files, unknown_densities};
 use fabkit_application::source::{self, CheckErrors, NamedDesigns, Target};
 use fabkit_application::verifier::Verifier;
-use fabkit_application::{bodies, guides};
+use fabkit_application::{bodies, documents, guides};
 use serde_json::{Value, json};
 
 use super::progress::Progress;
@@ -82,6 +82,10 @@ pub(super) fn run(args: &Export, global: &Global) -> Result<Outcome, Failure> {
         let names = made.of_fixtures.iter().map(|(name, _)| *name);
         let manifests = written.of_fixtures.iter().map(|written| &written.manifest);
         json["fixtures"] = json!(names.zip(manifests).collect::<BTreeMap<_, _>>());
+    }
+    if !order.args.robot.is_empty() {
+        let unknown = unknown_densities(&order.design.sensor);
+        json["not_known"] = unknown.iter().map(documents::unknown_property).collect();
     }
     if !chosen.from_file.is_empty() {
         json["defaults"] = json!({ "file": defaults::FILE, "keys": chosen.from_file });

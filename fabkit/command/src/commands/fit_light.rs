@@ -5,6 +5,9 @@ mod domes;
 mod pads;
 
 use fabkit_application::capturing::plausibility::Judgement;
+use fabkit_application::capturing::{LightConstants, find_lighting};
+use fabkit_application::documents;
+use fabkit_application::geometry::{MaterialProperty, Sensor};
 use fabkit_application::image::has_image_extension as is_image;
 use fabkit_application::light_fit::is_pad;
 use fabkit_application::source::Target;
@@ -51,11 +54,17 @@ fn refuse_options(options: &[(&str, bool, &str)], why: &str) -> Result<(), Failu
 /// Appends the unexplained effects and writes the file.
 fn finish_outcome(
     args: &FitLight,
+    sensor: &Sensor,
     mut text: String,
     mut json: Value,
     judgement: &Judgement,
 ) -> Result<Outcome, Failure> {
     json["plausibility"] = judgement.document();
+    // The fit itself finds out how much the layer scatters.
+    let mut unknown =
+        LightConstants::for_sensor(sensor).not_known(&find_lighting(sensor, None)?.effect);
+    unknown.retain(|one| one.property != MaterialProperty::Scattering);
+    json["not_known"] = unknown.iter().map(documents::unknown_property).collect();
     for sentence in json["unexplained"].as_array().into_iter().flatten() {
         text += &format!("not explained: {}\n", sentence.as_str().unwrap_or_default());
     }

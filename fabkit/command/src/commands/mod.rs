@@ -22,6 +22,7 @@ mod guide;
 mod list;
 mod man;
 mod new;
+mod not_known;
 mod optics_pack;
 mod outcome;
 mod press;
@@ -144,6 +145,8 @@ fn run_with_fix(cli: &mut Cli) -> Result<Outcome, Failure> {
 fn run_with_warnings(cli: &Cli, effects: &ValueEffects) -> Result<Outcome, Failure> {
     value_effects::print_effects(effects, &cli.global);
     let mut outcome = run(cli)?;
+    camera_files::move_warnings_to(&mut outcome.json);
+    not_known::add_lines(&mut outcome);
     value_effects::add_to(&mut outcome.json, effects);
     Ok(outcome)
 }

@@ -93,3 +93,27 @@ fn impossible_cameras_are_refused_by_every_command() {
         assert!(!path.join("o.png").exists());
     }
 }
+
+#[test]
+fn unusual_cameras_are_said_in_the_json_of_every_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fs::write(path.join("chain.yaml"), CHAIN).unwrap();
+    let camera = "--camera=chain.yaml#cam1";
+    for args in [
+        &["depth", "rtac0", "--reference", camera, "--png=d.png"][..],
+        &["capture", "rtac0", "--reference", camera, "-o=c.png"],
+        &["render", "rtac0", camera, "-o=r.png"],
+        &["reconstruct", "rtac0", "--reference=c.png", "c.png", camera, "-o=r", "--force"],
+        &["dataset", "rtac0", "--probes", "--count=2", camera, "-o=p.csv"],
+        &["optics-pack", "rtac0", camera, "-o=pack"],
+        &["calibrate", "plan", "rtac0", camera],
+    ] {
+        let run = fabkit(path, &[args, &["--json"]].concat());
+        assert!(run.stderr.contains("warning: the principal point"), "{args:?}: {run:?}");
+        let warnings = run.json()["camera_warnings"].clone();
+        let first = warnings[0].as_str().unwrap_or_else(|| panic!("{args:?}: {warnings}"));
+        assert!(first.starts_with("the principal point (180.0, 239.5)"), "{args:?}: {first}");
+        assert_eq!(warnings.as_array().map(Vec::len), Some(1), "{args:?}");
+    }
+}

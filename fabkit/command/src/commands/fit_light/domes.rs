@@ -72,7 +72,7 @@ pub(super) fn run(args: &FitLight, design: &Design, reference: &Path) -> Result<
     let mut json = fit_document(&design.sensor, &fitted);
     json["pin_radius_mm"] = json!(pin_radius_mm);
     let text = summary(&fitted);
-    finish_outcome(args, text, json, &judgement)
+    finish_outcome(args, &design.sensor, text, json, &judgement)
 }
 
 fn summary(fitted: &LightFit) -> String {

@@ -39,7 +39,7 @@ pub(super) fn run(args: &FitLight, reference: &Path) -> Result<Outcome, Failure>
     let (fitted, judgement) = fitting.run()?.accept_anyway();
     let mut json = pads_document(&project.design.sensor, &fitted);
     json["ball_diameter_mm"] = json!(diameter_mm);
-    finish_outcome(args, summary(&fitted), json, &judgement)
+    finish_outcome(args, &project.design.sensor, summary(&fitted), json, &judgement)
 }
 
 fn summary(fitted: &PadFit) -> String {

@@ -9,15 +9,30 @@ use super::Outcome;
 pub(super) fn add_lines(outcome: &mut Outcome) {
     let mut lines = Vec::new();
     collect(&outcome.json, &mut lines);
-    for [subject, more] in lines {
-        if !outcome.text.contains(&subject) {
-            outcome.text += &format!("{subject}; {more}\n");
+    for Line { subject, text } in lines {
+        if !names(&outcome.text, &subject) {
+            outcome.text += &text;
         }
     }
 }
 
+/// Line of a text.
+struct Line {
+    /// Words that a text has which says the same in a sentence of its own, as for a finding of a rule.
+    subject: String,
+    text: String,
+}
+
+/// Returns whether a text names the subject, and not one whose name is longer.
+fn names(text: &str, subject: &str) -> bool {
+    text.match_indices(subject).any(|(at, _)| {
+        let next = text[at + subject.len()..].chars().next();
+        next.is_none_or(|next| matches!(next, ';' | ',' | '\n'))
+    })
+}
+
 /// Collects subjects, with a remedy or a reason, in the order of the JSON.
-fn collect(json: &Value, lines: &mut Vec<[String; 2]>) {
+fn collect(json: &Value, lines: &mut Vec<Line>) {
     match json {
         Value::Object(map) => {
             for (key, value) in map {
@@ -33,17 +48,19 @@ fn collect(json: &Value, lines: &mut Vec<[String; 2]>) {
 }
 
 /// Returns a property of a material with what would settle it, or what could not be compared with the reason.
-fn line(unknown: &Value) -> Option<[String; 2]> {
+fn line(unknown: &Value) -> Option<Line> {
     let text = |key: &str| Some(unknown[key].as_str()?.to_owned());
     if let (Some(what), Some(why)) = (text("what"), text("why")) {
-        return Some([format!("not compared: {}", what.replace('_', " ")), why]);
+        let subject = format!("not compared: {}", what.replace('_', " "));
+        return Some(Line { text: format!("{subject}; {why}\n"), subject });
     }
     let (property, material) = (text("property")?, text("material")?);
     let bodies = unknown["bodies"].as_array().map(Vec::as_slice).unwrap_or_default();
     let bodies: Vec<&str> = bodies.iter().filter_map(Value::as_str).collect();
     // Bodies that name no material stand for it.
     let owner = if material.is_empty() { bodies.join(", ") } else { material };
-    Some([format!("not known: {property} of {owner}"), text("remedy")?])
+    let subject = format!("{property} of {owner}");
+    Some(Line { text: format!("not known: {subject}; {}\n", text("remedy")?), subject })
 }
 
 #[cfg(test)]
@@ -54,13 +71,18 @@ mod tests {
 
     #[test]
     fn each_property_that_the_text_leaves_out_gets_one_line() {
-        let unknown = |property: &str, material: &str| json!({ "property": property, "material": material, "remedy": format!("state {property}") });
+        let unknown = |property: &str, material: &str| {
+            let remedy = format!("state {property}");
+            json!({ "property": property, "material": material, "remedy": remedy })
+        };
         let json = json!({
             "light": { "not_known": [unknown("gloss", "paint"), unknown("scattering", "gel")] },
+            "rules": { "not_known": [unknown("price", "gel")] },
             "views": [{ "not_known": [unknown("gloss", "paint")] }],
             "not_known": [{ "what": "its_size", "why": "no image" }],
         });
-        let text = "not known: scattering of gel, and so on\n".to_owned();
+        let text = "gloss of paint B\nnot known[flow]: price of gel\nnot known: scattering of gel, price of gel\n"
+            .to_owned();
         let mut outcome = Outcome { text: text.clone(), json, failed: false };
         add_lines(&mut outcome);
         let lines = "not known: gloss of paint; state gloss\nnot compared: its size; no image\n";

@@ -49,6 +49,19 @@ impl UnknownProperty {
     }
 
     /// Joins statements about the same property of the same material, by property and material.
+    ///
+    /// ```
+    /// use fabkit_checks::UnknownProperty;
+    /// use fabkit_geometry::{Body, MaterialProperty, Process, Solid};
+    ///
+    /// let part = |name: &str| {
+    ///     let body = Body::made(name, "", Process::Fdm, Solid::cuboid(1.0, 1.0, 1.0));
+    ///     UnknownProperty::of_body(MaterialProperty::Density, &body.with_material("unobtainium"))
+    /// };
+    /// let merged = UnknownProperty::merged([part("shell"), part("base")]);
+    /// assert_eq!(merged.len(), 1);
+    /// assert_eq!(merged[0].bodies, ["base", "shell"]);
+    /// ```
     pub fn merged(unknown: impl IntoIterator<Item = Self>) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
         for one in unknown {

@@ -12,6 +12,8 @@ from fabkit.errors import InvalidInputError, invalid
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from fabkit.sim import Asked, Body
+
 
 def numbers(values: ArrayLike, name: str) -> NDArray[np.float64]:
     """Convert to float64 in C order, of any shape; raise unless all values are real numbers."""
@@ -116,3 +118,23 @@ def image(picture: ArrayLike, name: str) -> NDArray[np.float32]:
     if given.ndim != 3 or given.shape[2] not in (1, 3):
         raise invalid(f"{name} has the shape {given.shape}; it must be (rows, columns[, 3])")
     return np.ascontiguousarray(given, dtype=np.float32)
+
+
+def press_arguments(
+    pressers: list[str | Body],
+    asked: Asked,
+) -> tuple[
+    list[str],
+    list[tuple[str, list[float], list[list[float]]]],
+    tuple[float, float],
+    float | None,
+    int | None,
+]:
+    """Convert a press to names, bodies (kind, sizes in mm, pose), shear in mm, friction, seed."""
+    names = [one for one in pressers if isinstance(one, str)]
+    bodies = [
+        (one.kind, list(one.sizes_mm), one.sensor_from_body.tolist())
+        for one in pressers
+        if not isinstance(one, str)
+    ]
+    return names, bodies, lengths_mm(asked.shear_mm, "shear_mm"), asked.friction, asked.seed

@@ -330,7 +330,12 @@ class Sensor:
         """
         if not asked:
             raise invalid("press_all needs at least one press")
-        return Many(**self._live.press([_press_arguments(one) for one in asked]))
+        pressers = [
+            [one.presser] if isinstance(one.presser, str | Body) else list(one.presser)
+            for one in asked
+        ]
+        pairs = zip(pressers, asked, strict=True)
+        return Many(**self._live.press([_arrays.press_arguments(*pair) for pair in pairs]))
 
     def reconstruct(
         self,
@@ -580,23 +585,3 @@ class Skin:
         # Lights may have any name: a leading space keeps them apart from the other arrays.
         images = {light: told.pop(f" {light}") for light in lights}
         return SkinMany(**told, images=images)
-
-
-def _press_arguments(
-    asked: Asked,
-) -> tuple[
-    list[str],
-    list[tuple[str, list[float], list[list[float]]]],
-    tuple[float, float],
-    float | None,
-    int | None,
-]:
-    given = [asked.presser] if isinstance(asked.presser, str | Body) else list(asked.presser)
-    names = [one for one in given if isinstance(one, str)]
-    bodies = [
-        (one.kind, list(one.sizes_mm), one.sensor_from_body.tolist())
-        for one in given
-        if isinstance(one, Body)
-    ]
-    shear_mm = _arrays.lengths_mm(asked.shear_mm, "shear_mm")
-    return names, bodies, shear_mm, asked.friction, asked.seed

@@ -50,7 +50,7 @@ pub(super) fn camera_gain_document(gain: CameraGain) -> Value {
 }
 
 /// Returns properties that no source states as JSON, with the keys of `fabkit check`.
-pub(super) fn unknown_document(not_known: &[UnknownProperty]) -> Value {
+pub fn unknown_document(not_known: &[UnknownProperty]) -> Value {
     let one = |unknown: &UnknownProperty| {
         json!({
             "property": unknown.property.word(),

@@ -63,7 +63,7 @@ pub use captured_image::{CapturedImage, SizeMismatch, check_size};
 pub use columns::column_ends;
 pub use constants::LightConstants;
 pub use constants_file::{ConstantsError, read_constants};
-pub use document::{capture_comment, capture_document};
+pub use document::{capture_comment, capture_document, unknown_document};
 pub use lighting::{find_lighting, select_lighting};
 pub use pack::{OpticsPack, SLOPE_BINS, optics_pack};
 pub use provenance::{Constant, Provenance};

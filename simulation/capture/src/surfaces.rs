@@ -154,8 +154,8 @@ fn constant_of_body<T>(
     }
 }
 
-/// Returns the scattering coefficient of the layers whose thickness the sensor's images show. Layers of one lighting
-/// scatter alike, so that one of unknown scattering leaves all of them unknown.
+/// Returns the scattering coefficient of the layers whose thickness the sensor's images show. Images take the layers as
+/// one, which scatters like their mean; one of unknown scattering leaves it unknown.
 fn scattering_constant(sensor: &Sensor) -> Constant {
     const USUAL: &str = "Ecoflex 00-30 in R-Tac0's published captures";
     let layers = sensor.lightings.iter().find_map(|lighting| match &lighting.effect {
@@ -171,6 +171,13 @@ fn scattering_constant(sensor: &Sensor) -> Constant {
     let mut constant = constant_of_body("scatter_per_mm", of, figure, |figure| figure.value, usual);
     let unknown = |body| UnknownProperty::of_body(MaterialProperty::Scattering, body);
     constant.unknown = open().map(unknown).collect();
+    let known = bodies().filter_map(|body| body.substance.optics.scattering_per_mm.as_ref());
+    let known: Vec<f64> = known.map(|figure| figure.value).collect();
+    if constant.unknown.is_empty() && known.iter().any(|value| *value != constant.value) {
+        constant.value = known.iter().sum::<f64>() / known.len() as f64;
+        constant.source +=
+            &format!("; the mean of layers of {known:?} /mm, which images take as one");
+    }
     constant
 }
 

@@ -1,5 +1,6 @@
 //! The file `robot.json`, with everything that robot formats cannot hold.
 
+use fabkit_capture::unknown_document;
 use fabkit_checks::UnknownProperty;
 use fabkit_export::Robot;
 use fabkit_files::Error;
@@ -121,15 +122,7 @@ impl RobotDocument<'_> {
             ],
         });
         if !self.unknown.is_empty() {
-            let one = |unknown: &UnknownProperty| {
-                json!({
-                    "property": unknown.property.word(),
-                    "material": unknown.material,
-                    "bodies": unknown.bodies,
-                    "remedy": unknown.remedy,
-                })
-            };
-            document["not_known"] = self.unknown.iter().map(one).collect();
+            document["not_known"] = unknown_document(self.unknown);
         }
         serde_json::to_string_pretty(&document).map(|text| text + "\n").map_err(Error::bug)
     }

@@ -172,6 +172,23 @@ fn a_gel_of_unknown_scattering_is_said_to_be_unknown() {
     assert!(cloudy < 0.75 * usual, "{cloudy} {usual}");
 }
 
+/// Images take layers that scatter differently as one: the mean, which the constant's source says.
+#[test]
+fn layers_that_scatter_differently_are_drawn_as_their_mean() {
+    let root = tempfile::tempdir().unwrap();
+    let inks = [("blue", "0.2 /mm"), ("red", "0.6 /mm")].map(|(ink, scattering)| {
+        format!("  Smooth-On Ecoflex 00-50 with {ink} UV ink: {{scattering: {scattering}}}\n")
+    });
+    let text = format!("format: 1\nextends: uvdtact\nname: inks\nmaterials:\n{}", inks.concat());
+    std::fs::write(root.path().join("inks.yaml"), text).unwrap();
+    let (json, _) = capture(root.path(), "inks.yaml", &["--light", "white", "--no-noise"]);
+    assert_eq!(subjects(&json), [""; 0]);
+    let constants = json["constants"].as_array().unwrap();
+    let scattering = constants.iter().find(|one| one["name"] == "scatter_per_mm").unwrap();
+    assert!((scattering["value"].as_f64().unwrap() - 0.4).abs() < 1e-12, "{scattering}");
+    assert!(scattering["source"].as_str().unwrap().contains("the mean of layers"), "{scattering}");
+}
+
 /// Every command that draws light or weighs bodies says, in text and JSON, which property it had to assume.
 #[test]
 fn every_command_says_what_it_had_to_assume() {

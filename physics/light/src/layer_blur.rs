@@ -59,7 +59,17 @@ impl LayerBlur {
             each.map(|(sum, is)| if *is { sum.recip() } else { 0.0 }).collect()
         };
         let whole = ([0, height], [0, width]);
-        own.shares = [own.blur_rows(&ones, whole), own.blur_columns(&ones, whole)].map(share);
+        // If every pixel sees the layer, all rows have the same sums, and so have all columns.
+        let sums = if own.is_layer.iter().all(|is| *is) {
+            let row = own.blur_rows(&ones[..width.min(ones.len())], ([0, 1], [0, width]));
+            let column = Self { width: 1, ..own.clone() }
+                .blur_columns(&ones[..height], ([0, height], [0, 1]));
+            let of_columns = column.iter().flat_map(|sum| std::iter::repeat_n(*sum, width));
+            [row.repeat(height), of_columns.collect()]
+        } else {
+            [own.blur_rows(&ones, whole), own.blur_columns(&ones, whole)]
+        };
+        own.shares = sums.map(share);
         own
     }
 

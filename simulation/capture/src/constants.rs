@@ -124,6 +124,17 @@ impl LightConstants {
         }
     }
 
+    /// Sets the constants that `fit-light` fits to pins, in the order of its parameters.
+    pub(crate) fn set_fitted(&mut self, values: &[f64]) {
+        let fitted = [
+            &mut self.layer_grey,
+            &mut self.ground_grey,
+            &mut self.scatter_per_mm,
+            &mut self.spread_mm,
+        ];
+        fitted.into_iter().zip(values).for_each(|(constant, value)| constant.value = *value);
+    }
+
     /// Returns the constants that matter for what a lighting shows, in the order of outputs.
     pub fn all(&self, shows: &VisibleEffect) -> Vec<&Constant> {
         let mut all = match shows {

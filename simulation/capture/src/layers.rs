@@ -48,6 +48,28 @@ struct LayerHit {
     path_mm: f64,
 }
 
+/// What each ray of a part of an image meets of the layers.
+#[derive(Clone, Debug)]
+pub(crate) struct LayerHits {
+    hits: Vec<Option<LayerHit>>,
+    width: usize,
+    /// Distance between the surface points of neighbouring rays, mm.
+    ray_mm: f64,
+}
+
+impl LayerHits {
+    /// Takes the rays to be this many times as far apart as those of the whole image.
+    pub(crate) fn with_larger_pixels(self, larger: f64) -> Self {
+        Self { ray_mm: self.ray_mm * larger, ..self }
+    }
+
+    /// Returns the lateral spread of light within the pixels that see a layer.
+    fn spread(&self, constants: &LightConstants) -> LayerBlur {
+        let is_layer = self.hits.iter().map(Option::is_some).collect();
+        LayerBlur::new(is_layer, self.width, constants.spread_mm.value / self.ray_mm)
+    }
+}
+
 /// Buffers that a worker reuses from ray to ray.
 type Buffers = (Scratch, Vec<[f64; 2]>);
 
@@ -136,16 +158,45 @@ impl<'a> LayerScene<'a> {
         map: &DepthMap<'_>,
         answer: Option<&ContactSolution<'_>>,
     ) -> [Vec<f64>; N] {
-        let look = self.hit_finder(map, answer);
-        let rays = 0..map.range_mm().len();
-        let met: Vec<_> = rays.into_par_iter().map_init(Buffers::default, look).collect();
+        let hits = self.hits(map, answer);
         constants.map(|constants| {
-            let seen: Vec<(f64, f64)> =
-                met.iter().map(|met| self.intensity(constants, *met)).collect();
-            let mut grey: Vec<f64> = seen.iter().map(|(grey, _)| *grey).collect();
-            self.spread(constants, map, &seen).apply(&mut grey);
+            let mut grey = self.grey_of(constants, &hits);
+            hits.spread(constants).apply(&mut grey);
             grey
         })
+    }
+
+    /// Returns what the rays of a map meet.
+    pub(crate) fn hits(
+        &self,
+        map: &DepthMap<'_>,
+        answer: Option<&ContactSolution<'_>>,
+    ) -> LayerHits {
+        let look = self.hit_finder(map, answer);
+        let rays = 0..map.range_mm().len();
+        let hits = rays.into_par_iter().map_init(Buffers::default, look).collect();
+        let ray_mm = self.ray_mm.unwrap_or_else(|| ray_spacing_mm(map));
+        LayerHits { hits, width: map.width_px() as usize, ray_mm }
+    }
+
+    /// Computes how much darker each ray is than at rest, for other constants.
+    pub(crate) fn grey_lost(
+        &self,
+        constants: &LightConstants,
+        rest: &LayerHits,
+        pressed: &LayerHits,
+    ) -> Vec<f64> {
+        let mut lost = self.grey_of(constants, rest);
+        let now = self.grey_of(constants, pressed);
+        lost.iter_mut().zip(now).for_each(|(rest, now)| *rest -= now);
+        // The spread is linear, so only the change is spread.
+        rest.spread(constants).apply(&mut lost);
+        lost
+    }
+
+    /// Computes intensities before the lateral spread.
+    fn grey_of(&self, constants: &LightConstants, seen: &LayerHits) -> Vec<f64> {
+        seen.hits.iter().map(|met| self.intensity(constants, *met).0).collect()
     }
 
     /// Returns what each ray meets of the layers at rest; `None` for rays that meet no layer.

@@ -11,6 +11,7 @@ mod error;
 mod pads;
 mod pads_document;
 mod profiles;
+mod rendered_pin;
 mod simulated_profile;
 
 use std::path::Path;
@@ -33,11 +34,10 @@ use fabkit_calibration::image::GreyImage;
 use fabkit_calibration::pin_captures::PinCaptureError;
 use fabkit_calibration::pin_captures::PinCaptures;
 use fabkit_files::Error;
-use fabkit_scene::press_simulation::{ElasticSolver, resources};
 
 use self::corrected_camera::CorrectedCamera;
 use self::profiles::{BINS, FIRST_BIN_BESIDE, PinProfile, mean_intensity};
-use self::simulated_profile::{Raster, SimulatedPatch};
+use self::rendered_pin::{PinRenderer, RenderedPin};
 use crate::plausibility::{CheckedImage, ExpectedLight, ImageGate, Judged, Judgement};
 use crate::{CapturedImage, LayerGeometry, LightConstants};
 
@@ -47,6 +47,8 @@ const SAME_DEPTH_MM: f64 = 0.15;
 /// Depths of the middle pin that are tried besides the stated one, as shares of the soft layers' thickness. The other
 /// pins are shifted by the same difference.
 const DEPTHS: [f64; 7] = [0.3, 0.45, 0.6, 0.7, 0.8, 0.9, 0.97];
+/// How often the steps between depths are halved around the best one.
+const DEPTH_HALVINGS: usize = 2;
 /// Smallest and largest depth of a pin, as shares of the soft layers' thickness.
 const DEPTH_LIMITS: [f64; 2] = [0.1, 0.97];
 /// Polar angles at which the image at rest is sampled, rad, and number of samples around each.
@@ -130,13 +132,16 @@ pub struct LightFit {
     pub captures: usize,
 }
 
-/// Captures, and the solver's layers under the same pins, for one depth.
-#[derive(Clone, Debug)]
+/// Captures, and the same pins rendered, for one depth.
+#[derive(Clone)]
 struct PinFit<'a> {
     profiles: &'a [PinProfile],
     /// Ring index of each profile.
     ring_of: &'a [usize],
-    patches: Vec<SimulatedPatch>,
+    pins: Vec<RenderedPin>,
+    renderer: &'a PinRenderer<'a>,
+    /// Constants of which four are fitted.
+    constants: &'a LightConstants,
     /// Samples at rest: polar angle, rad, relative irradiance, path in the layer, mm, and real intensity.
     rest: &'a [[f64; 4]],
 }
@@ -190,37 +195,54 @@ impl LightFitInput<'_> {
                 Some([*polar, scene.lit.irradiance(&point), path_mm, grey])
             })
             .collect();
-        let ready =
-            ElasticSolver::for_any_press(self.sensor, Some(SPACING_MM), false, resources())?;
+        // The exposure is part of the constants that are fitted.
+        let constants =
+            LightConstants { middle_grey: None, ..LightConstants::for_sensor(self.sensor) };
+        let renderer = PinRenderer::new(self.sensor, lighting, self.camera.camera(), &constants)?;
         let soft_mm = scene.touch.max_indentation_mm();
         let mut stated: Vec<f64> = profiles.iter().map(|profile| profile.stated_mm).collect();
         let stated_depth_mm = median(&mut stated);
         let mut depths_mm = DEPTHS.map(|part| part * soft_mm).to_vec();
         depths_mm.push(stated_depth_mm);
-        depths_mm.sort_by(f64::total_cmp);
-        let mut fits: Vec<DepthFit<'_>> = Vec::new();
-        for depth_mm in depths_mm {
+        let fit_at = |depth_mm: f64, from: Option<&[f64]>| -> Result<Option<DepthFit<'_>>, Error> {
             let deeper_mm = depth_mm - stated_depth_mm;
-            let patch = |ring: &RingPlace| {
+            let pin = |ring: &RingPlace| {
                 let (point, _) =
                     dome.point_in_direction(ring.polar_rad, 0.0).ok_or(FitLightError::NoFit)?;
                 let [least, most] = DEPTH_LIMITS.map(|part| part * soft_mm);
                 // All rings are shifted by the same difference, within what the soft layers allow.
                 let depth_mm = (ring.stated_mm + deeper_mm).clamp(least, most);
-                let paths_mm =
-                    |rest: &_, outward: &_, gains_mm| scene.paths_mm(rest, outward, gains_mm);
-                let tip = [self.pin_radius_mm, depth_mm];
-                SimulatedPatch::simulate(&scene, &ready, &point, tip, Raster::PIN, paths_mm)
+                renderer.render(&point, [self.pin_radius_mm, depth_mm])
             };
-            let patches = rings.iter().map(patch).collect::<Result<Vec<_>, Error>>()?;
-            let fit = PinFit { profiles: &profiles, ring_of: &ring_of, patches, rest: &rest };
-            // A depth without a converging fit is skipped.
-            let Some(values) = fit.solve() else { continue };
-            fits.push(DepthFit { depth_mm, values, fit });
+            let pins = rings.par_iter().map(pin).collect::<Result<Vec<_>, Error>>()?;
+            let fit = PinFit {
+                profiles: &profiles,
+                ring_of: &ring_of,
+                pins,
+                renderer: &renderer,
+                constants: &constants,
+                rest: &rest,
+            };
+            let values = fit.solve(from);
+            Ok(values.map(|values| DepthFit { depth_mm, values, fit }))
+        };
+        let mut fits: Vec<DepthFit<'_>> = Vec::new();
+        let mut best = 0;
+        for _ in 0..=DEPTH_HALVINGS {
+            let from = fits.get(best).map(|of: &DepthFit<'_>| of.values.clone());
+            for depth_mm in depths_mm {
+                // A depth without a converging fit is skipped.
+                fits.extend(fit_at(depth_mm, from.as_deref())?);
+            }
+            fits.sort_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm));
+            best = (0..fits.len())
+                .min_by(|a, b| fits[*a].cost(None).total_cmp(&fits[*b].cost(None)))
+                .ok_or(FitLightError::NoFit)?;
+            // The depths between the best one and its neighbours are tried next.
+            let beside = &fits[best.saturating_sub(1)..(best + 2).min(fits.len())];
+            let between = |pair: &[DepthFit<'_>]| f64::midpoint(pair[0].depth_mm, pair[1].depth_mm);
+            depths_mm = beside.windows(2).map(between).collect();
         }
-        let best =
-            (0..fits.len()).min_by(|a, b| fits[*a].cost(None).total_cmp(&fits[*b].cost(None)));
-        let best = best.ok_or(FitLightError::NoFit)?;
         let DepthFit { depth_mm: pin_depth_mm, values, fit } = &fits[best];
         let captures: Vec<usize> = captures.into_iter().collect();
         // Without one capture another depth may fit best; only the neighbouring depths are tried.
@@ -295,7 +317,7 @@ fn to_grey_image(checked: &CheckedImage) -> Result<GreyImage, Error> {
 }
 
 /// Best constants for one depth of the pins.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 struct DepthFit<'a> {
     depth_mm: f64,
     values: Vec<f64>,
@@ -316,7 +338,11 @@ impl DepthFit<'_> {
 }
 
 impl PinFit<'_> {
-    fn solve(&self) -> Option<Vec<f64>> {
+    /// Fits the constants, from those of a depth nearby if there are any.
+    fn solve(&self, from: Option<&[f64]>) -> Option<Vec<f64>> {
+        if let Some(from) = from {
+            return fit_positive(|values| self.residuals(values, None), from);
+        }
         // Start values keep the product of scattering and infinite-layer intensity at 120, since a thin layer's
         // brightness is about that product.
         let scatter: [f64; 4] = [0.1, 0.3, 0.8, 2.0];
@@ -335,10 +361,11 @@ impl PinFit<'_> {
         self.residuals(values, without).iter().map(|left| left * left).sum()
     }
 
-    /// Simulates the profile of each ring.
+    /// Renders the profile of each ring.
     fn simulated(&self, values: &[f64]) -> Vec<Vec<f64>> {
-        let law = TwoStream { scatter_per_mm: values[2] };
-        self.patches.iter().map(|patch| patch.intensity_loss(values[0], law, values[3])).collect()
+        let mut constants = self.constants.clone();
+        constants.set_fitted(values);
+        self.pins.par_iter().map(|pin| self.renderer.profile(pin, &constants)).collect()
     }
 
     /// Returns the residuals: real minus simulated profiles without offsets, then the image at rest, then the prior of
@@ -352,7 +379,7 @@ impl PinFit<'_> {
             }
         }
         // One bin of a median profile weighs as much as one sample of the image at rest.
-        let weight = (self.profiles.len() as f64 / self.patches.len() as f64).sqrt();
+        let weight = (self.profiles.len() as f64 / self.pins.len() as f64).sqrt();
         left.extend(
             self.at_rest(values).iter().map(|[_, real, simulated]| weight * (real - simulated)),
         );

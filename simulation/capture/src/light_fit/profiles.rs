@@ -2,7 +2,7 @@
 
 use fabkit_calibration::image::GreyImage;
 use fabkit_calibration::model::Observation;
-use fabkit_camera::Point2;
+use fabkit_camera::{Point2, Vector2};
 use fabkit_geometry::{Point3, TouchSurface, Vector3};
 
 use super::corrected_camera::CorrectedCamera;
@@ -10,6 +10,8 @@ use super::corrected_camera::CorrectedCamera;
 /// Width of a bin, mm, and number of bins.
 pub(super) const BIN_MM: f64 = 0.25;
 pub(super) const BINS: usize = 12;
+/// Distance from the mark to which profiles reach, mm.
+pub(super) const REACH_MM: f64 = BINS as f64 * BIN_MM;
 /// First bin beside the pin: the bins from here on give the offset of the whole capture.
 pub(super) const FIRST_BIN_BESIDE: usize = 8;
 /// Step along the surface for the image's local scale, mm.
@@ -43,22 +45,9 @@ impl PinProfile {
         let contact = observation.contact.contact_in_sensor_mm;
         let (depth_mm, outward) = touch.depth_mm(&contact);
         let surface = contact + depth_mm * outward;
-        let across = tangents(&outward).map(|way| {
-            let [ahead, behind] =
-                [SCALE_MM, -SCALE_MM].map(|mm| seen.project(&(surface + mm * way)));
-            Some((ahead? - behind?) / (2.0 * SCALE_MM))
-        });
-        let [Some(a), Some(b)] = across else { return None };
-        // Inverts the local 2 x 2 map from millimetres to pixels.
-        let determinant = a.x * b.y - a.y * b.x;
-        let mm = |d: Point2<f64>| {
-            let u = (d.x * b.y - d.y * b.x) / determinant;
-            let v = (a.x * d.y - a.y * d.x) / determinant;
-            u.hypot(v)
-        };
-        let reach_mm = BINS as f64 * BIN_MM;
-        // An upper bound of the profile's extent in pixels limits the loops below.
-        let reach_px = reach_mm * a.norm().max(b.norm());
+        let scale = LocalScale::at(&surface, &outward, |place| seen.project(place))?;
+        // Limits the loops below.
+        let reach_px = scale.reach_px(REACH_MM);
         let (mut sums, mut counts) = ([0.0; BINS], [0; BINS]);
         let at = observation.pixel;
         let range = |middle: f64, size: usize| {
@@ -68,8 +57,7 @@ impl PinProfile {
         };
         for y in range(at.y, reference.height_px()) {
             for x in range(at.x, reference.width_px()) {
-                let off_mm = mm(Point2::new(x as f64 - at.x, y as f64 - at.y));
-                let bin = (off_mm / BIN_MM) as usize;
+                let bin = scale.bin(Point2::new(x as f64, y as f64) - at);
                 if bin < BINS {
                     sums[bin] += WHITE * f64::from(reference.at(x, y) - capture.at(x, y));
                     counts[bin] += 1;
@@ -85,6 +73,44 @@ impl PinProfile {
             stated_mm: depth_mm,
             darker,
         })
+    }
+}
+
+/// Scale of an image around a place of the surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LocalScale {
+    /// Pixels per millimetre along two directions in the surface, at right angles to each other.
+    px_per_mm: [Vector2<f64>; 2],
+}
+
+impl LocalScale {
+    /// Measures the scale at a place with its outward normal; `None` where `project` maps no pixel.
+    pub(super) fn at(
+        surface: &Point3<f64>,
+        outward: &Vector3<f64>,
+        mut project: impl FnMut(&Point3<f64>) -> Option<Point2<f64>>,
+    ) -> Option<Self> {
+        let across = tangents(outward).map(|way| {
+            let [ahead, behind] = [SCALE_MM, -SCALE_MM].map(|mm| project(&(surface + mm * way)));
+            Some((ahead? - behind?) / (2.0 * SCALE_MM))
+        });
+        let [Some(a), Some(b)] = across else { return None };
+        Some(Self { px_per_mm: [a, b] })
+    }
+
+    /// Returns the bin of a distance in the image, px; beyond the last bin there are more numbers.
+    pub(super) fn bin(&self, off: Vector2<f64>) -> usize {
+        // Inverts the 2 x 2 map from millimetres to pixels.
+        let [a, b] = &self.px_per_mm;
+        let determinant = a.x * b.y - a.y * b.x;
+        let u = (off.x * b.y - off.y * b.x) / determinant;
+        let v = (a.x * off.y - a.y * off.x) / determinant;
+        (u.hypot(v) / BIN_MM) as usize
+    }
+
+    /// Returns an upper bound of a distance in the image, px, for one on the surface, mm.
+    pub(super) fn reach_px(&self, reach_mm: f64) -> f64 {
+        reach_mm * self.px_per_mm[0].norm().max(self.px_per_mm[1].norm())
     }
 }
 

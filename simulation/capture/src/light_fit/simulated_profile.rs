@@ -7,7 +7,7 @@ use fabkit_geometry::{Point3, Pose, Solid, TouchSurface, Vector3};
 use fabkit_light::TwoStream;
 use fabkit_scene::press_simulation::ElasticSolver;
 
-use super::profiles::{BIN_MM, BINS, tangents};
+use super::profiles::tangents;
 use crate::LayerGeometry;
 
 /// Length of the pin's shaft, mm.
@@ -31,10 +31,6 @@ pub(super) struct Raster {
 }
 
 impl Raster {
-    /// Grid around a pin.
-    pub(super) const PIN: Self =
-        Self { step_mm: 0.1, half: 32, bin_mm: BIN_MM, bins: BINS, nearer_per_mm: 0.0 };
-
     /// Returns the number of places along a side.
     fn side(self) -> usize {
         2 * self.half + 1

@@ -45,14 +45,16 @@ fn simulated_captures_give_back_what_they_were_made_with() {
     // Pins go as deep as landmarks say; that they do is found, not taken for granted.
     let [depth_mm, stated_mm] =
         ["pin_depth_mm", "stated_pin_depth_mm"].map(|key| found[key].as_f64().unwrap());
-    assert!((depth_mm - stated_mm).abs() < 0.16, "{depth_mm} {stated_mm}");
+    // Depths are tried in steps of 0.025 mm around the best one; noise may favour its neighbour.
+    assert!((depth_mm - stated_mm).abs() < 0.051, "{depth_mm} {stated_mm}");
     let rings = found["held_out_peak_error_grey"].as_array().unwrap();
     let stated = |ring: &Value| ring["stated_pin_depth_mm"].as_f64().unwrap();
     assert!(
         rings.iter().any(|ring| stated(ring) < 0.75) && rings.iter().any(|ring| stated(ring) > 1.3)
     );
     let [spread_mm, was_mm] = [&found, &made].map(|of| constant(of, "spread_mm"));
-    assert!((spread_mm - was_mm).abs() < 0.1, "{spread_mm} {was_mm}");
+    // A fifth of a pixel, which is 0.07 to 0.1 mm of the surface: images and fit are one renderer.
+    assert!((spread_mm - was_mm).abs() < 0.02, "{spread_mm} {was_mm}");
     // Of a thin layer what it sends back and how much it scatters are hardly told apart; at rest they are one number.
     let at_rest = |of: &Value| {
         let [layer, ground, scatter] =
@@ -62,9 +64,10 @@ fn simulated_captures_give_back_what_they_were_made_with() {
     let share = at_rest(&found) / (made["exposure"].as_f64().unwrap() * at_rest(&made));
     // The image at rest has a drift, whose two standard deviations are 2.4 % of it.
     assert!((share - 1.0).abs() < 0.05 + 0.024 + 0.01, "{share}");
-    // What the profile leaves out: rays that meet the pin before they meet the surface below it.
+    // Rounding to whole intensities, noise of 1.6 grey in each pixel, of which a bin averages at least ten, and marks that
+    // are found to a tenth of a pixel where intensities change by 40 grey per mm.
     let number = |key: &str| found[key].as_f64().unwrap();
-    assert!(number("held_out_profile_rms_grey") < 4.0 && number("reference_rms_grey") < 2.0);
+    assert!(number("held_out_profile_rms_grey") < 0.9 && number("reference_rms_grey") < 1.0);
 
     // And an image by these constants says so.
     let said = fabkit(

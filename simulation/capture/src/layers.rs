@@ -58,7 +58,7 @@ pub(crate) struct LayerHits {
 }
 
 impl LayerHits {
-    /// Takes the rays to be this many times as far apart as those of the whole image.
+    /// Takes the rays to be this many times as far apart as those of the image that the scene was made for.
     pub(crate) fn with_larger_pixels(self, larger: f64) -> Self {
         Self { ray_mm: self.ray_mm * larger, ..self }
     }

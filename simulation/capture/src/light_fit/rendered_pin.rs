@@ -20,6 +20,8 @@ const PIN_MM: f64 = 8.0;
 /// Largest number of pixels along a side of a rendered part. Images with more are rendered smaller: a part of 6 mm is
 /// then resolved to 0.06 mm, a quarter of a bin.
 const MOST_PX: f64 = 110.0;
+/// Largest width or height at which the whole image is traced for the distance of its pixels on the surface.
+const MOST_WHOLE_PX: u32 = 960;
 /// Part of its greatest darkness above which a place belongs to a mark. Marks are found at half their contrast in real
 /// captures as well.
 const MARK_SHARE: f64 = 0.5;
@@ -31,6 +33,8 @@ pub(super) struct PinRenderer<'a> {
     sensor_from_camera: Pose,
     sights: Arc<ViewStacks>,
     layers: LayerScene<'a>,
+    /// Width of the pixels of the traced whole image, in those of the real one.
+    traced_larger: f64,
     ready: ElasticSolver,
     constants: &'a LightConstants,
 }
@@ -57,16 +61,28 @@ impl<'a> PinRenderer<'a> {
         let stack = OpticalStack::from_sensor(sensor).map_err(Error::bug)?;
         let sights = Arc::new(ViewStacks::new(stack));
         let sensor_from_camera = sensor.camera.sensor_from_camera;
-        let drawn = |width_px, height_px| {
-            Camera::new(width_px, height_px, *lens.lens(), Interface::FromDrawing)
-        };
-        let camera = drawn(lens.width_px(), lens.height_px()).map_err(Error::bug)?;
-        let rays = PixelRays::new(&camera, &sensor_from_camera).traced_through(&sights);
+        let size = [lens.width_px(), lens.height_px()];
+        let camera = Camera::new(size[0], size[1], *lens.lens(), Interface::FromDrawing);
+        let camera = camera.map_err(Error::bug)?;
+        let traced_larger = size[0].max(size[1]).div_ceil(MOST_WHOLE_PX).max(1);
+        let traced = camera.resized(size.map(|px| (px / traced_larger).max(1)));
+        let traced = traced.map_err(Error::bug)?;
+        let rays = PixelRays::new(&traced, &sensor_from_camera).traced_through(&sights);
         let whole = ReferenceSurface::cast(touch, &rays).map_err(Error::bug)?;
-        // Lateral spread is known in pixels of the whole image, of which the rendered parts are only a few.
+        // As in images, one distance of pixels holds for the whole surface.
         let layers = layers.for_crops_of(&whole.map_without_contact());
         let ready = ElasticSolver::for_any_press(sensor, Some(SPACING_MM), false, resources())?;
-        Ok(Self { touch, camera, sensor_from_camera, sights, layers, ready, constants })
+        let traced_larger = f64::from(traced_larger);
+        Ok(Self {
+            touch,
+            camera,
+            sensor_from_camera,
+            sights,
+            layers,
+            traced_larger,
+            ready,
+            constants,
+        })
     }
 
     /// Presses a pin with a round tip along the normal into a place of the surface.
@@ -94,7 +110,8 @@ impl<'a> PinRenderer<'a> {
         let rest = self.layers.hits(&seen.map_without_contact(), None);
         let pressed =
             self.layers.hits(&seen.map_deformed(&[indenter], &answer, false), Some(&answer));
-        let [rest, pressed] = [rest, pressed].map(|hits| hits.with_larger_pixels(part.larger));
+        let larger = part.larger / self.traced_larger;
+        let [rest, pressed] = [rest, pressed].map(|hits| hits.with_larger_pixels(larger));
         let mut pin = RenderedPin { rest, pressed, bin_of_pixel: Vec::new() };
         let darker = self.darker(&pin, self.constants);
         let width = part.camera.width_px() as usize;
@@ -154,7 +171,7 @@ impl<'a> PinRenderer<'a> {
 struct ImagePart {
     camera: Camera,
     scale: LocalScale,
-    /// Width of its pixels, in those of the whole image.
+    /// Width of its pixels, in those of the real image.
     larger: f64,
 }
 
